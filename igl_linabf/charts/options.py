@@ -15,8 +15,10 @@ from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, Wish
-from .seams import TRADE, SeamOptions, check_trade, seams_of
+from .seams import TRADE, check_trade, seams_of
 from .splitting import MAX_SPLITS
+
+MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,11 @@ class Seams:
         if self.complete and self.at is None:
             raise ValueError("complete is for seams that are a beginning: give their edges, or leave it out")
 
+    @property
+    def are_found(self) -> bool:
+        """Whether seams are found, all or beyond the given ones."""
+        return self.at is None or self.complete
+
 
 def asked_for(
     seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
@@ -112,8 +119,9 @@ class ChartOptions:
     @classmethod
     def of(cls, method: Method, seams: Seams, hidden: FloatArray | None) -> ChartOptions:
         """Of a call of `unwrap`; `hidden` as of `hiding_weights`."""
-        finds = seams.at is None or seams.complete
-        return cls(method, finds, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden)
+        return cls(
+            method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
+        )
 
     def seams_of(
         self,
@@ -126,7 +134,8 @@ class ChartOptions:
     ) -> IntArray:
         """`seams_of` a piece, as these options want; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
-        options = SeamOptions(
+        return seams_of(
+            piece,
             self.trade,
             holes=self.holes,
             disks=disks,
@@ -136,7 +145,6 @@ class ChartOptions:
             part_overlaps=part_overlaps and not (isometric or self.bijective),
             panels=panels,
         )
-        return seams_of(piece, options)
 
     @property
     def most_stretch(self) -> float:
@@ -151,6 +159,6 @@ class ChartOptions:
         return self.may_find_seams and not self.holes and self.max_stretch is None
 
     @property
-    def most_splits(self) -> float:
-        """How often a chart and its parts are cut along seams; then they are bisected."""
-        return MAX_SPLITS if self.max_stretch is None else np.inf
+    def most_splits(self) -> int:
+        """Of a chart and its parts."""
+        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from .._runtime import Progress, progress_part, reporting
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
-from ..measures import quality_of
+from ..measures import Quality, quality_of
 from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
 from .atlas import (
     Atlas,
@@ -27,13 +28,12 @@ from .atlas import (
     seams_and_mismatch,
     split_polygons,
 )
-from .charting import charts_of, pieces_of
+from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
-from .constants import FULL_PAGE, LEAST_PAGE, MARGIN_SHARE, PROGRESS
 from .features import hiding_weights
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
-    FEW_CHARTS,
+    MOST_TRIAL_CHARTS,
     PackedChart,
     Packing,
     Wish,
@@ -45,7 +45,9 @@ from .packing import (
 )
 from .periodic import with_period
 
-Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
+MARGINS = 0.64  # share of the square that margins around all charts may take
+SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below
+SPARSE = 0.57  # of a page is what many charts take of it where one of them may be in the way of the others
 
 
 def unwrap(
@@ -129,7 +131,8 @@ def unwrap(
     (6, 4)
     """
     asked, wanted, wish = asked_for(seams, cones, packing)
-    split, given_seams = split_polygons(V, F), asked.at
+    given_seams = asked.at
+    split = split_polygons(V, F)
     if split is not None:
         F = split.F
         if given_seams is not None:
@@ -151,36 +154,30 @@ def unwrap(
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
         if wanted is None:
-            with progress_part("seams", PROGRESS["seams"]):
+            with progress_part("seams", SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
             made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
-            ends = PROGRESS["seams"], PROGRESS["charts"]
-            made = charts_with_cones(surface, placed, options.method, ends)
-        with progress_part("packing", PROGRESS["packing"]):
-            upright = wanted is not None and wanted.angles is not None
+            made = charts_with_cones(surface, placed, options.method, (SEAMS_END, CHARTS_END))
+        with progress_part("packing", 1.0):
+            upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
-            charts, packed = made.charts, None
-            if wanted is None and wish.resolution is not None and options.may_find_seams:
-                charts, packed = _cut_for_pages(charts, wish, options)
-            if wanted is None or wanted.period is None:
-                atlas = _atlas_on_pages(surface, charts, wish, packed)
+            may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
+            charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
+            if may_cut and wish.side is None:
+                atlas = _full(surface, charts, wish, options)
+            elif period is None:
+                atlas = replace(_packed(surface, charts, wish), cones=made.cones)
             else:
+                pieces, gap = [piece for _, piece in charts], wish.spacing.gap
 
                 def pack(room: float) -> Atlas:
                     roomy = replace(wish, spacing=wish.spacing.wider(room))
-                    return replace(_atlas_on_pages(surface, charts, roomy), cones=made.cones)
+                    return replace(_packed(surface, charts, roomy), cones=made.cones)
 
-                pieces = [piece for _, piece in charts]
-                atlas = with_period(surface, pack, pieces, wanted.period, wish.spacing.gap)
-    atlas = replace(
-        atlas,
-        max_stretch=asked.max_stretch,
-        cones=made.cones,
-        cone_angles=made.angles,
-        coned=wanted is not None,
-    )
+                atlas = with_period(surface, pack, pieces, period, gap)
+    atlas = replace(atlas, max_stretch=asked.max_stretch, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
     atlas = atlas_of_polygons(atlas, split)
@@ -189,97 +186,93 @@ def unwrap(
     return atlas
 
 
-def _cut_for_pages(
-    charts: Charts, wish: Wish, options: ChartOptions
-) -> tuple[Charts, list[PackedChart] | None]:
-    """Charts that are cut where their pages ask for it, and where they are on the pages, if that is known.
+def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
+    """The atlas, with charts of many limbs cut further if the fuller page is worth its seams.
 
-    If the charts' scale is given, those that are larger than a page are cut. Otherwise charts of many limbs
-    are cut, if the fuller page is worth the seams. Many charts mostly fill the gaps of each other, so their
-    page is looked at first.
+    Many charts mostly fill the gaps of each other, so their page is looked at first.
     """
-    if wish.side is not None:
-        return cut_to_fit(charts, wish), None
-    packed, moves = None, False
-    if len(charts) > FEW_CHARTS:
-        packed = _pack_charts(charts, wish)
-        if fill_of(packed) > FULL_PAGE:
-            return charts, packed
-    parts, page = cut_for_fill(charts, wish, options.trade, options.most_stretch)
-    if len(parts) == len(charts):
-        return charts, packed
-    fuller = _pack_charts(parts, wish)
-    kept = {id(piece) for _, piece in charts}.intersection(id(piece) for _, piece in parts)
+    placed, moves = None, False
+    if len(done) > MOST_TRIAL_CHARTS:
+        placed = _placed(done, wish)
+        if fill_of(placed) > SPARSE:
+            return _packed(surface, done, wish, placed)
+    parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
+    if len(parts) == len(done):
+        return _packed(surface, done, wish, placed)
+    fuller = _placed(parts, wish)
+    uncut = {id(piece) for _, piece in done}.intersection(id(piece) for _, piece in parts)
     longer, shorter = (
-        _boundary_length([piece for _, piece in some if id(piece) not in kept]) for some in (parts, charts)
+        _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
     )
-    size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in charts))
-    # the page of uncut charts, over their area, that costs as much as the fuller page and its seams
-    as_good = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
-    if packed is None and LEAST_PAGE * page <= as_good:
-        packed, moves = pack_quickly(_maps_of(charts), wish)
-    if packed is None or 1 / fill_of(packed) > as_good:
-        return parts, fuller
-    return charts, None if moves else packed
+    size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
+    # the page of uncut charts that is as good
+    worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
+    if placed is None and SURE * whole <= worth:
+        placed, moves = pack_quickly(_maps(done), wish)
+    if placed is None or 1 / fill_of(placed) > worth:
+        return _packed(surface, parts, wish, fuller)
+    return _packed(surface, done, wish, None if moves else placed)
 
 
-def _boundary_length(pieces: list[Submesh]) -> float:
+def _boundary(pieces: Iterable[Submesh]) -> float:
     """The length of the boundaries of pieces."""
     rims = ((piece.V, piece.topology.edges[piece.topology.sides[1] < 0]) for piece in pieces)
     return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
-def _maps_of(charts: Charts) -> list[tuple[FloatArray, IntArray]]:
-    return [(chart.result.uv, piece.F) for chart, piece in charts]
+def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
+    return [(chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _pack_charts(charts: Charts, wish: Wish) -> list[PackedChart]:
-    """Charts on pages; the margins are made smaller if they would leave the charts no room."""
-    widest = float(np.sqrt(MARGIN_SHARE / len(charts)))
-    spacing = wish.spacing.at_most(widest)
-    if spacing != wish.spacing:
-        said = (
-            f"a margin of {wish.spacing.gap:g} leaves no room for {len(charts):,} charts: it is {widest:.2g}"
-        )
-        warnings.warn(said, FallbackWarning, stacklevel=stack_level())
-    return pack_maps(_maps_of(charts), replace(wish, spacing=spacing))
+def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
+    """Charts on pages, with margins that leave room for so many."""
+    most = float(np.sqrt(MARGINS / len(done)))
+    closer = wish.spacing.at_most(most)
+    if closer != wish.spacing:
+        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
+    return pack_maps(_maps(done), replace(wish, spacing=closer))
 
 
-def _atlas_on_pages(
-    surface: Submesh, done: Charts, wish: Wish, packed: list[PackedChart] | None = None
+def _packed(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[PackedChart] | None = None
 ) -> Atlas:
     """The atlas of charts on pages; where they are may be known."""
-    if packed is None:
-        packed = _pack_charts(done, wish)
-    charts, pieces = zip(*done, strict=True)
-    columns = list(zip(*((piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces), strict=True))
-    V, F, own, origin = map(np.concatenate, columns)
-    vertices, faces = (Ragged.of_sizes(list(map(len, column))) for column in columns[:2])
+    if placed is None:
+        placed = _placed(done, wish)
+    pages = np.array([p.page for p in placed])
     FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
-    rows = np.searchsorted(surface.faces, own)
-    FTC[rows] = F + faces.repeat(vertices.start[:-1])[:, None]
+    vertices, faces = (
+        Ragged.of_sizes([len(rows) for rows in table])
+        for table in ([piece.V for _, piece in done], [piece.F for _, piece in done])
+    )
+    rows = np.searchsorted(surface.faces, np.concatenate([piece.faces for _, piece in done]))
+    FTC[rows] = np.concatenate([piece.F for _, piece in done]) + faces.repeat(vertices.start[:-1])[:, None]
     label[rows] = faces.repeat(np.arange(len(done)))
-    uv, page, ratio = zip(*((chart.uv, chart.page, chart.ratio) for chart in packed), strict=True)
-    TC = np.concatenate(uv)
+    TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
+    V = np.concatenate([piece.V for _, piece in done])
+    overlaps = sum(chart.overlapping for chart, _ in done)  # in their places, charts are what they were
     seams, mismatch = seams_and_mismatch(surface.topology, TC, FTC)
-    if len(done) > 1:
-        overlaps = sum(chart.overlapping for chart in charts)  # in their places, charts are what they were
-        quality = quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, overlaps)
-    else:  # it is known, but for faces that have collapsed
-        flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
-        quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
     return Atlas(
         TC=TC,
         FTC=FTC,
         origin=origin,
         chart=label,
-        charts=charts,
+        charts=tuple(chart for chart, _ in done),
         seams=surface.vertices[seams],
         seam_length=float(lengths(surface.V, seams).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - int(surface.label.max() + 1),
-        fill=fill_of(packed),
-        page=np.array(page),
-        scale=abs(ratio[0]),
-        quality=quality,
+        fill=fill_of(placed),
+        page=pages,
+        scale=abs(placed[0].ratio),
+        quality=_quality(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, done, overlaps),
     )
+
+
+def _quality(surface: Submesh, TC: FloatArray, done: list[tuple[Chart, Submesh]], overlaps: int) -> Quality:
+    """Of all charts on their pages; that of a single chart is known, but for faces that have collapsed."""
+    if len(done) > 1:
+        return quality_of(surface, TC, overlaps)
+    flips = ~(signed_double_areas(complex_positions(TC), surface.F.T) > 0)
+    return replace(done[0][0].quality, flips=int(np.count_nonzero(flips)))

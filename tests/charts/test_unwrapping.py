@@ -226,7 +226,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
     asked = options.ChartOptions(LinABF(), True, 6.0, False, False, None, None)
-    parts = charting._chart_or_parts(dome, cuts_before, asked, None)
+    parts = charting._chart(dome, cuts_before, asked, None)
     assert isinstance(parts, list)
     charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), asked)
     assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2

@@ -19,7 +19,7 @@ from igl_linabf import Seams
 from igl_linabf._runtime import in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
-from igl_linabf.charts.seams.search import SeamOptions, seams_of
+from igl_linabf.charts.seams.search import seams_of
 from igl_linabf.surface import Ragged, Submesh
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -230,13 +230,13 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     rng = np.random.default_rng(1)
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)] + [box(rng) for _ in range(8)]
     surface = Submesh.checked_manifold(*side_by_side(bodies))
-    together = seams_of(surface, SeamOptions(Seams.trade, disks=True))
+    together = seams_of(surface, Seams.trade, disks=True)
     ratio = []
     for component in surface.components():
         piece = ClosedSurface.of(component)
         edges = component.vertices[piece.edges]
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
-        alone = seams_of(component, SeamOptions(Seams.trade, disks=True))
+        alone = seams_of(component, Seams.trade, disks=True)
         right = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(alone) @ [surface.n_given, 1])
         cost, least = (seam_cost(piece, np.flatnonzero(seam), Seams.trade) for seam in (found, right))
         ratio.append(cost / least)

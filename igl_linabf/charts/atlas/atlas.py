@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,12 @@ from ...errors import some
 from ...flattening import Flattening
 from ...measures import Quality
 from ...surface import Repair, Triangles, distinct_corners
-from .constants import NOTEBOOK_CHARTS, SEAM_TOLERANCE, STRETCH_ROUNDING, UNUSABLE_STRETCH
+
+SHOWN = 20  # charts in a notebook
+LARGEST_LOG = 700.0  # the exponential of more overflows
+UNUSABLE_STRETCH = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
+STRETCH_ROUNDING = 1e-9  # of the stretch
+APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,7 +121,7 @@ class Atlas:
     page: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    cone_angles: FloatArray = field(default_factory=partial(np.zeros, 0))
+    cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
     coned: bool = False
     period: float | None = None
     split: Triangles | None = None
@@ -172,8 +176,8 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
-        if self.coned and self.seam_mismatch > SEAM_TOLERANCE:
-            factor = np.exp(min(self.seam_mismatch, np.log(np.finfo(float).max) - 1))
+        if self.coned and self.seam_mismatch > APART:
+            factor = np.exp(min(self.seam_mismatch, LARGEST_LOG))
             said.append(
                 f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
                 f"{factor:.4g}, as no angles were found that close: give more cones"
@@ -197,12 +201,10 @@ class Atlas:
 
     def _repr_html_(self) -> str:
         rows = self._rows()
-        if len(rows) > NOTEBOOK_CHARTS + 2:
-            left_out = (f"{len(rows) - 2 - NOTEBOOK_CHARTS:,} more", *[""] * (len(rows[0]) - 1))
-            rows = [*rows[: NOTEBOOK_CHARTS + 1], left_out, rows[-1]]
-        lines = [
-            html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:NOTEBOOK_CHARTS])
-        ]
+        if len(rows) > SHOWN + 2:
+            left_out = (f"{len(rows) - 2 - SHOWN:,} more", *[""] * (len(rows[0]) - 1))
+            rows = [*rows[: SHOWN + 1], left_out, rows[-1]]
+        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
         face = slice(None) if self.split is None else self.split.face
         picture = map_svg(self.TC, self.triangles, self.chart[face])
         return html_row([("", picture), ("", html_table(rows) + "".join(lines))])

@@ -15,14 +15,15 @@ from ...errors import MeshError, SingularSystemError, some
 from ...flattening import Flattening, Method, Outcome, Sketch, flatten_together
 from ...measures import change_of
 from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
-from .constants import SLIVER_HEIGHT, SLIVER_ROUNDING
+
+THIN = 1e-6  # height over the longest side, which thinner triangles get
+ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
-    """The pieces, of which those of one triangle too thin for a map are a little higher.
+    """The pieces; of those that are one thin triangle, the vertex opposite to the longest side is moved away.
 
-    The vertex opposite to the longest side moves away from it. No neighbour sees that, and a triangle so thin
-    has no area to speak of.
+    No neighbour sees it, and a triangle so thin has no area to speak of.
     """
     made = list(pieces)
     alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
@@ -32,7 +33,7 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
     double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    height = np.maximum(SLIVER_HEIGHT * longest, SLIVER_ROUNDING * np.abs(corners).max(axis=(1, 2)))
+    height = np.maximum(THIN * longest, ROUNDING * np.abs(corners).max(axis=(1, 2)))
     for j in np.flatnonzero(double < height * longest).tolist():
         piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
         V = piece.V.copy()
@@ -46,13 +47,13 @@ def _raised(corners: FloatArray, height: float) -> FloatArray:
     apex, start, end = corners
     side = (end - start) / np.linalg.norm(end - start)
     along = (apex - start) @ side
-    away = _perpendicular_part(apex - start, side)
+    away = _across(apex - start, side)
     if not away @ away > 0:
-        away = _perpendicular_part(np.eye(len(side))[np.abs(side).argmin()], side)
+        away = _across(np.eye(len(side))[np.abs(side).argmin()], side)
     return np.asarray(start + along * side + height / np.linalg.norm(away) * away)
 
 
-def _perpendicular_part(vector: FloatArray, side: FloatArray) -> FloatArray:
+def _across(vector: FloatArray, side: FloatArray) -> FloatArray:
     """The part of a vector at right angles to a side of length one."""
     for _ in range(2):  # the first time to some digits of a long vector only
         vector = vector - (vector @ side) * side

@@ -1,9 +1,10 @@
-"""Charts of components with cones, cut along one seam whose two sides are equally long in the map."""
+"""Components with cones, as charts: one seam through the cones, and both sides of it equally long."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
@@ -21,117 +22,168 @@ from ...flattening import (
     holonomy_angles_of,
 )
 from ...measures import overlapping_pairs_of_chart, quality_of
-from ...surface import Submesh, check_finite, planar_mesh_of
+from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
-from .angle_sums import cone_angles_of
-from .component import ConeComponent
-from .constants import CONE_TRADE, LARGE_COMPONENT, LARGEST_RESIDUAL, QUARTER_TURN, THIN_SHARE
 from .moves import ConeMoves
-from .placement import find_on_component
-from .quantisation import QuantisedCurvatures, quantise_holonomy
+from .options import Cones
+from .placement import CONE_TRADE, ConeComponent, cone_angles_of, find_on_component
+from .quantisation import QUARTER_TURN, QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import seam_through
-from .surface_cones import SurfaceCones
 
+FEW_THIN = 0.15  # share of edges across which cotangents are negative
+COARSE = 1_000  # nodes below which there are hardly any to move to
+THIN = 0.2  # and share of such edges above which what is expected of moves does not come true
+ASTRAY = 0.5  # residual above which flips are no matter of the layout: the cones do not have their angles
+SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentCones:
-    """The cones on a component, and their angle sums.
+class SurfaceCones:
+    """The cones that are asked for, on a surface.
 
     Attributes
     ----------
-    component : ConeComponent
-    vertices : (#C,) int64
-        The component's own.
-    sums : (#C,) float64
-        Angle sums of the cones, radians.
-    scale : ConeScale or None
-        The conformal scale that the sums follow from; None if there are no cones, or the sums are given.
-    quantised : QuantisedCurvatures or None
-        The curvatures in quarter turns, if these may still go from cone to cone.
-    columns : SchurColumns or None
-        Those of the holonomy constraints along `component.paths`, once they are known.
+    vertices : (#C,) int64, int or None
+        The surface's vertices; or how many are to be found on each component: None is as many as pay.
+    angles : (#C,) float64, "quarter" or None
+        Their angle sums, radians; in quarter turns; or those of one scale at all cones.
     """
 
-    component: ConeComponent
-    vertices: IntArray
+    vertices: IntArray | int | None
+    angles: FloatArray | Literal["quarter"] | None
+
+    @classmethod
+    def of(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
+        """What the caller gives; its vertices become those of the repaired surface.
+
+        Raises
+        ------
+        MeshError
+            A cone is no vertex of the surface, or on its boundary, or twice there.
+        """
+        given, angles = np.asarray(cones.at), cones.angles
+        if given.ndim == 0:
+            return cls(None if cones.at == "auto" else int(given), None if angles is None else "quarter")
+        given = given.astype(np.int64)
+        outside = (given < 0) | (given >= len(cleaned.merged))
+        if outside.any():
+            raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
+        cone, vertex = _where(given, surface, cleaned)
+        if angles is None or isinstance(angles, str):
+            return cls(vertex, None if angles is None else "quarter")
+        return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
+
+    def on(self, component: Submesh) -> ComponentCones:
+        """The cones on a component."""
+        place = ConeComponent(component)
+        if self.vertices is None or isinstance(self.vertices, int):
+            own = find_on_component(place, self.vertices, CONE_TRADE)
+            assert not isinstance(self.angles, np.ndarray)
+            return _settled(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
+        here = np.flatnonzero(np.isin(self.vertices, component.vertices))
+        own = np.searchsorted(component.vertices, self.vertices[here])
+        wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
+        return ComponentCones(place, own, *cone_angles_of(place, own, wanted))
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentCones:
+    """Cones on a component.
+
+    Attributes
+    ----------
+    place : ConeComponent
+    own : (#C,) int64
+        The component's vertices.
+    sums : (#C,) float64
+        Their angle sums.
+    scale : ConeScale or None
+        What these follow from, if there are cones and their sums are not given.
+    quarters : QuantisedCurvatures or None
+        Those, if they are in quarter turns that may be exchanged.
+    columns : SchurColumns or None
+        The columns of the closing rows of `place.paths`, if they are known.
+    """
+
+    place: ConeComponent
+    own: IntArray
     sums: FloatArray
     scale: ConeScale | None
-    quantised: QuantisedCurvatures | None
+    quarters: QuantisedCurvatures | None
     columns: SchurColumns | None = None
 
-    @property
-    def all_sums(self) -> FloatArray:
-        """The angle sums of the component's vertices; NaN at its boundary."""
-        sums = np.where(self.component.submesh.topology.interior, 2 * np.pi, np.nan)
-        sums[self.vertices] = self.sums
-        return sums
 
-    @property
-    def known_laplacian(self) -> KnownLaplacian | None:
-        """The factored Laplacian that gave the cones their angle sums."""
-        if self.scale is None:
-            return None
-        ground, closed = self.scale.ground_cone, self.component.closed
-        left_out = None if ground < 0 else int(self.component.vertices_of(np.array([ground]))[0])
-        even = closed.graph.n >= LARGE_COMPONENT and closed.laplacian.thin_share <= THIN_SHARE
-        return KnownLaplacian(self.scale.inner_factor, left_out, even, self.columns)
-
-
-def place_cones(component: ConeComponent, wanted: SurfaceCones) -> ComponentCones:
-    """The cones on a component: given ones, or found ones."""
-    if wanted.vertices is None or isinstance(wanted.vertices, int):
-        own = find_on_component(component, wanted.vertices, CONE_TRADE)
-        assert not isinstance(wanted.angles, np.ndarray)
-        return _moved_to_holonomy(
-            ComponentCones(component, own, *cone_angles_of(component, own, wanted.angles))
-        )
-    submesh = component.submesh
-    here = np.flatnonzero(np.isin(wanted.vertices, submesh.vertices))
-    own = np.searchsorted(submesh.vertices, wanted.vertices[here])
-    angles = wanted.angles[here] if isinstance(wanted.angles, np.ndarray) else wanted.angles
-    return ComponentCones(component, own, *cone_angles_of(component, own, angles))
-
-
-def _moved_to_holonomy(found: ComponentCones) -> ComponentCones:
-    """Cones in quarter turns moved to where holonomy angles are nearly quarter turns, if that pays."""
-    component, quantised = found.component, found.quantised
-    submesh, closed = component.submesh, component.closed
-    if quantised is None or closed.laplacian.thin_share > THIN_SHARE or not component.paths:
+def _settled(found: ComponentCones) -> ComponentCones:
+    """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
+    place, quarters = found.place, found.quarters
+    component, piece = place.component, place.piece
+    if quarters is None or piece.graph.n < COARSE or piece.laplacian.thin_share > THIN:
         return found
-    predicted = holonomy_angles_of(
-        submesh.topology,
-        np.arctan2(*submesh.measured),
-        found.all_sums,
-        component.paths,
-        found.known_laplacian,
+    if not place.paths:
+        return found
+    told = holonomy_angles_of(
+        component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
     )
-    if predicted is None:
+    if told is None:
         return found
-    holonomy, columns = predicted
-    by_node = np.zeros((closed.graph.n, len(component.paths)))
-    by_node[closed.graph.n_holes :] = holonomy.by_vertex[component.interior]
-    moved = ConeMoves(component, quantised, replace(holonomy, by_vertex=by_node)).best()
-    if moved is None:
-        return replace(found, columns=columns)
-    vertices, sums = component.vertices_of(moved.scale.nodes), 2 * np.pi - moved.k * QUARTER_TURN
-    return ComponentCones(component, vertices, np.asarray(sums), moved.scale, None, columns)
+    holonomy, columns = told
+    found = replace(found, columns=columns)
+    by_node = np.zeros((piece.graph.n, len(place.paths)))
+    by_node[piece.graph.n_holes :] = holonomy.by_vertex[place.inner]
+    best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).best()
+    if best is None:
+        return found
+    own = place.vertices(best.scale.nodes)
+    return ComponentCones(
+        place, own, np.asarray(2 * np.pi - best.k * QUARTER_TURN), best.scale, None, columns
+    )
+
+
+def _asked(chosen: ComponentCones) -> FloatArray:
+    """The angle sums of the component's vertices; NaN at its boundary."""
+    sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
+    sums[chosen.own] = chosen.sums
+    return sums
+
+
+def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
+    """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
+    own = cleaned.merged[cleaned.origin]  # which vertex the caller may mean by each of the surface's
+    order = np.argsort(own, kind="stable")
+    wanted = cleaned.merged[given]
+    first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
+    if (first == end).any():
+        raise MeshError(f"cones {some(given[first == end])} belong to no face: give vertices of the surface")
+    cone = np.repeat(np.arange(len(given)), end - first)
+    at = np.concatenate(
+        [order[a:b] for a, b in zip(first.tolist(), end.tolist(), strict=True)] or [order[:0]]
+    )
+    if len(np.unique(at)) < len(at):
+        number = np.bincount(at)
+        raise MeshError(f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each once")
+    rim = ~surface.topology.interior[at]
+    if rim.any():
+        raise MeshError(
+            f"cones {some(given[cone[rim]])} are on the boundary, whose angles are free: "
+            "give interior vertices"
+        )
+    return cone, surface.vertices[at]
 
 
 @dataclass(frozen=True, eq=False)
 class ConeCharts:
-    """The charts of a surface with cones.
+    """What became of the components of a surface with cones.
 
     Attributes
     ----------
     charts : list of (Chart, Submesh)
     cones : (#C,) int64
-        Vertices of the surface.
+        The cones, by the surface's names of its vertices.
     angles : (#C,) float64
-        Their angle sums, radians.
+        Their angle sums.
     """
 
     charts: list[tuple[Chart, Submesh]]
@@ -140,97 +192,107 @@ class ConeCharts:
 
 
 def charts_with_cones(
-    surface: Submesh, wanted: SurfaceCones, method: Method, ends: tuple[float, float]
+    surface: Submesh, cones: SurfaceCones, method: Method, ends: tuple[float, float]
 ) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten it.
 
-    `ends` are the fractions of the progress at which all cones are placed, and all components are flat.
+    `ends` are the fractions of the progress at which cones are placed, and all is flat.
     """
     components = surface.components()
     with progress_part("cones", ends[0]):
-        placed = [place_cones(ConeComponent(component), wanted) for component in components]
+        placed = [cones.on(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
-    done, vertices, angles = 0, [], []
-    for submesh, cones in zip(components, placed, strict=True):
-        done += len(submesh.F)
-        with progress_part("charts", ends[0] + (ends[1] - ends[0]) * done / len(surface.F)):
-            cut, flattening, sums = _flattened_along_seam(cones, isinstance(wanted.angles, str), method)
-            charts += _without_overlaps(cut, flattening)
-        vertices.append(submesh.vertices[cones.vertices])
+    reached = 0
+    names, angles = [], []
+    for component, chosen in zip(components, placed, strict=True):
+        reached += len(component.F)
+        with progress_part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
+            cut, result, sums = _flattened(chosen, isinstance(cones.angles, str), method)
+            charts += _split(cut, result)
+        names.append(component.vertices[chosen.own])
         angles.append(sums)
-    return ConeCharts(charts, np.concatenate(vertices), np.concatenate(angles))
+    return ConeCharts(charts, np.concatenate(names), np.concatenate(angles))
 
 
-def _flattened_along_seam(
-    cones: ComponentCones, quarter: bool, method: Method
+def _flattened(
+    chosen: ComponentCones, quarter: bool, method: Method
 ) -> tuple[Submesh, Flattening, FloatArray]:
-    """The component cut along its seam, its map, and the angle sums of its cones in the map.
-
-    With `quarter`, the map turns by multiples of 90 degrees along closed paths.
-    """
-    start, component = perf_counter(), cones.component
-    submesh, closed = component.submesh, component.closed
-    seam = seam_through(closed, closed.node[cones.vertices], component.handles)
-    (cut,) = submesh.cut_at(submesh.cuttable_edges[seam])
+    """The component cut along its seam, its map, and the angle sums of its cones there."""
+    start, place = perf_counter(), chosen.place
+    component, piece = place.component, place.piece
+    seam = seam_through(piece, piece.node[chosen.own], place.along_handles)
+    (cut,) = component.cut_at(component.cuttable_edges[seam])
     advance("seams", 0.2)
     mesh = replace(planar_mesh_of(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-    paths, sums = component.paths, cones.sums
+    paths, angles = place.paths, chosen.sums
 
-    def prescribe(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-        """Angle sums of the cones, holonomy angles of the paths, and the log scale at all vertices."""
-        nonlocal sums
-        if cones.quantised is None:
-            turns = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
-            return sums, turns * QUARTER_TURN, None
-        k, turns = cones.quantised.for_holonomy(holonomy)
+    def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        nonlocal angles
+        if chosen.quarters is None:
+            whole = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
+            return angles, whole * QUARTER_TURN, None
+        k, whole = chosen.quarters.for_paths(holonomy)
         curvature: FloatArray = np.asarray(k * QUARTER_TURN)
-        sums = 2 * np.pi - curvature
-        return sums, turns * QUARTER_TURN, cones.quantised.scale.log_scale_of(curvature)[closed.node]
+        angles = 2 * np.pi - curvature
+        return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
 
-    cutting = perf_counter() - start
-    prescribed = PrescribedHolonomy(cones.vertices, prescribe) if quarter and paths else None
+    checked = perf_counter() - start
+    turned = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
     try:
         made = flatten_with_cones(
-            mesh, submesh.topology, cones.all_sums, paths, prescribed, method, cones.known_laplacian
+            mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
         )
     except SingularSystemError as error:
-        raise SingularSystemError(_no_map_message(cones, quarter, str(error))) from error
+        raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
     except DivergedError as error:
-        raise MeshError(_no_map_message(cones, quarter, str(error))) from error
+        raise MeshError(_none_found(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
-    if not made.outcome.good and missing > LARGEST_RESIDUAL and len(made.attempts) > 1:
-        raise MeshError(_no_map_message(cones, quarter, f"the angle sums end {missing:.2g} away from them"))
-    seconds = {"check": cutting, **made.seconds, "total": perf_counter() - start}
-    return cut, replace(made, seconds=seconds), sums
+    if not made.outcome.good and missing > ASTRAY and len(made.attempts) > 1:
+        raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
+    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    return cut, replace(made, seconds=seconds), angles
 
 
-def _no_map_message(cones: ComponentCones, quarter: bool, why: str) -> str:
+def _none_found(chosen: ComponentCones, quarter: bool, why: str) -> str:
+    """The message: no map has these cones."""
     other = "leave out angles='quarter'" if quarter else "cut along seams instead"
-    vertices = cones.component.submesh.vertices[cones.vertices]
     return (
-        f"no map with the {len(vertices)} cones {some(vertices)} was found: give more cones, or {other} "
-        f"({why})"
+        f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
+        f"found: give more cones, or {other} ({why})"
     )
 
 
-def _without_overlaps(cut: Submesh, flattening: Flattening) -> list[tuple[Chart, Submesh]]:
-    """Charts of one map, cut until none overlaps itself.
+def _known(chosen: ComponentCones) -> KnownLaplacian | None:
+    """The Laplacian that gave the cones their angles."""
+    if chosen.scale is None:
+        return None
+    first = chosen.scale.first
+    left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
+    piece = chosen.place.piece
+    even = piece.graph.n >= SMALL and piece.laplacian.thin_share <= FEW_THIN
+    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
 
-    No chart is flattened anew: both sides of each seam stay equally long.
-    """
-    check_finite(flattening.uv, cut.vertices, "uv")
+
+def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
+    """The map's parts that do not overlap themselves: the map stays as it is, so that seams still match."""
+    check_finite(result.uv, cut.vertices, "uv")
     done: list[tuple[Chart, Submesh]] = []
-    waiting = [(cut, flattening, 0)]
+    waiting = [(cut, result, 0)]
     while waiting:
-        submesh, made, splits = waiting.pop()
-        pairs = overlapping_pairs_of_chart(submesh.topology, made.uv)
+        piece, made, splits = waiting.pop()
+        pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
         if len(pairs) and splits < MAX_SPLITS:
-            parts = submesh.cut_along(seams_of_overlaps([submesh], submesh.faces[pairs]))
+            parts = piece.cut_along(seams_of_overlaps([piece], piece.faces[pairs]))
             if len(parts) > 1:
-                for part in reversed(parts):
-                    uv = uv_of_part(made.uv, submesh, part)
-                    waiting.append((part, flattening_of_part(made, submesh, part, uv), splits + 1))
+                waiting += [
+                    (
+                        part,
+                        flattening_of_part(made, piece, part, uv_of_part(made.uv, piece, part)),
+                        splits + 1,
+                    )
+                    for part in reversed(parts)
+                ]
                 continue
-        quality = quality_of(submesh, made.uv, len(pairs))
-        done.append((Chart(submesh.faces, made, quality, splits, len(pairs), 0.0), submesh))
+        chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
+        done.append((chart, piece))
     return done

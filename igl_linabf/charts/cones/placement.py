@@ -1,38 +1,45 @@
-"""Placement of cones: where one more lets the rest of a surface be flattened with less stretch."""
+"""Cones: the few vertices that keep all curvature when the rest of a surface is flattened."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._runtime import advance
-from ..._types import FloatArray, IntArray
+from ..._types import BoolArray, FloatArray, IntArray
+from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
-from ..cut_graphs import SurfaceGraph
-from .angle_sums import are_possible, least_quarter_turns, quantised_curvatures
-from .component import ConeComponent
-from .constants import (
-    CONE_TRADE,
-    CONES_IN_VAIN,
-    CONES_ONE_BY_ONE,
-    CONES_PER_NEW_CONE,
-    NARROW_CONE,
-    QUARTER_TURN,
-    USABLE_STRETCH,
-    WIDE_CORNER,
-)
+from ..cut_graphs import ClosedSurface
+from .quantisation import QUARTER_TURN, QuantisedCurvatures
 from .scale import ConeScale
+from .seams import along_handles, paths_across, seam_through
+
+CONE_TRADE = 30.0
+SINGLY = 100  # cones that are found one by one where there are few handles; then several at once
+AT_ONCE = 16  # one of so many that are there already
+MOST_VALUES = 200_000_000  # of Green's functions that are kept
+LEAST_NODES = 8  # to each cone
+IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
+USABLE = 3.0  # stretch and price together above which more are tried all the same: limbs come one by one
+NARROW = np.pi / 3  # angle of a cone below which another one helps it
+WIDE = 0.75 * np.pi  # angle of a triangle at a cone above which another one helps it
+MOST_QUARTERS = 3  # of curvature at a cone
+QUARTERS_OF_TRIANGLE = 4 / 3  # quarter turns that a triangle at a cone may take, so that it has 120 degrees
+MOST_OF_TRIANGLE = 5 / 3  # where a few cones with many triangles would else take what all others may not
+STRETCHED = 1.0  # growth of the log stretch by that, from which on it is the lesser evil
 
 
 def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float = CONE_TRADE) -> IntArray:
     """Find vertices that, as cones, let the rest of the surface be flattened with little stretch.
 
-    Think of the conformal map that is flat everywhere but at the cones, and whose scale is one at them and
-    at the boundary. Elsewhere it shrinks or grows. The next cone is where the logarithm of its scale is
-    farthest from zero: at the tips of limbs, and in the crotches between them. If a cone's angle sum
+    The conformal map that is flat everywhere but at the cones, and keeps the scale at them and at the
+    boundary, shrinks or grows elsewhere. The next cone is where the logarithm of its scale is
+    farthest from zero: at the tips of limbs, and in the crotches between them. If a cone's angle
     would be less than 60 degrees, or more than its triangles can take, the next one is near it. One
     factor of the surface's Laplacian serves for all cones.
 
@@ -82,143 +89,276 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     return np.concatenate(found)
 
 
-def find_on_component(component: ConeComponent, n: int | None, trade: float) -> IntArray:
-    """Cones on a component: `n`, or as many as pay; its own vertices."""
+@dataclass(frozen=True, eq=False)
+class ConeComponent:
+    """A component on which cones are placed."""
+
+    component: Submesh
+
+    @cached_property
+    def piece(self) -> ClosedSurface:
+        """Its graph."""
+        return ClosedSurface.of(self.component)
+
+    @cached_property
+    def along_handles(self) -> IntArray:
+        """A cut graph that opens the handles; edges of `piece`."""
+        return along_handles(self.piece)
+
+    @cached_property
+    def paths(self) -> tuple[ClosedPath, ...]:
+        """Closed paths around holes and along handles: those of `paths_across`, wherever cones are."""
+        seam = seam_through(self.piece, np.zeros(0, dtype=np.int64), self.along_handles)
+        return paths_across(self.component, self.piece.graph, seam)
+
+    @cached_property
+    def inner(self) -> IntArray:
+        """Its interior vertices, the nodes after those of the holes."""
+        return np.flatnonzero(self.component.topology.interior)
+
+    @cached_property
+    def valence(self) -> IntArray:
+        """Faces at each node that is no hole; 0 at those."""
+        around = np.bincount(self.component.F.ravel(), minlength=len(self.component.V))
+        return np.append(np.zeros(self.piece.graph.n_holes, dtype=np.int64), around[self.inner])
+
+    @property
+    def closed_curvature(self) -> float | None:
+        """What the curvatures of the cones sum to, if the surface is closed."""
+        return None if self.piece.graph.n_holes else 2 * np.pi * self.component.topology.characteristic
+
+    @property
+    def fewest(self) -> int:
+        """Number of cones of 90 degrees at least without which it cannot be flat."""
+        total = self.closed_curvature
+        return 0 if total is None or total == 0 else 3 if total > 0 else 1
+
+    @property
+    def enough(self) -> int:
+        """Number of cones that are found one by one: few surfaces need more."""
+        return max(SINGLY, 2 * abs(self.component.topology.characteristic))
+
+    @property
+    def limit(self) -> int:
+        """Number of cones at most, if they are to be found."""
+        return max(self.enough, min(MOST_VALUES // self.piece.graph.n, len(self.inner) // LEAST_NODES))
+
+    def vertices(self, nodes: IntArray) -> IntArray:
+        """The component's vertices of nodes that are no holes."""
+        return self.inner[nodes - self.piece.graph.n_holes]
+
+
+def find_on_component(place: ConeComponent, n: int | None, trade: float) -> IntArray:
+    """Cones on a component; its own vertices."""
     if not is_number(trade, 0, above=True):
         raise ValueError(f"trade is {trade!r}: use a positive number of cones")
-    if n is not None and (n < component.min_cones or (n == 1 and component.total_curvature == 0)):
-        submesh = component.submesh
-        least, cones = max(component.min_cones, 2), "1 cone is" if n == 1 else f"{n} cones are"
+    where = f"the component of faces {some(place.component.faces)}"
+    if n is not None and (n < place.fewest or (n == 1 and place.closed_curvature == 0)):
+        chi = place.component.topology.characteristic
+        least, cones = max(place.fewest, 2), "1 cone is" if n == 1 else f"{n} cones are"
         raise MeshError(
-            f"the component of faces {some(submesh.faces)} is closed, of Euler characteristic "
-            f"{submesh.topology.characteristic}, and {cones} too few for angles of 90 degrees and more at "
-            f"them: give at least {least}"
+            f"{where} is closed, of Euler characteristic {chi}, and {cones} too few for angles of 90 degrees "
+            f"and more at them: give at least {least}"
         )
-    if n == 0 or not len(component.interior):
+    if n == 0 or not len(place.inner):
         return np.zeros(0, dtype=np.int64)
-    return component.vertices_of(_paying_cones(component, trade) if n is None else _first_cones(component, n))
+    return place.vertices(_grown(place, n, trade))
 
 
-def _paying_cones(component: ConeComponent, trade: float) -> IntArray:
-    """Add cones as long as they pay; the nodes of those whose stretch and number cost least."""
-    best, least, smallest_spread, in_vain = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
-    for scale in _growing_scales(component, component.max_cones):
-        number, stretch, cost = len(scale.nodes), scale.stretch, np.inf
-        many = number >= component.one_by_one
-        if component.total_curvature == 0 and number == 1:
-            least = stretch  # that of no cones
-        if number >= component.min_cones:
-            cost = stretch + number / trade + _strain_cost(component, scale)
-            # while some limbs have no cones, their stretch hides what cones on other limbs save
-            spread = scale.spread if many and stretch >= USABLE_STRETCH else np.inf
-            in_vain = 0 if cost < least or spread < smallest_spread else in_vain + 1
-            smallest_spread = min(smallest_spread, spread)
+def _grown(place: ConeComponent, n: int | None, trade: float) -> IntArray:
+    """Add cones one by one; return the nodes of those of least cost, or the first `n`."""
+    if n is not None:
+        return _first(place, n)
+    best, least, smallest, in_vain = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
+    for scale in _growing(place, place.limit):
+        many, cost = len(scale.nodes) >= place.enough, np.inf
+        if place.closed_curvature == 0 and len(scale.nodes) == 1:
+            least = scale.stretch  # that of no cones
+        if len(scale.nodes) >= place.fewest:
+            cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale)
+            # a few limbs without cones hide all that others save
+            spread = scale.spread if many and scale.stretch >= USABLE else np.inf
+            in_vain = 0 if cost < least or spread < smallest else in_vain + 1
+            smallest = min(smallest, spread)
             if cost < least:
                 best, least = scale.nodes, cost
-        patience = CONES_ONE_BY_ONE if many and np.isinf(cost) else CONES_IN_VAIN
-        if (many or least < USABLE_STRETCH) and in_vain >= patience:
+        if (many or least < USABLE) and in_vain >= (SINGLY if many and np.isinf(cost) else IN_VAIN):
             break
-    return best if np.isfinite(least) else _first_cones(component, number)
+    return best if np.isfinite(least) else _first(place, len(scale.nodes))
 
 
-def _first_cones(component: ConeComponent, n: int) -> IntArray:
-    """The nodes of the first `n` cones.
+def _first(place: ConeComponent, n: int) -> IntArray:
+    """The nodes of the first `n` cones, which can have angles of one scale, or quarter turns.
 
     Raises
     ------
     MeshError
-        Triangles can have neither the angle sums of one scale at all cones, nor quarter turns.
+        They can have neither.
     """
-    *_, scale = _growing_scales(component, n)
-    n_triangles = component.n_triangles[scale.nodes]
-    beyond = np.flatnonzero(~are_possible(2 * np.pi - scale.curvature, n_triangles))
+    *_, scale = _growing(place, n)
+    angle = 2 * np.pi - scale.curvature
+    beyond = np.flatnonzero(~_within(angle, place.valence[scale.nodes]))
     if len(beyond):
-        turns = quantised_curvatures(component, scale).for_stretch
-        if not are_possible(np.asarray(2 * np.pi - turns * QUARTER_TURN), n_triangles).all():
-            more = _growing_scales(component, max(component.one_by_one, 2 * n))
-            enough = (len(s.nodes) for s in more if len(s.nodes) > n and _is_possible(component, s))
-            raise MeshError(_too_few_message(component, scale, beyond[0], next(enough, None)))
+        turns = _quarters_of(place, scale).for_stretch
+        if not _within(np.asarray(2 * np.pi - turns * QUARTER_TURN), place.valence[scale.nodes]).all():
+            more = _growing(place, max(place.enough, 2 * n))
+            enough = (len(s.nodes) for s in more if len(s.nodes) > n and _possible(place, s))
+            raise MeshError(_too_few(place, scale, beyond[0], next(enough, None)))
     return scale.nodes
 
 
-def _too_few_message(component: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
-    """That triangles cannot have the angle sum of cone `beyond`, and how many cones would do."""
-    submesh, node = component.submesh, scale.nodes[beyond]
-    angle, around = 2 * np.pi - scale.curvature[beyond], component.n_triangles[node]
-    vertex = submesh.vertices[component.vertices_of(node)]
+def _too_few(place: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
+    """The message: a cone's angle is beyond what its triangles can have, and how many cones would do."""
+    angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
+    (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
     return (
-        f"{len(scale.nodes)} cones are too few for the component of faces {some(submesh.faces)}, of "
-        f"Euler characteristic {submesh.topology.characteristic}: the angle sum at vertex {vertex} "
+        f"{len(scale.nodes)} cones are too few for the component of faces {some(place.component.faces)}, of "
+        f"Euler characteristic {place.component.topology.characteristic}: the angle sum at vertex {vertex} "
         f"would be {angle:.4g} rad, and must be within 0 and {around} pi = {np.pi * around:.4g}: {help_}"
     )
 
 
-def _growing_scales(component: ConeComponent, most: int) -> Iterator[ConeScale]:
-    """The conformal scales with the fewest cones, and then with more and more, up to a number of cones."""
-    scale = ConeScale.of(component.closed)
+def _growing(place: ConeComponent, most: int) -> Iterator[ConeScale]:
+    """With the fewest cones, and then with one or more further ones at a time, up to a number of them."""
+    scale = ConeScale.of(place.piece)
     while True:
         advance("cones", 0.1)
         yield scale
-        room = min(most, len(component.interior)) - len(scale.nodes)
-        further = _next_cones(component, scale, room)
+        further = _further(place, scale, min(most, len(place.inner)) - len(scale.nodes))
         if not len(further):
             return
         scale = scale.with_cones(further)
 
 
-def _next_cones(component: ConeComponent, scale: ConeScale, most: int) -> IntArray:
-    """The node at which another cone helps most; with many cones, several nodes far from each other."""
+def _further(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
+    """The node at which another cone helps most; if there are many cones, several far from each other."""
     far = np.abs(scale.log_scale)
     far[scale.nodes] = 0.0
     if most <= 0 or not far.any():
         return np.zeros(0, dtype=np.int64)
-    strain = _strain(component, scale)
+    strain = _strain(place, scale)
     strained = len(strain) > 0 and strain.max() > 0
-    single = len(scale.nodes) < component.one_by_one or scale.stretch < USABLE_STRETCH
-    if single and not strained:
+    alone = len(scale.nodes) < place.enough or scale.stretch < USABLE
+    if alone and not strained:
         return np.array([np.argmax(far)])
-    distance, _, nearest_cone = component.closed.graph.shortest_paths(scale.nodes)
-    if single:  # near the cone of most strain
-        near = np.where(nearest_cone == scale.nodes[np.argmax(strain)], far, 0.0)
+    away, _, source = place.piece.graph.shortest_paths(scale.nodes)
+    if alone:
+        near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
         return np.array([np.argmax(near if near.any() else far)])
-    # in the Voronoi cell of each cone, the node where the scale is farthest from one
     order = np.argsort(far, kind="stable")
-    farthest = np.zeros(component.closed.graph.n, dtype=np.int64)
-    farthest[nearest_cone[order]] = order
-    tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // CONES_PER_NEW_CONE)
+    farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
+    farthest[source[order]] = order  # of the nodes nearest to each cone, where the scale is worst
+    tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // AT_ONCE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
     by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
     helped = by_strain[strain[by_strain] > 0][: room // 2]
-    candidates = tried[np.concatenate((helped, by_scale))]
-    return _spread_nodes(component.closed.graph, candidates, distance / 2)[:room]
+    return _apart(place.piece, tried[np.concatenate((helped, by_scale))], away / 2)[:room]
 
 
-def _spread_nodes(graph: SurfaceGraph, nodes: IntArray, distance: FloatArray) -> IntArray:
-    """Of the nodes in their order, each that is at least its `distance` away from all that were taken."""
-    taken = np.zeros(0, dtype=np.int64)
+def _apart(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntArray:
+    """Those nodes that are as far as their distances from the ones before them."""
+    kept = np.zeros(0, dtype=np.int64)
     for i in nodes.tolist():
-        gap = np.linalg.norm(graph.position[taken] - graph.position[i], axis=1)
+        gap = np.linalg.norm(piece.graph.position[kept] - piece.graph.position[i], axis=1)
         if (gap >= distance[i]).all():
-            taken = np.append(taken, i)
-    return taken
+            kept = np.append(kept, i)
+    return kept
 
 
-def _strain_cost(component: ConeComponent, scale: ConeScale) -> float:
-    """What strained cones cost: as much as usable stretch; infinity if no triangles have such angle sums."""
-    if not _is_possible(component, scale):
+def _price(place: ConeComponent, scale: ConeScale) -> float:
+    """What strained cones cost: as much as usable stretch; or all, if no triangles have such angles."""
+    if not _possible(place, scale):
         return np.inf
-    return USABLE_STRETCH if (_strain(component, scale) > 0).any() else 0.0
+    return USABLE if (_strain(place, scale) > 0).any() else 0.0
 
 
-def _is_possible(component: ConeComponent, scale: ConeScale) -> bool:
-    """Whether triangles can have the angle sums of one scale at all cones, and some quarter turns, too."""
-    total, n_triangles = component.total_curvature, component.n_triangles[scale.nodes]
-    room = total is None or least_quarter_turns(n_triangles).sum() <= round(total / QUARTER_TURN)
-    return bool(room and are_possible(2 * np.pi - scale.curvature, n_triangles).all())
+def _possible(place: ConeComponent, scale: ConeScale) -> bool:
+    """Whether triangles can have the angles of one scale at all cones; and quarter turns, too."""
+    total, around = place.closed_curvature, place.valence[scale.nodes]
+    room = total is None or least_quarters(around).sum() <= round(total / QUARTER_TURN)
+    return bool(room and _within(2 * np.pi - scale.curvature, around).all())
 
 
-def _strain(component: ConeComponent, scale: ConeScale) -> FloatArray:
-    """By how much each cone's angle sum is too small, or too large for its triangles; radians."""
+def _within(angle: FloatArray, around: IntArray) -> BoolArray:
+    """Whether so many triangles can have these angles together."""
+    return np.asarray((angle > 0) & (angle < np.pi * around))
+
+
+def least_quarters(around: IntArray, of_triangle: float = QUARTERS_OF_TRIANGLE) -> IntArray:
+    """The least curvature of a cone of so many triangles, in quarter turns."""
+    least = 4 - np.floor(of_triangle * around).astype(np.int64)
+    return np.asarray(np.minimum(least, MOST_QUARTERS))
+
+
+def _quarters_of(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
+    """The cones in quarter turns, with triangles as wide as little stretch asks for."""
+    around = place.valence[scale.nodes]
+    turns = QuantisedCurvatures(scale, least_quarters(around), MOST_QUARTERS)
+    enough = np.log(scale.stretch) + STRETCHED
+    if turns.log_stretch <= enough:
+        return turns
+    wider = replace(turns, least=least_quarters(around, MOST_OF_TRIANGLE))
+    return wider if wider.log_stretch < turns.log_stretch - STRETCHED else turns
+
+
+def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
+    """By how much each cone's angle is too narrow, or too wide for the faces at it; radians."""
     angle = 2 * np.pi - scale.curvature
-    return np.maximum(NARROW_CONE - angle, angle - WIDE_CORNER * component.n_triangles[scale.nodes])
+    return np.maximum(NARROW - angle, angle - WIDE * place.valence[scale.nodes])
+
+
+def cone_angles_of(
+    place: ConeComponent, cones: IntArray, wanted: str | FloatArray | None
+) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
+    """Angle sums of the cones of a component: as they are given, of one scale, or in quarter turns.
+
+    Also returns the scale that they follow from, and the quarter turns, which may be exchanged afterwards.
+
+    Raises
+    ------
+    MeshError
+        They do not obey Gauss-Bonnet, or are not within what triangles can take.
+    """
+    component, total = place.component, place.closed_curvature
+    names, scale, quarters = component.vertices[cones], None, None
+    around = place.valence[place.piece.node[cones]]
+    if isinstance(wanted, np.ndarray):
+        angle = wanted
+        if total is not None and not abs((2 * np.pi - angle).sum() - total) < 1e-6:
+            right = 2 * np.pi * len(cones) - total
+            raise MeshError(
+                f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a "
+                f"closed surface of Euler characteristic {component.topology.characteristic}, "
+                f"those of {len(cones)} cones have to sum to {right:.6g} (Gauss-Bonnet): "
+                f"change them by {right - angle.sum():+.6g} in all"
+                + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
+            )
+    else:
+        needed = place.fewest
+        if len(cones) < needed or (total == 0 and len(cones) == 1):
+            given = f"{len(cones)} cones ({some(names)}) are" if len(cones) else "no cones are"
+            raise MeshError(
+                f"{given} too few for the component of faces "
+                f"{some(component.faces)}, which is closed, of Euler characteristic "
+                f"{component.topology.characteristic}: give at least {max(needed, 2)}"
+            )
+        if not len(cones):
+            return np.zeros(0), None, None
+        scale = ConeScale.at(place.piece, place.piece.node[cones])
+        curvature: FloatArray = scale.curvature
+        if wanted == "quarter":
+            quarters = _quarters_of(place, scale)
+            curvature = np.asarray(quarters.for_stretch * QUARTER_TURN)
+        angle = 2 * np.pi - curvature
+    bad = np.flatnonzero(~_within(angle, around))
+    if len(bad):
+        i = bad[0]
+        given, other = ("would be", "your own") if wanted is None else ("is", "other")
+        raise MeshError(
+            f"the angle sum of {len(bad)} of {len(cones)} cones is outside of what triangles can have: at "
+            f"vertex {names[i]} it {given} {angle[i]:.4g} rad, and must be within 0 and {around[i]} pi = "
+            f"{np.pi * around[i]:.4g}: give more cones near vertices {some(names[bad])}, or {other} "
+            "angles"
+        )
+    return np.asarray(angle), scale, quarters

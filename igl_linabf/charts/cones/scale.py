@@ -1,4 +1,4 @@
-"""The conformal scale of a surface with cones: their angle sums and the expected stretch follow from it."""
+"""The conformal scale of a surface with cones: where the next cone helps most, and which angles they have."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class ConeScale:
 
     Attributes
     ----------
-    closed : ClosedSurface
+    piece : ClosedSurface
     laplacian : DirichletSolver
-        Of L; of L with raised cotangents where double precision does not hold these.
+        L, of the cotangents; of raised ones where double precision does not hold these.
     factored : Factor
         L with zero at the ground.
-    ground_cone : int
+    first : int
         The node that is the ground; -1 where the boundary is.
     bare : (n,) float64
         u_0, with no cone but the ground.
@@ -41,44 +41,47 @@ class ConeScale:
         Their Green's functions.
     """
 
-    closed: ClosedSurface
+    piece: ClosedSurface
     laplacian: DirichletSolver
     factored: Factor
-    ground_cone: int
+    first: int
     bare: FloatArray
     others: IntArray
     green: FloatArray
 
     @classmethod
-    def of(cls, closed: ClosedSurface, ground_cone: int | None = None) -> ConeScale:
-        """Without cones; on a closed surface with one, by default where the scale is farthest from 1."""
-        if closed.graph.n_holes:
-            ground_cone = -1
-        elif ground_cone is None:
-            # farthest from the mean, of the scale that spreads all curvature evenly
-            weight, k = closed.area / closed.area.sum(), closed.curvature
-            u = closed.laplacian.dirichlet.solve(np.array([0]), weight * k.sum() - k)
-            ground_cone = int(np.argmax(np.abs(u - weight @ u)))
-        ground = _ground_nodes(closed, ground_cone)
-        laplacian, bare = closed.laplacian.dirichlet_of_cotangents, -closed.curvature
+    def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
+        """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
+        if piece.graph.n_holes:
+            first = -1
+        elif first is None:
+            first = _farthest(piece)
+        ground, laplacian, bare = (
+            _ground(piece, first),
+            piece.laplacian.dirichlet_of_cotangents,
+            -piece.curvature,
+        )
         try:
             factored = laplacian.factored(ground)
         except NotPositiveDefiniteError:
-            laplacian = closed.laplacian.dirichlet
+            laplacian = piece.laplacian.dirichlet
             factored = laplacian.factored(ground)
         bare[ground] = 0.0
-        cones, green = np.zeros(0, dtype=np.int64), np.zeros((0, closed.graph.n))
-        return cls(closed, laplacian, factored, ground_cone, factored.solve(bare), cones, green)
+        none = np.zeros(0, dtype=np.int64)
+        return cls(
+            piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.graph.n))
+        )
 
     @classmethod
-    def at(cls, closed: ClosedSurface, nodes: IntArray) -> ConeScale:
+    def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
         """With these cones, of which there is one at least."""
-        ground = cls.of(closed, int(nodes[0]))
+        first = int(nodes[0])
+        ground = cls.of(piece, first)
         return ground.with_cones(nodes[len(ground.nodes) :])
 
     def with_cones(self, nodes: IntArray) -> ConeScale:
         """With more cones."""
-        unit = np.zeros((self.closed.graph.n, len(nodes)))
+        unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
         green = np.concatenate((self.green, self.factored.solve(unit).T))
         return replace(self, others=np.append(self.others, nodes), green=green)
@@ -86,15 +89,15 @@ class ConeScale:
     @property
     def nodes(self) -> IntArray:
         """All cones."""
-        return self.others if self.ground_cone < 0 else np.append(self.ground_cone, self.others)
+        return self.others if self.first < 0 else np.append(self.first, self.others)
 
     @property
-    def inner_factor(self) -> Factor | None:
-        """The factor of L over the nodes off the ground; None if its cotangents are raised."""
-        solver, closed = self.laplacian, self.closed
-        if solver is not closed.laplacian.dirichlet_of_cotangents or solver is closed.laplacian.dirichlet:
+    def known(self) -> Factor | None:
+        """The factor of the Laplacian over the nodes off the ground; None if its cotangents are raised."""
+        zero, piece = self.laplacian, self.piece
+        if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
             return None
-        free = solver.free(_ground_nodes(closed, self.ground_cone))
+        free = zero.free(_ground(piece, self.first))
 
         def solve(b: FloatArray) -> FloatArray:
             every = np.zeros((len(free), *b.shape[1:]))
@@ -107,7 +110,7 @@ class ConeScale:
     def curvature(self) -> FloatArray:
         """The curvature of each of `nodes` with which the scale is one at all of them, radians."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
-        return np.asarray(k if self.ground_cone < 0 else np.append(self.closed.curvature.sum() - k.sum(), k))
+        return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
     @cached_property
     def log_scale(self) -> FloatArray:
@@ -116,22 +119,29 @@ class ConeScale:
 
     def log_scale_of(self, curvature: FloatArray) -> FloatArray:
         """u, (n,), where these are the curvatures of `nodes`, radians; it is zero at the ground only."""
-        k = curvature if self.ground_cone < 0 else curvature[1:]
+        k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
     @property
     def stretch(self) -> float:
         """The L2 stretch that is expected of the map."""
-        return expected_stretch(self.closed, self.log_scale)
+        return expected_stretch(self.piece, self.log_scale)
 
     @property
     def spread(self) -> float:
         """The standard deviation of u over the surface."""
-        weight = self.closed.area / self.closed.area.sum()
+        weight = self.piece.area / self.piece.area.sum()
         u = self.log_scale - weight @ self.log_scale
         return float(np.sqrt(weight @ u**2))
 
 
-def _ground_nodes(closed: ClosedSurface, ground_cone: int) -> IntArray:
+def _ground(piece: ClosedSurface, first: int) -> IntArray:
     """The nodes at which the scale is zero without any cone."""
-    return np.arange(closed.graph.n_holes) if ground_cone < 0 else np.array([ground_cone])
+    return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
+
+
+def _farthest(piece: ClosedSurface) -> int:
+    """The node where the scale that spreads all curvature evenly is farthest from its mean."""
+    weight = piece.area / piece.area.sum()
+    u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
+    return int(np.argmax(np.abs(u - weight @ u)))

@@ -1,4 +1,4 @@
-"""Seams through cones, and the closed paths along which the scale has to come back to what it was."""
+"""Seams through cones, and the closed paths along which the scale has to come back across them."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,26 +18,27 @@ from ..cut_graphs import (
     move_branch_points,
     open_handles,
 )
-from .constants import HANDLE_CLUSTERS
+
+CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
 
 
-def seam_through(closed: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
-    """A short cut graph that opens the handles and joins holes and cones; edges of `closed`.
+def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
+    """A short cut graph that opens the handles and joins holes and cones; edges of `piece`.
 
-    `handles` is `handle_seam(closed)`, if that is known.
+    What opens the handles may be known.
     """
-    return join_terminals(closed.graph, handle_seam(closed) if handles is None else handles, cones)
+    return join_terminals(piece.graph, along_handles(piece) if handles is None else handles, cones)
 
 
-def handle_seam(closed: ClosedSurface) -> IntArray:
-    """A short cut graph that opens the handles. On a large surface it is found on clusters, and shortened."""
+def along_handles(piece: ClosedSurface) -> IntArray:
+    """A short cut graph that opens the handles; of a large surface found on clusters, and drawn tight."""
     none = np.zeros(0, dtype=np.int64)
-    if not closed.graph.genus:
+    if not piece.graph.genus:
         return none
-    if closed.graph.n <= DIRECT:
-        return move_branch_points(closed.graph, open_handles(closed), closed.graph.length_of)
-    features = replace(closed.features, valleys=lambda: np.ones(len(closed.edges)))
-    levels = Levels.of(replace(closed, features=features), HANDLE_CLUSTERS)
+    if piece.graph.n <= DIRECT:
+        return move_branch_points(piece.graph, open_handles(piece), piece.graph.length_of)
+    features = replace(piece.features, valleys=lambda: np.ones(len(piece.edges)))
+    levels = Levels.of(replace(piece, features=features), CLUSTERED)
     graph, handles = levels.coarse.graph, open_handles(levels.coarse)
     return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 
@@ -46,8 +47,8 @@ def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tup
     """Closed paths around the holes but one, and after them those along and across the handles.
 
     The scale comes back along every closed path if it does along these and around each interior vertex.
-    Each path crosses the seam at one edge. Take a spanning tree of the seam: these edges are those off the
-    tree, which close its cycles, and from each hole but one the first edge towards the root.
+    Each crosses the seam at one edge. The edges are those that close a cycle of the seam, and on a
+    spanning tree of it, the first one from each hole on the way to another one.
     """
     if not len(seam):
         return ()
@@ -68,14 +69,11 @@ def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tup
 
 
 def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
-    """For each crossed edge, a shortest closed strip of triangles across it; of this its right side.
-
-    The strip crosses no other edge of the seam.
-    """
+    """The right side of a shortest strip of triangles across one seam edge, for each of some."""
     m = topology.corner.shape[1]
-    on_seam = np.zeros(len(topology.edges), dtype=bool)
-    on_seam[seam] = True
-    edge = np.flatnonzero((topology.sides[1] >= 0) & ~on_seam)
+    closed = np.zeros(len(topology.edges), dtype=bool)
+    closed[seam] = True
+    edge = np.flatnonzero((topology.sides[1] >= 0) & ~closed)
     face = np.sort(topology.sides[:, edge] % m, axis=0)
     _, kept = np.unique(face[0] * m + face[1], return_index=True)  # two faces may share two edges
     dual = sparse.csr_array((edge[kept] + 1.0, face[:, kept]), shape=(m, m))

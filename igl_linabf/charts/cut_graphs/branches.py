@@ -1,6 +1,6 @@
-"""Branches of a seam: branch points move to where it is shorter, and what does not pay is cut off."""
+"""Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import combinations, pairwise
 from typing import TypeVar
 
@@ -9,14 +9,19 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from .constants import MOST_MOVED, NEIGHBOURS_OF_ARC, SHORTER
-from .graph import SurfaceGraph
+from .graph import SHORTER, SeamTopology, SurfaceGraph
+
+MOST_TRIES = 12  # of moving some of these together
+BRANCH_ROUNDS = 3  # of moving branch points, on average
+FEW_ARCS, BESIDE = 6, 2  # at a branch point, of which all pairs are tried; of more, with how many each one
+MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
 Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
-Arc = tuple[IntArray, IntArray]  # edges in a row, and the nodes from the first to the last
-ArcTo = tuple[IntArray, int]  # edges in a row, and the node at their end
+Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
+Row = tuple[IntArray, IntArray]  # an arc, by arrays
+Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
@@ -25,24 +30,20 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     A branch point is tried again when an arc of it has moved. If there are very many, those of the longest
     arcs are.
     """
-    topology, steps = graph.topology_of(seam), steps_of(graph, seam)
+    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if not waiting:
-        return seam
     if len(waiting) > MOST_MOVED:
         at = lengths_at(graph, arcs_of(graph, seam), graph.length)
         waiting = longest(waiting, lambda k: float(at[waiting[k]]))
-    least = cost(seam)
-    while waiting:
+    for _ in range(BRANCH_ROUNDS * len(waiting)):
+        if not waiting:
+            break
         branch = waiting.pop(0)
-        if len(steps.get(branch, ())) < 3:
-            continue
-        for moved, ends in _moves_of(graph, seam, arcs_from(graph, steps, branch), branch):
-            if graph.topology_of(moved) == topology and (its_cost := cost(moved)) < least:
-                replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
-                seam, least = moved, its_cost
-                waiting += sorted(ends.difference(waiting))
-                break
+        if len(steps.get(branch, ())) >= 3:
+            moved, ends = _move_branch_point(graph, seam, arcs_from(graph, steps, branch), branch, kept, cost)
+            replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
+            seam = moved
+            waiting += sorted(ends.difference(waiting))
     return seam
 
 
@@ -54,27 +55,26 @@ def prune_branches(
     What they were grown for, a later branch may have done as well. With a mirror, the `image` of a branch
     goes together with it.
     """
-    topology, steps = graph.topology_of(seam), steps_of(graph, seam)
+    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
-    branches = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
-    least = cost(seam)
-    for k in np.argsort([-graph.length_of(arc) for arc in branches], kind="stable")[:MOST_MOVED].tolist():
-        rest = graph.difference(graph.difference(seam, branches[k]), image(branches[k]))
+    arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
+    for k in np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
+        rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
-        if opens and graph.topology_of(rest) == topology and (its_cost := cost(rest)) < least:
-            seam, least = rest, its_cost
+        if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
+            seam = rest
     return seam
 
 
-def lengths_at(graph: SurfaceGraph, arcs: list[Arc], length: FloatArray, most: float = np.inf) -> FloatArray:
-    """The total length of the arcs that end at each node, (n,); no arc counts more than `most`."""
+def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
+    """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
     return np.bincount(ends, np.repeat(own, 2), graph.n).astype(np.float64)
 
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """Those items that may move, in their order: of many, the longest. `length` is that of the k-th item."""
+    """Those that are moved, in their order; of many by the length of the k-th one."""
     if len(items) <= MOST_MOVED:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
@@ -82,15 +82,15 @@ def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
 
 
 def move_in_groups(
-    items: list[Item], seam: IntArray, move: Callable[[list[Item], IntArray], IntArray | None]
+    items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
-    """The seam with all items moved together; where `move` returns None, halves of them, and so on."""
+    """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
     waiting = [items]
-    for _ in range(MOST_MOVED // 2):
+    for _ in range(MOST_TRIES):
         if not waiting:
             break
         group = waiting.pop()
-        new = move(group, seam)
+        new = moved(group, seam)
         if new is not None:
             seam = new
         elif len(group) > 1:
@@ -98,10 +98,10 @@ def move_in_groups(
     return seam
 
 
-def _moves_of(
-    graph: SurfaceGraph, seam: IntArray, arcs: list[ArcTo], branch: int
-) -> Iterator[tuple[IntArray, set[int]]]:
-    """Shorter seams: arcs at `branch` start at the point from which they are shortest. With the arcs' ends.
+def _move_branch_point(
+    graph: SurfaceGraph, seam: IntArray, arcs: list[Ended], branch: int, kept: SeamTopology, cost: Cost
+) -> tuple[IntArray, set[int]]:
+    """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
@@ -116,23 +116,27 @@ def _moves_of(
             sets, avoid = [np.flatnonzero(label == group) for group in groups], None
         else:
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
-        centre, paths = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
-        moved = graph.union(rest, paths)
-        if centre >= 0 and graph.length_of(moved) < graph.length_of(seam) * SHORTER:
-            yield moved, {*tips, centre}
+        centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
+        moved = graph.union(rest, ways)
+        shorter = graph.length_of(moved) < graph.length_of(seam) * SHORTER
+        if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
+            return moved, {*tips, centre}
+    return seam, set()
 
 
-def _nearby_pairs(graph: SurfaceGraph, arcs: list[ArcTo]) -> list[tuple[ArcTo, ArcTo]]:
-    """Pairs of arcs at a node that may share a part of their way: each arc with those nearest to it."""
-    at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
-    apart = np.linalg.norm(at[:, None] - at, axis=2)
-    nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + NEIGHBOURS_OF_ARC].tolist()
-    return [
-        (arcs[i], arcs[j]) for i, j in combinations(range(len(arcs)), 2) if j in nearest[i] or i in nearest[j]
-    ]
+def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
+    """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
+    pairs = list(combinations(range(len(arcs)), 2))
+    if len(arcs) > FEW_ARCS:
+        at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
+        apart = np.linalg.norm(at[:, None] - at, axis=2)
+        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + BESIDE]
+        near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
+        pairs = sorted(near, key=lambda pair: float(apart[pair]))
+    return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
-def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[Arc]:
+def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -146,7 +150,9 @@ def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) 
 def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
     """From each node of the seam: its edges, and where they lead."""
     steps: Steps = {}
-    replace_steps(graph, steps, seam[:0], seam)
+    for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
     return steps
 
 
@@ -162,21 +168,18 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_from(graph: SurfaceGraph, steps: Steps, start: int) -> list[ArcTo]:
+def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[Ended]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = list[ArcTo]()
-    for step in steps.get(start, []):
-        edges, nodes = arc_from(graph, steps, set(), start, step, np.inf)
-        arcs.append((np.array(edges), nodes[-1]))
-    return arcs
+    arcs = (arc_from(graph, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
+    return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
 
 
 def arc_from(
-    graph: SurfaceGraph, steps: Steps, fixed: set[int], start: int, step: tuple[int, int], reach: float
-) -> tuple[list[int], list[int]]:
-    """The edges and nodes of the arc that begins with a step, up to its end or to the length `reach`."""
-    (edge, at), edges, nodes, limited = step, [step[0]], [start, step[1]], reach < np.inf
-    while at != start and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
+    graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
+) -> Arc:
+    """The arc that begins with a step, up to a joint or so far."""
+    (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
+    while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:
             reach -= float(graph.length[edge])
             if reach <= 0:

@@ -11,18 +11,11 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
-from ..features import (
-    FEATURE_DISCOUNT,
-    Smoothing,
-    curvature_noise,
-    dihedral_angles,
-    hiding_factors,
-    sharpness,
-    valley_factors,
-)
-from .constants import LARGEST_WEIGHT, SMALLEST_WEIGHT
+from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
 from .graph import SurfaceGraph
-from .laplacians import SurfaceLaplacian
+from .laplacians import LARGEST_WEIGHT, SMALLEST_WEIGHT, SurfaceLaplacian
+
+CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +88,11 @@ class ClosedSurface:
         component: Submesh,
         hidden: FloatArray | None = None,
         isometric: bool = False,
-        dihedral: FloatArray | None = None,
+        bend: FloatArray | None = None,
     ) -> ClosedSurface:
         """Contract the boundary loops of a surface in one piece.
 
-        `hidden` is as `hiding_weights` returns it; `dihedral` are the `dihedral_angles`, if they are known.
+        `hidden` is as `hiding_weights` returns it; `bend` are the `dihedral_angles`, if they are known.
         """
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -110,10 +103,10 @@ class ClosedSurface:
         node[node < 0] = np.arange(holes, n)
         cell, inside = component.polygon_labels, component.cuttable_edges
         edges, beside = topology.edges[topology.inside], topology.faces_inside
-        every, dihedral = topology.inside, dihedral_angles(component) if dihedral is None else dihedral
+        every, bend = topology.inside, dihedral_angles(component) if bend is None else bend
         if component.inner is not None:
             taken = np.searchsorted(every, inside)
-            edges, beside, dihedral = edges[taken], cell[beside[taken]], dihedral[taken]
+            edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
         every_length = lengths(V, topology.edges)
         in_space = every_length[inside]
         double_area, dot = component.measured
@@ -128,7 +121,7 @@ class ClosedSurface:
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
         weight = np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT)
-        length = seam_lengths(in_space, dihedral) * seen
+        length = seam_lengths(in_space, bend) * seen
         return cls(
             SurfaceGraph(
                 n, holes, topology.genus, int(cell.max()) + 1, node[edges], beside, length, V[vertex]
@@ -138,8 +131,8 @@ class ClosedSurface:
             features=EdgeFeatures(
                 in_space,
                 seen,
-                sharpness(dihedral),
-                lambda: valley_factors(component, edges, in_space, dihedral, smoothing(), size),
+                sharpness(bend),
+                lambda: valley_factors(component, edges, in_space, bend, smoothing(), size),
             ),
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             noise=curvature_noise(component, every_length, node, n),
@@ -167,6 +160,6 @@ class ClosedSurface:
         return replace(self, graph=replace(self.graph, length=length))
 
 
-def seam_lengths(length: FloatArray, dihedral: FloatArray) -> FloatArray:
+def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
     """The lengths of edges for a seam, which shows less along bends."""
-    return np.asarray(length * (1 - FEATURE_DISCOUNT * np.minimum(np.abs(dihedral) / (np.pi / 2), 1)))
+    return np.asarray(length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))

@@ -17,11 +17,21 @@ from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from .closed_surface import ClosedSurface, EdgeFeatures
-from .constants import CLUSTERED, CORRIDOR, DIRECT, FIRST_BASES, FLAT_NODE, ROOT_DISTANCE, SMALLEST_WEIGHT
 from .graph import SurfaceGraph, without_stubs
-from .handles import open_handles, shortest_loops
+from .handles import FIRST_BASES, open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
+
+DIRECT = 8_500  # nodes up to which seams are found on the surface itself
+DIRECT_HANDLES = 4_000  # the same, of parts with handles of a large surface
+CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
+LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
+REACH = 6.0  # mean distances to a root that a branch point's arcs may move
+WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
+FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
+HOPS, FEW_HOPS = 3, 2
+MORE_ROOTS = 4  # times
+SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,17 +112,17 @@ class Contracted:
     def simple(cls, fine: ClosedSurface, hops: int) -> Contracted:
         """With more roots where clusters go around a thin part: two of them then share one edge at most."""
         forest = shortest_path_trees(fine, hops)
-        while True:
+        for _ in range(MORE_ROOTS):
             outline = _outline(fine.graph, forest)
             low, high = np.sort(outline.graph.ends, axis=1).T
             # at both edges of such a pair: the ends of the longer one may be roots already
             code = low * len(outline.roots) + high
             ordered = np.sort(code)
             again = np.isin(code, ordered[1:][ordered[1:] == ordered[:-1]])
-            more = np.setdiff1d(fine.graph.ends[outline.edge[again]], outline.roots)
-            if not len(more):
+            if not again.any():
                 return cls.of(fine, forest, outline)
-            forest = _with_roots(fine.graph, forest, more)
+            forest = _with_roots(fine.graph, forest, fine.graph.ends[outline.edge[again]].ravel())
+        return cls.of(fine, forest)
 
     def lift_along_trees(self, seam: IntArray) -> IntArray:
         """A seam of the coarse surface on the fine one: tips are roots."""
@@ -127,8 +137,8 @@ class Contracted:
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=CORRIDOR * mean)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * CORRIDOR * mean)
+        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=WIDTH * mean)[0])
+        return pull_tight(self.fine, lifted, self.roots[kept], near, REACH * mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,9 +158,7 @@ class Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
         while not steps or closed.graph.n > most:
-            # roots farther apart would leave few clusters of a small surface
-            hops = ROOT_DISTANCE if closed.graph.n >= 2 * CLUSTERED else ROOT_DISTANCE - 1
-            steps.append(Contracted.simple(closed, hops))
+            steps.append(Contracted.simple(closed, HOPS if closed.graph.n >= FAR else FEW_HOPS))
             closed = steps[-1].coarse
         return cls(steps)
 
@@ -175,7 +183,7 @@ def handles_of_clusters(closed: ClosedSurface) -> IntArray:
     """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
     if closed.graph.n <= DIRECT:
         return open_handles(closed)
-    step = Contracted.simple(closed, ROOT_DISTANCE)
+    step = Contracted.simple(closed, HOPS)
     met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
     return shortest_loops(closed.graph, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
 
@@ -187,7 +195,7 @@ def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     """
     graph, holes = closed.graph, np.arange(closed.graph.n_holes)
     by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))
-    peak = np.round(np.log2(np.maximum(np.abs(closed.curvature), FLAT_NODE))).astype(np.int16)
+    peak = np.round(np.log2(np.maximum(np.abs(closed.curvature), LEAST_PEAK))).astype(np.int16)
     order = by_chance[np.argsort(peak[by_chance], kind="stable")][::-1]
     excluded = np.zeros(graph.n, dtype=bool)
     excluded[holes] = True
@@ -202,7 +210,7 @@ def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
 def _with_roots(graph: SurfaceGraph, forest: Forest, more: IntArray) -> Forest:
     """The forest with more roots, to which nodes change that are nearer to them."""
     holes, limit = np.arange(graph.n_holes), float(forest.distance.max())
-    distance, before, root = graph.shortest_paths(more, holes, limit)
+    distance, before, root = graph.shortest_paths(np.setdiff1d(more, holes), holes, limit)
     nearer = distance < forest.distance
     return Forest(
         np.where(nearer, root, forest.root),
@@ -309,5 +317,5 @@ def _finite_volumes(
         if hole.any():
             edge = np.asarray(graph.adjacency[0][a[hole], b[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
-    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_WEIGHT, 1)
+    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
     return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)

@@ -5,8 +5,11 @@ import numpy as np
 from ..._core import spanning_forest
 from ..._types import IntArray
 from .closed_surface import ClosedSurface
-from .constants import BASE_ROUNDS, BASES_OF_ROUND, FIRST_BASES, SHORTER
-from .graph import SurfaceGraph, without_stubs
+from .graph import SHORTER, SurfaceGraph, without_stubs
+
+FIRST_BASES = 4  # base points for the loops around handles, far from each other
+MOST_BASES = 6  # of a round, evenly along the loops
+BASE_ROUNDS = 3  # of such points
 
 Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
 
@@ -22,7 +25,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_ROUNDS) -> IntArray:
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
-        bases = bases[:: -(-len(bases) // BASES_OF_ROUND) or 1]
+        bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
         best = shortest_loops(graph, bases, best)
     return best[0]
 

@@ -11,7 +11,9 @@ from scipy import sparse
 from ..._core import entries, laplacian_entries
 from ..._types import BoolArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
-from .constants import LARGEST_WEIGHT
+
+SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
+LARGEST_WEIGHT = 1e6  # of a needle's: beside larger ones double precision would not see the others
 
 
 class DirichletSolver:
@@ -36,7 +38,7 @@ class DirichletSolver:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
-        return self.factored(fixed).solve(np.where(self.free(fixed), r, 0.0))
+        return self.solver(fixed)(r)
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """`solve` for several right sides, (n,) or (n, k): the system is factored once."""

@@ -1,4 +1,4 @@
-"""Seams made shorter: straightened, moved into valleys nearby, and pulled tight around branch points."""
+"""Seams made shorter: straightened, moved into valleys nearby, and drawn tight around branch points."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +9,8 @@ import numpy as np
 from ..._core import lengths, meeting, ways_towards
 from ..._types import BoolArray, IntArray
 from .branches import (
-    Arc,
+    MOST_MOVED,
+    Row,
     arc_from,
     arcs_from,
     arcs_of,
@@ -20,8 +21,9 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .constants import KEPT_FACES, MOST_MOVED, SHORTER, VALLEY_STRIDE
-from .graph import SurfaceGraph
+from .graph import SHORTER, SurfaceGraph
+
+STRIDE = 0.3  # times the surface's size: points on a seam between which it is rerouted
 
 
 def slide_into_valleys(
@@ -29,7 +31,7 @@ def slide_into_valleys(
 ) -> IntArray:
     """The seam on the shortest paths between points on it, where valleys are shorter.
 
-    The points are `VALLEY_STRIDE` apart: the seam slides into a valley nearby, and keeps its leaves. If
+    The points are `STRIDE` apart: the seam slides into a valley nearby, and stays where its leaves are. If
     not all arcs together are accepted, halves of them are tried, and so on.
     """
     graph, topology = closed.graph, closed.graph.topology_of(seam)
@@ -38,7 +40,7 @@ def slide_into_valleys(
     def move(arcs: list[IntArray], seam: IntArray) -> IntArray | None:
         moved = seam
         for arc in arcs:
-            moved = _straighten(valleys, moved, arc, VALLEY_STRIDE * closed.size)
+            moved = _straighten(valleys, moved, arc, STRIDE * closed.size)
         if np.array_equal(np.sort(moved), np.sort(seam)):
             return seam
         return moved if graph.topology_of(moved) == topology and accepts(moved) else None
@@ -90,6 +92,9 @@ def _shortest(graph: SurfaceGraph, path: IntArray, taken: BoolArray) -> IntArray
     return found
 
 
+LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
+
+
 class _Corridor:
     """The nodes that a seam may pass when it moves, and the edges between them, shorter in valleys.
 
@@ -120,8 +125,7 @@ class _Corridor:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
         number, cycles, sizes = self._pieces
         *new, parts = self.graph.pieces_of(moved)
-        same = new == [number, cycles] and len(parts) == len(sizes)
-        return same and bool((parts >= KEPT_FACES * sizes).all())
+        return new == [number, cycles] and len(parts) == len(sizes) and bool((parts >= LEFT * sizes).all())
 
     def in_place(self, node: int, old: int, new: int, on: BoolArray) -> bool:
         """Whether two edges at a node lie between the same edges of the rest of the seam, a mask.
@@ -207,7 +211,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     """Each arc, but those of known edges, by the shortest path that the corridor and the other arcs allow."""
     graph = corridor.graph
 
-    def move(arcs: list[Arc], seam: IntArray) -> IntArray | None:
+    def move(arcs: list[Row], seam: IntArray) -> IntArray | None:
         blocked, on, old = corridor.blocked_at(graph.ends[seam]), graph.mask_of(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.length_of(edges), corridor.index[nodes]

@@ -13,18 +13,21 @@ from scipy import sparse
 
 from ..._types import FloatArray, IntArray
 from .closed_surface import ClosedSurface
-from .constants import ISOMETRIC_WEIGHT, MAX_LOG_SCALE, TRACE_STEPS
+
+MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
+EVEN = 6.0  # times the stretch of isometric maps counts: who wants even texels wants little of it
+STEPS = 6  # of conjugate gradients: the mean of w^2 is then right to a few percent
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
 
-    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_WEIGHT`.
+    What an isometric map has beyond 1 is multiplied by `EVEN`.
     """
     weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
     if not closed.isometric:
         return expected_stretch(closed, u), u
-    return 1 + ISOMETRIC_WEIGHT * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
+    return 1 + EVEN * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
@@ -51,7 +54,7 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
     solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
-    for _ in range(TRACE_STEPS):
+    for _ in range(STEPS):
         left = weight * w
         slope = (left - whole @ solve(left))[fixed]
         scaled = slope / weight[fixed]

@@ -3,9 +3,11 @@
 In: a surface. Out: dihedral angles, creases, curvature without noise; how visible each vertex is.
 """
 
-from .constants import APEX_CURVATURE, FEATURE_DISCOUNT, HIDING, SHARP_CREASE, SINGLE_PRECISION
 from .creased_surface import CreasedSurface
 from .curvature import (
+    NOISE,
+    SHARP,
+    TIP,
     Smoothing,
     apexes,
     box_sides,
@@ -17,4 +19,4 @@ from .curvature import (
     flat_shares,
     sharpness,
 )
-from .visibility import Hiding, hiding_factors, hiding_weights, valley_factors
+from .visibility import HIDING, Hiding, hiding_factors, hiding_weights, valley_factors

@@ -10,9 +10,11 @@ import numpy as np
 from ..._core import lengths
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Submesh, sum_by
-from .constants import NEEDLE, SHARP_CREASE, SINGLE_PRECISION, SOFT_CREASE
-from .curvature import apexes, component_extents, dihedral_angles, flat_shares
+from .curvature import NOISE, SHARP, SOFT, apexes, component_extents, dihedral_angles, flat_shares
 from .visibility import hiding_factor_between
+
+NEEDLE = 1e-12  # area over squared length, up to which no face may be a chart alone
+GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,7 @@ class CreasedSurface:
     @property
     def ends(self) -> IntArray:
         """The vertices of each, (#E, 2)."""
-        return self.surface.topology.edges[self.surface.topology.inside]
+        return np.asarray(self.surface.topology.edges[self.surface.topology.inside])
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
         """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""
@@ -101,7 +103,7 @@ class CreasedSurface:
     @cached_property
     def sharp(self) -> BoolArray:
         """Whether these are sharp creases."""
-        return np.asarray(self.crease_angle >= SHARP_CREASE)
+        return np.asarray(self.crease_angle >= SHARP)
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -109,9 +111,7 @@ class CreasedSurface:
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
-        turned = np.repeat(
-            SINGLE_PRECISION * self.edge_extent / np.maximum(self.length, np.finfo(float).tiny), 2
-        )
+        turned = np.repeat(NOISE * self.edge_extent / np.maximum(self.length, np.finfo(float).tiny), 2)
         noise = np.bincount(self.ends.ravel(), turned, n)
         return np.where(size > noise, size, 0.0)
 
@@ -131,7 +131,7 @@ class CreasedSurface:
     def is_apex(self) -> BoolArray:
         """Which are off these, and a tip, as a cone's apex is."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
-        on_soft[self.ends[self.crease_angle > SOFT_CREASE]] = True
+        on_soft[self.ends[self.crease_angle > SOFT]] = True
         return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property
@@ -164,7 +164,14 @@ class CreasedSurface:
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:
-        """Which components may fall into panels: not those with needles, which have no map of their own."""
-        double_area, dot = self.surface.measured
-        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)
-        return np.asarray(np.bincount(self.label[needle], minlength=len(self.extent)) == 0)
+        """Which components may fall into panels: not those that seams would not help, or that have needles.
+
+        A disk has to gain by seams, unless nothing is curved.
+        """
+        surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
+        gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
+        double_area, dot = surface.measured
+        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
+        may = (self.n_loops != 1) | (gain == 0) | (gain > GAIN)
+        may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
+        return np.asarray(may)

@@ -5,17 +5,6 @@ import numpy as np
 from ..._core import bends, entries, lengths, normals, product_with_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
-from .constants import (
-    APEX_CURVATURE,
-    APEX_PROMINENCE,
-    CORNER_TURN,
-    FLAT_TURN,
-    MOST_SMOOTHING_STEPS,
-    SHARP_CREASE,
-    SINGLE_PRECISION,
-    SLIVER_NOISE,
-    SOFT_CREASE,
-)
 
 
 class Smoothing:
@@ -36,9 +25,9 @@ class Smoothing:
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
-    def steps(self, reach: float) -> int:
-        """How many times reach so far; at least once, and not more often than is worth the time."""
-        return int(np.clip(round((reach / self._length) ** 2), 1, MOST_SMOOTHING_STEPS))
+    def steps(self, reach: float, most: int) -> int:
+        """How many times reach so far, from 1 to `most`."""
+        return int(np.clip(round((reach / self._length) ** 2), 1, most))
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
         """Smoothed values of the vertices, (#V,) or (#V, 2)."""
@@ -49,12 +38,22 @@ class Smoothing:
 
 
 def mean_curvature(
-    component: Submesh, edges: IntArray, length: FloatArray, dihedral: FloatArray
+    component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Twice the mean curvature, integrated around each vertex, and the area there."""
-    half, corner, double_area = dihedral * length / 2, component.F.T.ravel(), component.measured[0]
+    half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
     turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
+
+
+NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
+UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
+NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
+STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
+TURN = 0.01  # radians by which the outline of a facet turns at its corners at least
+SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
+TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
+OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a coarse cone, on soft creases
 
 
 def extent(V: FloatArray) -> float:
@@ -76,7 +75,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    unsure = double_area < SLIVER_NOISE * SINGLE_PRECISION * (extent(V) if size is None else size) * np.sqrt(
+    unsure = double_area < UNSURE * NOISE * (extent(V) if size is None else size) * np.sqrt(
         squared_side.max(axis=0)
     )
     if unsure.any():
@@ -86,7 +85,10 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        while len(rows := np.flatnonzero(unsure & ~unsure[other])):  # slivers in a row: one after another
+        for _ in range(NEIGHBOURS):
+            rows = np.flatnonzero(unsure & ~unsure[other])
+            if not len(rows):
+                break
             normal[rows], unsure[rows] = normal[other[rows]], False
     return np.asarray(normal)
 
@@ -94,21 +96,25 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
     topology = component.topology
-    sides = topology.sides[:, topology.inside]
-    return bends(component.V, topology.corner, sides, face_normals(component, size))
+    return bends(
+        component.V,
+        topology.corner,
+        np.ascontiguousarray(topology.sides[:, topology.inside]),
+        face_normals(component, size),
+    )
 
 
-def flat_share(component: Submesh, dihedral: FloatArray | None = None) -> float:
+def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
     Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
-    by `FLAT_TURN` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
-    about a tenth of the area. `dihedral` are its `dihedral_angles`, if they are known.
+    by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
+    about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
     """
-    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), dihedral)[0])
+    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
 
-def flat_shares(surface: Submesh, of: IntArray, dihedral: FloatArray | None = None) -> FloatArray:
+def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
     """`flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.faces_inside.T
@@ -116,47 +122,47 @@ def flat_shares(surface: Submesh, of: IntArray, dihedral: FloatArray | None = No
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges[topology.inside])
     size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
-    if dihedral is None:
-        dihedral = dihedral_angles(surface, size if number > 1 else None)
-    dihedral = np.abs(dihedral)
-    facet = _facets(surface, sides, dihedral, size)
+    if bend is None:
+        bend = dihedral_angles(surface, size if number > 1 else None)
+    bend = np.abs(bend)
+    facet = _facets(surface, sides, bend, size)
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
-    whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(dihedral))
+    whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(bend))
     if facet is not None:
         area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
-        one, other, length, dihedral, whole = (x[between] for x in (one, other, length, dihedral, whole))
+        one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
         large = np.bincount(facet) > 1  # the others have one edge in common
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = dihedral < FLAT_TURN * way / whole
+    straight = bend < STRAIGHT * way / whole + ROUNDING
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
     return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
 
 
-def _facets(surface: Submesh, sides: IntArray, dihedral: FloatArray, size: FloatArray) -> IntArray | None:
+def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
     """The facet of each face: itself, or a triangle in one plane that it is a part of; None if all are faces.
 
-    `sides` are the faces at the edges, `dihedral` the angle there, `size` the extent of each face's body.
+    `sides` are the faces at the edges, `bend` the angle there, `size` the extent of each face's body.
     """
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    noise = SINGLE_PRECISION * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = dihedral <= np.minimum(4 * noise, FLAT_TURN / 2)
+    noise = NOISE * size[sides[0]] / np.minimum(*height[sides])
+    in_plane = bend <= np.minimum(ROUNDING + 4 * noise, STRAIGHT / 2)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + CORNER_TURN, np.pi)
-    corners = np.bincount(key[turn > 2 * CORNER_TURN] // n, minlength=int(plane.max()) + 1)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():
         return None
@@ -173,9 +179,9 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 
-def sharpness(dihedral: FloatArray) -> FloatArray:
+def sharpness(bend: FloatArray) -> FloatArray:
     """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
-    return np.asarray(np.clip((np.abs(dihedral) - SOFT_CREASE) / (SHARP_CREASE - SOFT_CREASE), 0.0, 1.0))
+    return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
 
 
 def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
@@ -183,7 +189,7 @@ def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: i
 
     `length` is that of the topology's edges.
     """
-    turned = SINGLE_PRECISION * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
+    turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
     a, b = node[component.topology.edges].T
     return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
 
@@ -195,12 +201,12 @@ def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolA
     neighbours.
     `bent` is the size of the curvature of the vertices, and `ends` are those of the edges.
     """
-    tip = (bent > APEX_CURVATURE) & ~on_sharp
+    tip = (bent > TIP) & ~on_sharp
     unsure = tip & on_soft
     if unsure.any():
         a, b = np.concatenate((ends, ends[:, ::-1])).T
         rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
         around = np.zeros(len(bent))
         np.maximum.at(around, a[rows], bent[b[rows]])
-        tip &= ~on_soft | (bent >= APEX_PROMINENCE * around)
+        tip &= ~on_soft | (bent >= OUTSTANDING * around)
     return np.asarray(tip)

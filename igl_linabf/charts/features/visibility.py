@@ -1,6 +1,6 @@
 """Where a seam shows: less in valleys, and where the caller wants it hidden.
 
-All is smoothed over `VALLEY_SCALE`, so that noise and single faces do not matter.
+All is smoothed over `REACH`, so that noise and single faces do not matter.
 """
 
 import warnings
@@ -12,9 +12,16 @@ from numpy.typing import ArrayLike
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Submesh
-from .constants import BACK_HIDING, FEATURE_DISCOUNT, HIDING, VALLEY_CURVATURE, VALLEY_SCALE
 from .curvature import Smoothing, mean_curvature
 from .view_salience import facing_away
+
+REACH = 0.02  # times the square root of the area: how far values are smoothed
+MAX_STEPS = 30  # of smoothing
+VALLEY_DISCOUNT = 0.5  # share of its length that an edge in a deep valley is shorter by
+VALLEY = 10.0  # curvature times size at which half of that is given
+HIDING = 3.0  # times its length counts an edge where nothing is hidden, and by this is it divided in hiding
+GUESSED = float(np.log(2.0) / np.log(HIDING))  # the same by 2, where the back of a body is a guess
+LEAST_SHARE = 0.01  # of all triangles that a body has which is looked at
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -54,7 +61,8 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made = np.zeros(n_faces)
     for part in surface.components():
-        made[part.faces] = BACK_HIDING * facing_away(part)
+        if len(part.F) >= LEAST_SHARE * len(surface.F):
+            made[part.faces] = GUESSED * facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
@@ -81,16 +89,16 @@ def valley_factors(
     component: Submesh,
     edges: IntArray,
     length: FloatArray,
-    dihedral: FloatArray,
+    bend: FloatArray,
     smoothing: Smoothing,
     size: float,
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
-    steps = smoothing.steps(VALLEY_SCALE * size)
-    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, dihedral)), steps).T
+    steps = smoothing.steps(REACH * size, MAX_STEPS)
+    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
     depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
-    return np.asarray(1 - FEATURE_DISCOUNT * depth / (depth + VALLEY_CURVATURE))
+    return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
 
 
 def hiding_factors(
@@ -101,7 +109,7 @@ def hiding_factors(
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
     mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
-    mean = smoothing.of(mean, smoothing.steps(VALLEY_SCALE * size))
+    mean = smoothing.of(mean, smoothing.steps(REACH * size, MAX_STEPS))
     return hiding_factor_between(mean[edges])
 
 

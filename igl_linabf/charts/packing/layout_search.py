@@ -1,9 +1,9 @@
 """Where charts go on pages, and how they are turned: the search for the layout of the largest charts.
 
-The largest chart comes first. Each goes to where the square that holds all of them grows least, and there to
-the corner. Layouts of several orders are found on a coarse grid, with charts turned to many directions. The
-best ones are found again on a fine grid, with the turns that they have. If there is time and charts are few,
-moves are tried before: a chart at another place of the order, or held in one direction.
+The largest chart comes first, each to where the square that holds all of them grows least, and there to the
+corner. Layouts of several orders are found on a coarse grid, with charts turned to many directions. The best
+ones are found again on a fine grid, with the turns that they have. If there is time and charts are few, moves
+are tried before: a chart at another place of the order, or held in one direction.
 """
 
 from __future__ import annotations
@@ -16,27 +16,23 @@ import numpy as np
 
 from ..._core import on_shelves
 from ..._types import ComplexArray, FloatArray, IntArray
-from .constants import (
-    COARSE_CELLS,
-    DIRECTIONS,
-    EXPECTED_FILL,
-    FEW_CHARTS,
-    FINE_CELLS,
-    GRID_TOLERANCE,
-    LARGEST_SHAPED,
-    MOST_MOVES,
-    MOST_SHAPED,
-    MOVE_CELLS,
-    PAGE_CELLS,
-    PAGE_GROWTH,
-    RECTANGLE_FILL,
-    SIDE_STEP,
-    SMALL_CHART,
-    SOME_CHARTS,
-)
-from .masks import NO_PLACES, MaskTable, rasterize
-from .outlines import Outline
+from .outlines import NONE_KNOWN, Outline, Row, masks_of
 from .spacing import Spacing
+
+FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
+MOST_SHAPED, LARGEST = 100, 60  # charts that are placed by their shape; of more, how many of the largest ones
+SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
+RECTANGULAR = 0.9  # of the rectangle around it: a chart with this area is one
+COARSE, MIDDLE, FINE, FIXED = 64, 96, 448, 384  # cells along a page's side
+DIRECTIONS = 32  # of charts that are moved
+MOST_MOVES, MOVED = 100, 400  # of them, and of charts that are placed again for them
+ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
+SHARE = 0.62  # of a page that charts are expected to cover
+HALVINGS = 7  # of the interval of sides
+MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
+MOST_TRIALS = 8  # on the fine grid
+CLOSE = 1.02  # times the best coarse side, up to which a layout is tried on the fine grid
+SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
 
 Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
 
@@ -62,13 +58,12 @@ class Layout:
 
 
 @dataclass(frozen=True, eq=False)
-class OutlinedCharts:
+class Charts:
     """Charts that are to be laid out, their lower left corners at 0, turned to their narrowest rectangles.
 
     Attributes
     ----------
     outlines : list of Outline
-    areas : (#C,) float64
     sizes : (#C, 2) float64
         Widths and heights.
     upright : bool
@@ -76,9 +71,13 @@ class OutlinedCharts:
     """
 
     outlines: Sequence[Outline]
-    areas: FloatArray
     sizes: FloatArray
     upright: bool = False
+
+    @property
+    def areas(self) -> FloatArray:
+        """(#C,) float64."""
+        return np.array([outline.area for outline in self.outlines], dtype=np.float64)
 
     @property
     def least_side(self) -> float:
@@ -86,201 +85,142 @@ class OutlinedCharts:
         return float(self.sizes.max() / np.sqrt(2))
 
     def turns(self, directions: int) -> list[ComplexArray]:
-        """The turns of each chart, as `turns_of`."""
-        return turns_of(self.areas, self.sizes, float(self.areas.sum()), directions, self.upright)
+        """Of each chart by equal steps, as many as are wanted or allowed; short rectangles stay upright."""
+        areas = self.areas
+        return turns_of(areas, self.sizes, float(areas.sum()), directions, self.upright)
 
     def shaped(self) -> IntArray:
-        """Those that are packed by their shape; of many charts, small ones are packed as rectangles."""
-        areas = self.areas
+        """Those that are placed by their shape."""
+        areas: FloatArray = self.areas
         if len(areas) <= MOST_SHAPED:
             return np.arange(len(areas))
-        largest = np.argsort(-areas, kind="stable")[:LARGEST_SHAPED]
-        return np.asarray(largest[areas[largest] > SMALL_CHART * areas.sum()])
+        largest = np.argsort(-areas, kind="stable")[:LARGEST]
+        return np.asarray(largest[areas[largest] > SMALL * areas.sum()])
 
 
 def turns_of(
     areas: FloatArray, sizes: FloatArray, total: float, directions: int, upright: bool
 ) -> list[ComplexArray]:
-    """The turns that are tried for each chart of a layout that has the area `total`.
+    """As `Charts.turns`, of charts that are a part of a layout of this area in total.
 
-    They are equal steps around the circle: as many as are wanted, or four for short rectangles and where all
-    are to stand `upright`. Opposite turns stand side by side, so that they are rasterized once.
+    Opposite ones stand side by side, so that they are drawn once.
     """
-    rectangular = areas > RECTANGLE_FILL * sizes.prod(axis=1)
-    rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2  # a longer one may fit along the diagonal
-    steps = np.where(upright | rectangular, 4, directions)
-    halves = {n: np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (4, directions)}
+    few = min(directions, 4)
+    rectangular = areas > RECTANGULAR * sizes.prod(axis=1)
+    rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2  # or along a diagonal
+    steps = np.where(upright | rectangular, few, directions)
+    halves = {n: np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (few, directions)}
     by = {n: np.column_stack((half, -half)).ravel() for n, half in halves.items()}
     return [by[n] for n in steps.tolist()]
 
 
-def fixed_layout(charts: OutlinedCharts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
-    """Charts on pages of this side, as many as are needed or allowed; None if they do not fit."""
+def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
+    """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
     if charts.least_side > side * spacing.inner:
         return None
-    return _pack_pages(charts, charts.shaped(), charts.turns(DIRECTIONS), side, spacing, pages)
+    return _on_pages(charts, charts.shaped(), charts.turns(8), side, spacing, pages)
 
 
-def largest_layout(
-    charts: OutlinedCharts, spacing: Spacing, pages: int, thorough: bool = False
-) -> Layout | None:
+def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
     """The layout whose pages have the smallest side, so that charts have the largest share of it.
 
-    Where it is to be `thorough`, a few charts take up to half a second more. None if the gaps alone need more
-    room than there is.
+    Where it is to be `thorough`, a few charts take up to half a second more.
     """
-    n = len(charts.outlines)
+    shaped, n = charts.shaped(), len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
     turns = np.ones((n, 1), dtype=np.complex128)
     if n == 1:
         side = float(charts.sizes.max()) / spacing.inner
         return Layout(turns[0], np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.complex128), side)
-    shaped = charts.shaped()
     if len(shaped):
-        found = _coarse_layouts(charts, shaped, spacing)
+        found = _coarse(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
-            close = sum(page.needed <= (1 + GRID_TOLERANCE) * found[0].needed for page in _distinct(found))
-            tried = min(close, 2 if n <= SOME_CHARTS else 1)
-            if thorough and n <= FEW_CHARTS:
-                return _fine_layout(
-                    charts, [_after_moves(charts, found[0], spacing), *found], spacing, tried + 1
-                )
-            return _fine_layout(charts, found, spacing, tried)
+            close = sum(entry.reached <= CLOSE * found[0].reached for entry in _different(found))
+            tried = min(close, 2 if n <= SOME else 1)
+            if thorough and 1 < n <= FEW:
+                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, tried + 1)
+            return _fine(charts, found, spacing, tried)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
     low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)
-    best, high = None, PAGE_GROWTH * low
-    while best is None and high < PAGE_CELLS * low:  # beyond, each chart is in one cell
-        best = _pack_pages(charts, shaped, turns, high, spacing, pages)
-        high = PAGE_GROWTH * high if best is None else high
-    low = max(low, high / PAGE_GROWTH)
-    while best is not None and high - low > 2 * SIDE_STEP * high:
-        side = (low + high) / 2
-        layout = _pack_pages(charts, shaped, turns, side, spacing, pages)
-        if layout is None:
-            low = side
+    best, high = None, 1.5 * low
+    while best is None and high < MOST_SIDE * low:
+        best = _on_pages(charts, shaped, turns, high, spacing, pages)
+        high = 1.5 * high if best is None else high
+    low = max(low, high / 1.5)
+    for _ in range(0 if best is None else HALVINGS):
+        trial = (low + high) / 2
+        trial_layout = _on_pages(charts, shaped, turns, trial, spacing, pages)
+        if trial_layout is None:
+            low = trial
         else:
-            best, high = layout, side
+            best, high = trial_layout, trial
     return best
 
 
 @dataclass(frozen=True, eq=False)
-class _MaskLayout:
-    """Masks of some of `n` charts on pages.
+class _Grown:
+    """A layout on one page, how it came about, and the side of the square that holds its charts.
 
-    Attributes
-    ----------
-    n : int
-    masks : MaskTable
-    cells : float
-        Cells of the grid along a unit of the charts' lengths.
-    places : (#placed, 4) int64
-        Mask, page, column and row of each chart, in the order in which they were placed.
-    extents : (#pages, 2) int64
-        Widths and heights that are taken, in cells.
+    Gaps are shares of the side of `layout`; so it serves only pages that are not larger.
     """
 
-    n: int
-    masks: MaskTable
-    cells: float
-    places: IntArray
-    extents: IntArray
-
-    def layout(self, order: IntArray, side: float) -> Layout:
-        """The layout of charts placed in this order; the others stay at 0 on the first page."""
-        k, page, x, y = self.places.T
-        turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
-        number = np.zeros(self.n, dtype=np.int64)
-        turn[order], number[order] = self.masks.turns[k], page
-        corner[order] = (x + 1j * y) / self.cells - self.masks.origin[k]
-        return Layout(turn, number, corner, side)
-
-
-@dataclass(frozen=True, eq=False)
-class _OnePage:
-    """A layout on one page, and the side of the square that holds its charts.
-
-    Attributes
-    ----------
-    pages : _MaskLayout
-    order : (#placed,) int64
-        The charts, in the order in which they were placed.
-    side : float
-        Of the page that the gaps are shares of. A larger page would need wider gaps.
-    cells : int
-        Along the side of the square that holds the charts, with a gap.
-    needed : float
-        The side of the smallest page that holds the square.
-    """
-
-    pages: _MaskLayout
+    pages: _Pages
     order: IntArray
     side: float
-    cells: int
-    needed: float
-
-    @classmethod
-    def of(cls, pages: _MaskLayout, order: IntArray, side: float, grid: int, spacing: Spacing) -> _OnePage:
-        """Of a page of `grid` cells along its side."""
-        cells = int(pages.extents.max())
-        return cls(pages, order, side, cells, (cells - spacing.gap * grid) / grid * side / spacing.inner)
+    cells: int  # along the square's side, with a gap
+    reached: float
 
     @cached_property
     def layout(self) -> Layout:
         return self.pages.layout(self.order, self.side)
 
     @property
-    def fits(self) -> bool:
-        """Whether the gaps are wide enough for the page that it needs."""
-        return self.needed <= self.side
+    def places(self) -> IntArray:
+        """Of charts in this order: mask, page, column and row."""
+        return self.pages.places
+
+    @property
+    def serves(self) -> bool:
+        return self.reached <= self.side
 
 
-def _coarse_layouts(charts: OutlinedCharts, shaped: IntArray, spacing: Spacing) -> list[_OnePage]:
-    """Layouts on one page, the best one first.
-
-    The charts are placed in the order of their areas, of their lengths or of the rectangles around them.
-    """
+def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
+    """Layouts on one page, the best one first."""
     n = len(shaped)
-    turns = charts.turns(2 * DIRECTIONS if n <= FEW_CHARTS else DIRECTIONS)
+    turns = charts.turns(16 if n <= FEW else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    all_shaped = n == len(charts.outlines)  # else small charts fill the gaps in any order of the others
-    tried = 1 if not all_shaped else 3 if n <= SOME_CHARTS else 2
+    all_shaped = n == len(charts.outlines)  # else the small ones fill what gaps these leave
+    tried = 1 if not all_shaped else 3 if n <= SOME else 2
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:tried]}
     orders = [np.array(order) for order in sorted(order_by)]
-    found: list[_OnePage] = []
-    side = max(float(np.sqrt(areas.sum() / EXPECTED_FILL)), charts.least_side)
+    found: list[_Grown] = []
+    side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
     for _ in range(2 if all_shaped else 1):
-        masks = _mask_table(charts, shaped, turns, COARSE_CELLS / side, spacing.gap * COARSE_CELLS)
-        for order in orders:
-            spans = masks.spans[order]
-            found.append(
-                _pack_one_page(len(charts.outlines), shaped[order], masks, spans, side, COARSE_CELLS, spacing)
-            )
-        least = min(page.needed for page in found)
-        # the second grid is that of the page that was needed, or another one if that is the first again
+        row = _row(charts, shaped, turns, COARSE / side, spacing.gap * COARSE)  # for all orders
+        found += [
+            _grown(len(charts.outlines), shaped[order], row, row.spans[order], side, COARSE, spacing)
+            for order in orders
+        ]
+        least = min(entry.reached for entry in found)
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
-    return sorted(found, key=lambda page: page.needed)
+    return sorted(found, key=lambda entry: entry.reached)
 
 
-def _after_moves(charts: OutlinedCharts, start: _OnePage, spacing: Spacing) -> _OnePage:
-    """A layout of a smaller square, after moves at random.
-
-    Half of the moves take a chart to another place of the order. The others hold one in a single direction,
-    or let it go again; large charts are held more often. A move stays if the square does not grow by it: one
-    by which nothing shrinks may lead on.
-    """
+def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
+    """A layout of a smaller square, after moves at random."""
     chance, n = np.random.default_rng(0), len(start.order)
-    side = start.needed
-    cells = MOVE_CELLS / side
-    masks = _mask_table(charts, np.arange(n), charts.turns(4 * DIRECTIONS), cells, spacing.gap * MOVE_CELLS)
-    best = _pack_one_page(n, start.order, masks, masks.spans[start.order], side, MOVE_CELLS, spacing)
-    spans = masks.spans  # a chart that is held in one direction has a span of one mask
+    side = start.reached
+    cells = MIDDLE / side
+    row = _row(charts, np.arange(n), charts.turns(DIRECTIONS), cells, spacing.gap * MIDDLE)
+    best = _grown(n, start.order, row, row.spans[start.order], side, MIDDLE, spacing)
+    spans = row.spans  # of charts that are held in one direction, they are shorter
     up_to = np.cumsum(charts.areas / charts.areas.sum())
-    longest = np.minimum.reduceat(masks.shapes.max(axis=1), masks.spans[:, 0])
-    least = int(longest.max())  # no square is smaller
-    for _ in range(min(MOST_MOVES, 4 * MOST_MOVES // n)):
+    longest = np.minimum.reduceat(row.shapes.max(axis=1), row.spans[:, 0])
+    least = int(longest.max())  # no square has less
+    for _ in range(min(MOST_MOVES, MOVED // n)):
         if best.cells <= least:
             break
         order, now = best.order, spans
@@ -294,7 +234,7 @@ def _after_moves(charts: OutlinedCharts, start: _OnePage, spacing: Spacing) -> _
         else:
             by_area = chance.random() < 0.7
             chart = int(up_to.searchsorted(chance.random() * up_to[-1]) if by_area else chance.integers(n))
-            (first, after), held = masks.spans[chart].tolist(), spans[chart].tolist()
+            (first, after), held = row.spans[chart].tolist(), spans[chart].tolist()
             own = [first, after]
             if held == own or chance.random() < 0.7:
                 k = first + int(chance.integers(after - first))
@@ -303,130 +243,148 @@ def _after_moves(charts: OutlinedCharts, start: _OnePage, spacing: Spacing) -> _
                 continue
             now = spans.copy()
             now[chart] = own
-        known = _unchanged_places(best, spans, order, now)
-        pages = _pack_masks(n, masks, now[order], cells, best.cells, 1, known)
-        if pages is not None:
-            best, spans = _OnePage.of(pages, order, side, MOVE_CELLS, spacing), now
+        known = _still_known(best, spans, order, now)
+        pages = _placed(n, row, now[order], cells, best.cells, 1, known)
+        if pages is not None:  # it takes no more cells; an equal one may lead on
+            best, spans = _grown_to(pages, order, side, MIDDLE, spacing), now
     return best
 
 
-def _unchanged_places(best: _OnePage, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
-    """The places of the first charts, up to the one that a move of the order or of the spans changes."""
-    places = best.pages.places
-    k, (first, after), (own_first, own_after) = places[:, 0], spans[order].T, now[order].T
+def _still_known(best: _Grown, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
+    """The places of the first charts, which do not change in another order or with fewer masks."""
+    k, (first, after), (own_first, own_after) = best.places[:, 0], spans[order].T, now[order].T
     same = (order == best.order) & (own_first >= first) & (own_after <= after)
     same &= (own_first <= k) & (k < own_after)
-    return places[: len(same) if same.all() else int(same.argmin())]
+    return best.places[: len(same) if same.all() else int(same.argmin())]
 
 
-def _fine_layout(
-    charts: OutlinedCharts, coarse: list[_OnePage], spacing: Spacing, tried: int
-) -> Layout | None:
-    """The first `tried` layouts again on a fine grid, each until it fits; None if none does.
+def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) -> Layout | None:
+    """The first ones again on a fine grid, until one serves the page that it needs; None if none does.
 
-    There a chart may miss the bay of another one, and then all end far apart: if so, more layouts are tried.
+    On it a chart may miss the bay of another one, and all end far apart: then more of them are tried.
     """
-    found: list[_OnePage] = []
-    close = (1 + GRID_TOLERANCE) * min(page.needed for page in coarse)
-    for number, page in enumerate(_distinct(coarse)):
-        best_side = min((made.needed for made in found if made.fits), default=np.inf)
-        if number >= tried and (best_side <= close or page.needed >= best_side):
+    found: list[_Grown] = []
+    close = CLOSE * min(entry.reached for entry in coarse)
+    for number, entry in enumerate(_different(coarse)):
+        best_side = min((made.reached for made in found if made.serves), default=np.inf)
+        if number >= tried and (best_side <= close or entry.reached >= best_side):
             break
-        side, turns = page.needed * (1 + SIDE_STEP), page.layout.turn[:, None]
-        step = SIDE_STEP
-        while side < FINE_CELLS * charts.least_side:  # beyond, each chart is in one cell
-            masks = _mask_table(charts, page.order, turns, FINE_CELLS / side, spacing.gap * FINE_CELLS)
-            n, spans = len(charts.outlines), masks.spans
-            found.append(_pack_one_page(n, page.order, masks, spans, side, FINE_CELLS, spacing))
-            if found[-1].fits:
+        side, turns = entry.reached * (1 + SLACK), entry.layout.turn[:, None]
+        for trial in range(MOST_TRIALS):
+            row = _row(charts, entry.order, turns, FINE / side, spacing.gap * FINE)
+            found.append(_grown(len(charts.outlines), entry.order, row, row.spans, side, FINE, spacing))
+            if found[-1].serves:
                 break
-            side = max(side, found[-1].needed) * (1 + step)
-            step *= 2
-    fitting = [page for page in (*found, *coarse) if page.fits]
-    if not fitting:
+            side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
+    serving = [entry for entry in (*found, *coarse) if entry.serves]
+    if not serving:
         return None
-    best = min(fitting, key=lambda page: page.needed)
-    return replace(best.layout, side=best.needed)
+    best = min(serving, key=lambda entry: entry.reached)
+    return replace(best.layout, side=best.reached)
 
 
-def _distinct(layouts: list[_OnePage]) -> list[_OnePage]:
+def _different(layouts: list[_Grown]) -> list[_Grown]:
     """The first one of each order and turns."""
-    first: dict[tuple[bytes, bytes], _OnePage] = {}
-    for page in layouts:
-        first.setdefault((page.order.tobytes(), page.layout.turn.tobytes()), page)
+    first: dict[tuple[bytes, bytes], _Grown] = {}
+    for entry in layouts:
+        first.setdefault((entry.order.tobytes(), entry.layout.turn.tobytes()), entry)
     return list(first.values())
 
 
-def _mask_table(
-    charts: OutlinedCharts, chosen: IntArray, turns: Turns, cells: float, gap: float
-) -> MaskTable:
+def _row(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: float) -> Row:
     """The masks of the chosen charts; `cells` of the grid are one unit, and `gap` is in cells."""
     which = chosen.tolist()
-    return MaskTable.of(rasterize([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap))
+    return Row.of(masks_of([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap))
 
 
-def _pack_masks(
-    n: int, masks: MaskTable, spans: IntArray, cells: float, side: int, most: int, known: IntArray = NO_PLACES
-) -> _MaskLayout | None:
-    """Some of `n` charts, in the order of their spans, on at most so many pages; None if they do not fit.
+@dataclass(frozen=True, eq=False)
+class _Pages:
+    """Pages with some of `n` charts on them; in cells, `cells` of which are a unit of the charts."""
 
-    A span has the masks that its chart may take. `cells` of the grid are one unit, and `side` is in cells.
+    n: int
+    row: Row
+    cells: float
+    places: IntArray  # in the order of the charts: mask, page, column and row
+    extents: IntArray  # widths and heights that are taken
+
+    def layout(self, order: IntArray, side: float) -> Layout:
+        """Where charts are that were placed in this order; the others stay at 0 on the first page."""
+        k, page, x, y = self.places.T
+        turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
+        number = np.zeros(self.n, dtype=np.int64)
+        turn[order], number[order] = self.row.turns[k], page
+        corner[order] = (x + 1j * y) / self.cells - self.row.origin[k]
+        return Layout(turn, number, corner, side)
+
+
+def _grown(
+    n: int, order: IntArray, row: Row, spans: IntArray, side: float, grid: int, spacing: Spacing
+) -> _Grown:
+    """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
+    room, pages = ROOM, None
+    while pages is None:
+        pages = _placed(n, row, spans, grid / side, int(room * grid), 1)
+        room *= ROOM
+    return _grown_to(pages, order, side, grid, spacing)
+
+
+def _grown_to(pages: _Pages, order: IntArray, side: float, grid: int, spacing: Spacing) -> _Grown:
+    cells = int(pages.extents.max())
+    reached = (cells - spacing.gap * grid) / grid * side / spacing.inner
+    return _Grown(pages, order, side, cells, reached)
+
+
+def _placed(
+    n: int, row: Row, spans: IntArray, cells: float, side: int, most: int, known: IntArray = NONE_KNOWN
+) -> _Pages | None:
+    """Some of `n` charts one after the other, each on the first page that has room for it.
+
+    The spans are those of the masks that each may take. `cells` of the grid are one unit; `side` is in cells.
     The places of the first charts may be `known`.
     """
-    places, extents = masks.pack(side, most, spans, known)
+    places, extents = row.placed(side, most, spans, known)
     if len(places) and places[-1, 0] < 0:
         return None
-    return _MaskLayout(n, masks, cells, places, extents)
+    return _Pages(n, row, cells, places, extents)
 
 
-def _pack_one_page(
-    n: int, order: IntArray, masks: MaskTable, spans: IntArray, side: float, grid: int, spacing: Spacing
-) -> _OnePage:
-    """Some of `n` charts on one page, with the gaps of a page of this side and `grid` cells along it."""
-    growth, pages = PAGE_GROWTH, None
-    while pages is None:
-        pages = _pack_masks(n, masks, spans, grid / side, int(growth * grid), 1)
-        growth *= PAGE_GROWTH
-    return _OnePage.of(pages, order, side, grid, spacing)
-
-
-def _pack_pages(
-    charts: OutlinedCharts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
+def _on_pages(
+    charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Charts on pages of this side: those `shaped` by their masks, the others as rectangles between them.
+    """Charts on pages of this side; the small ones as rectangles in what the others leave.
 
-    The rectangles lie, and stand on shelves, the highest ones first. None if the charts do not fit.
+    The rectangles lie, and stand on shelves, the highest ones first.
     """
-    n, gap, cells = len(charts.outlines), spacing.gap * PAGE_CELLS, PAGE_CELLS / side
-    inner = int(spacing.inner * PAGE_CELLS + gap)
+    n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
+    inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    masks = _mask_table(charts, order, turns, cells, gap)
-    made = _pack_masks(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
+    row = _row(charts, order, turns, cells, gap)
+    made = _placed(n, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None
     layout = made.layout(order, side)
-    small = np.setdiff1d(np.arange(n), shaped)
+    small = np.setdiff1d(np.arange(len(charts.outlines)), shaped)
     if not len(small):
         return layout
     turn, number, corner = layout.turn, layout.page, layout.corner
-    taken = masks.taken(inner, made.places)
+    sheets = row.taken(inner, made.places)
     width, height = charts.sizes[small].T
     lies = width >= height
     boxes = np.column_stack((np.maximum(width, height), np.minimum(width, height))) * cells + gap
     by_height = np.lexsort((-boxes[:, 0], -boxes[:, 1]))
     small, boxes, lies = small[by_height], boxes[by_height], lies[by_height]
-    page = first = 0
+    at = first = 0
     while first < len(small):
-        if page == pages:
+        if at == pages:
             return None
-        is_new = page >= len(taken)
-        places = on_shelves(boxes[first:], np.zeros((inner, inner), dtype=bool) if is_new else taken[page])
-        if not len(places) and is_new:
+        taken = sheets[at] if at < len(sheets) else np.zeros((inner, inner), dtype=bool)
+        places = on_shelves(boxes[first:], taken)
+        if not len(places) and at >= len(sheets):
             return None
         on = slice(first, first + len(places))
-        number[small[on]] = page
+        number[small[on]] = at
         turn[small[on]] = np.where(lies[on], 1, 1j)
         low = (places @ [1, 1j] + gap / 2 * (1 + 1j)) / cells
         corner[small[on]] = low + np.where(lies[on], 0, charts.sizes[small[on], 1])
-        first, page = first + len(places), page + 1
+        first, at = first + len(places), at + 1
     return layout

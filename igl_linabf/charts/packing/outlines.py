@@ -1,13 +1,30 @@
-"""The outlines of charts: their boundary sides, turned and placed, without the triangles inside."""
+"""Charts as outlines and as masks, the cells of a page that a chart touches; and how far charts reach."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from ..._types import ComplexArray, FloatArray, IntArray
-from ...surface import Ragged
+from ..._core import drawn, placed, taken_cells
+from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ...surface import Ragged, batches
+
+
+def extents(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
+    """Lower left corners of the rectangles around charts, and their extents."""
+    low, high = (function(z.real) + 1j * function(z.imag) for function in (charts.min, charts.max))
+    return low, high - low
+
+
+def areas(double: FloatArray, faces: Ragged) -> FloatArray:
+    """The area of each chart, by twice the signed areas of its faces."""
+    return np.asarray(faces.sum(np.abs(double))) / 2
+
+
+AT_ONCE = 100_000  # sides of turned charts that are drawn at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +47,89 @@ class Outline:
     area: float
 
 
-def extents(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
-    """Lower left corners of the rectangles around charts, and their extents."""
-    low = charts.min(z.real) + 1j * charts.min(z.imag)
-    return low, charts.max(z.real) + 1j * charts.max(z.imag) - low
+@dataclass(frozen=True, eq=False)
+class Masks:
+    """The cells that a chart touches in several directions, each within the smallest rectangle of cells.
+
+    Attributes
+    ----------
+    turns : (#M,) complex128
+        The directions.
+    shapes : (#M, 2) int64
+        Their rows and columns.
+    origin : (#M,) complex128
+        What of the chart comes to a mask's lower left corner.
+    blocks : (#B, 4) int64
+        Row, first column, length and number of rows of runs of cells; equal ones in a row are one. They
+        are what the chart touches; the largest come first.
+    start : (#M + 1,) int64
+        Mask k has the blocks from start[k] to start[k + 1].
+    """
+
+    turns: ComplexArray
+    shapes: IntArray
+    origin: ComplexArray
+    blocks: IntArray
+    start: IntArray
 
 
-def outlines_of(
+NO_MASKS = Masks(
+    np.empty(0, np.complex128),
+    np.empty((0, 2), np.int64),
+    np.empty(0, np.complex128),
+    np.empty((0, 4), np.int64),
+    np.zeros(1, np.int64),
+)
+NONE_KNOWN = np.empty((0, 4), np.int64)  # places
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The masks of several charts one after the other, as `Masks` has those of one.
+
+    Attributes
+    ----------
+    spans : (#C, 2) int64
+        Chart i has the masks from spans[i, 0] to spans[i, 1].
+    turns, shapes, origin, blocks, start
+    """
+
+    spans: IntArray
+    turns: ComplexArray
+    shapes: IntArray
+    origin: ComplexArray
+    blocks: IntArray
+    start: IntArray
+
+    @classmethod
+    def of(cls, masks: Sequence[Masks]) -> Row:
+        """That of these charts."""
+        first = Ragged.of_sizes([len(one.turns) for one in masks])
+        reached = Ragged.of_sizes([len(one.blocks) for one in masks]).start
+        masks = masks or (NO_MASKS,)  # of no chart
+        start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
+        start[:-1] += first.repeat(reached[:-1])
+        return cls(
+            np.stack((first.start[:-1], first.start[1:]), axis=1),
+            np.concatenate([one.turns for one in masks]),
+            np.concatenate([one.shapes for one in masks]),
+            np.concatenate([one.origin for one in masks]),
+            np.concatenate([one.blocks for one in masks]),
+            start,
+        )
+
+    def placed(
+        self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
+    ) -> tuple[IntArray, IntArray]:
+        """`placed` of charts in the order of their spans."""
+        return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
+
+    def taken(self, side: int, places: IntArray) -> BoolArray:
+        """The cells (#pages, side, side) that charts at these places take."""
+        return taken_cells(side, places, self.blocks, self.start)
+
+
+def outlines(
     z: ComplexArray, F: IntArray, vertices: Ragged, faces: Ragged, area: FloatArray
 ) -> list[Outline]:
     """The outlines of charts whose vertices and faces stand one after the other."""
@@ -53,3 +146,36 @@ def outlines_of(
         Outline(z[start[i:j]], z[end[i:j]], weight[i:j], float(a))
         for i, j, a in zip(bounds[:-1].tolist(), bounds[1:].tolist(), area, strict=True)
     ]
+
+
+def masks_of(
+    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
+) -> list[Masks]:
+    """The cells that charts, turned and widened by half a gap (in cells) to all four sides, touch.
+
+    Charts whose masks share no cell are at least the gap apart, in u or in v.
+    """
+    made: list[Masks] = []
+    sides = np.array([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
+    for first, end in batches(sides, AT_ONCE):
+        made += _together(outlines[first:end], turns[first:end], cells_per_unit, gap)
+    return made
+
+
+def _together(
+    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
+) -> list[Masks]:
+    half = gap / 2 * (1 + 1e-9) + 1e-9
+    number = [len(by) for by in turns]
+    sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
+    start, end, weight = (
+        np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
+    )
+    of, by = np.repeat(np.arange(len(outlines)), number), np.concatenate(turns) * cells_per_unit
+    shapes, low, blocks, begin = drawn(start, end, weight, sides.start, by, of, half)
+    origin, reached = low / cells_per_unit, begin.tolist()
+    made = []
+    for directions, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
+        own = blocks[reached[i] : reached[j]]
+        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
+    return made

@@ -14,10 +14,12 @@ from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
-from .constants import FEW_CHARTS
-from .layout_search import Layout, OutlinedCharts, fixed_layout, largest_layout
-from .outlines import extents, outlines_of
+from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
+from .outlines import areas, extents, outlines
 from .spacing import Packing, Spacing
+
+UDIM_ROW = 10  # pages side by side
+ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +124,8 @@ class Wish:
             raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
         resolution, pages = packing.resolution, packing.pages
         if packing.texel_density is None or resolution is None:
-            return cls(Spacing.of(packing), None, 1 if pages is None else pages, resolution)
-        return cls(Spacing.of(packing), resolution / packing.texel_density, pages, resolution)
+            return cls(packing.spacing, None, 1 if pages is None else pages, resolution)
+        return cls(packing.spacing, resolution / packing.texel_density, pages, resolution)
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""
@@ -136,11 +138,11 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
         return []
     z, area, turn, origin, vertices, charts = _prepared(maps, wish)
     layout = _layout(charts, wish)
-    # first as in the layout, then to the page; gaps only get wider
+    # the layout's own turn, then to the page; the gaps only become wider
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
     low, scale = _fitted(z, layout, vertices, wish)
     page = layout.page
-    tile = page % 10 + 1j * (page // 10)  # UDIM: ten pages in a row
+    tile = page % UDIM_ROW + 1j * (page // UDIM_ROW)
     at = tile - scale * low
     z = scale * z + vertices.repeat(at)
     ratio = scale * layout.turn * turn
@@ -155,8 +157,8 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
 
 
 def pack_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[PackedChart], bool]:
-    """`pack_maps` without moves; and whether `pack_maps` would try moves with so few charts."""
-    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW_CHARTS
+    """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
+    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW
 
 
 def fill_of(placed: Sequence[PackedChart]) -> float:
@@ -166,19 +168,11 @@ def fill_of(placed: Sequence[PackedChart]) -> float:
 
 def _prepared(
     maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
-) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, OutlinedCharts]:
-    """Vertices of the turned charts with their corners at 0; areas, turns, those corners; rows; charts."""
-    uv, faces_of = zip(*maps, strict=True)
-    vertices, faces = Ragged.of_sizes(list(map(len, uv))), Ragged.of_sizes(list(map(len, faces_of)))
-    F = np.concatenate(faces_of) + faces.repeat(vertices.start[:-1])[:, None]
-    z = complex_positions(np.concatenate(uv))
-    area = np.asarray(faces.sum(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))))) / 2
-    extent = extents(z, vertices)[1]
-    size = np.maximum(extent.real, extent.imag)
-    is_line = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
-    if is_line.any():
-        i = int(np.argmax(is_line))
-        raise MeshError(f"chart {i} has no area (its {faces.sizes[i]} faces lie on a line): leave it out")
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
+    """Vertices of the turned charts, their corners at 0; areas, turns, what came to 0; parts; charts."""
+    vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
+    z, area = _checked(maps, F, vertices, faces)
     if len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
@@ -186,12 +180,11 @@ def _prepared(
     z = z * vertices.repeat(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.repeat(origin)
-    outlines = outlines_of(z, F, vertices, faces, area)
-    return z, area, turn, origin, vertices, OutlinedCharts(outlines, area, coordinates(extent), wish.upright)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    return z, area, turn, origin, vertices, charts
 
 
-def _layout(charts: OutlinedCharts, wish: Wish) -> Layout:
-    """The layout on pages of the side that is asked for, or on the smallest ones."""
+def _layout(charts: Charts, wish: Wish) -> Layout:
     n, spacing = len(charts.outlines), wish.spacing
     if wish.side is None:
         found = largest_layout(charts, spacing, wish.pages or 1, thorough=wish.resolution is not None)
@@ -219,7 +212,7 @@ def _layout(charts: OutlinedCharts, wish: Wish) -> Layout:
 
 
 def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:
-    """For each chart the point that comes to the lower left corner of its page; and the common scale."""
+    """What comes to the pages' lower left corners, for each chart; and the scale."""
     spacing = wish.spacing
     if wish.side is not None:
         inset = (spacing.gap / 2 - spacing.border) * wish.side
@@ -235,16 +228,30 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tu
     return (low @ [1, 1j] - complex(spacing.border, spacing.border) / scale)[layout.page], scale
 
 
+def _checked(
+    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Ragged, faces: Ragged
+) -> tuple[ComplexArray, FloatArray]:
+    """The charts' vertices and areas."""
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
+    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
+    extent = extents(z, vertices)[1]
+    size = np.maximum(extent.real, extent.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise MeshError(f"chart {i} has no area (its {len(maps[i][1])} faces lie on a line): leave it out")
+    return z, area
+
+
 def _squarest_turn(z: ComplexArray) -> complex:
-    """The turn of a single chart to the least square: by steps of a quarter, or to sides of its hull."""
-    steps = np.exp(0.5j * np.pi * np.arange(1000) / 1000)
+    """The turn of a single chart to the least square."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
     hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
-    turns = np.concatenate((turns[:: -(-len(turns) // len(steps))], steps))
+    turns = np.concatenate((turns[:: -(-len(turns) // len(ALL_TURNS))], ALL_TURNS))
     turned = hull[:: -(-len(hull) // 2000), None] * turns
     cost = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
     return complex(turns[int(cost.argmin())])

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import is_number
-from .constants import MARGIN, PADDING, WIDEST_GAP
+
+PADDING = 2.0  # texels, where none are asked for
+MARGIN = 0.005  # of the side between two charts, where no resolution is given
+WIDEST = 0.1  # of the side between two charts
 
 
 @dataclass(frozen=True)
@@ -24,16 +27,6 @@ class Spacing:
 
     gap: float
     border: float
-
-    @classmethod
-    def of(cls, packing: Packing) -> Spacing:
-        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
-
-        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
-        """
-        if packing.resolution is None:
-            return cls(packing.margin, packing.margin)
-        return cls(packing.padding / packing.resolution, packing.padding / packing.resolution / 2)
 
     @property
     def inner(self) -> float:
@@ -93,9 +86,9 @@ class Packing:
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
-        if not is_number(self.margin, 0, WIDEST_GAP):
+        if not is_number(self.margin, 0, WIDEST):
             raise ValueError(
-                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST_GAP}"
+                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST}"
             )
         if resolution is None:
             if not (is_number(padding) and padding == PADDING):
@@ -113,7 +106,7 @@ class Packing:
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "
                     "give padding instead"
                 )
-            most = WIDEST_GAP * resolution
+            most = WIDEST * resolution
             if not is_number(padding, 0, most):
                 raise ValueError(
                     f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
@@ -126,3 +119,13 @@ class Packing:
                 raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
             if not is_number(density, 0, np.finfo(float).max, above=True):
                 raise ValueError(f"texel_density is {density!r}: give texels per unit of length, above 0")
+
+    @property
+    def spacing(self) -> Spacing:
+        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
+
+        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
+        """
+        if self.resolution is None:
+            return Spacing(self.margin, self.margin)
+        return Spacing(self.padding / self.resolution, self.padding / self.resolution / 2)

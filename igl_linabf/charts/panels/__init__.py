@@ -4,8 +4,13 @@ In: a surface with creases. Out: seams around planes, cylinders and cones; aroun
 creases, and between rounded ones.
 """
 
-from .constants import FACETED_SHARE, FLAT_SHARE_OF_LARGE, MOST_HANDLES_OF_NETS, SHARP_CREASE_PRICE
-from .nets import Nets
-from .panels import Panels
+from .nets import (
+    CREASED_CURVATURE_OF_NETS,
+    FLAT_SHARE_OF_LARGE_NETS,
+    FLAT_SHARE_OF_NETS,
+    MOST_HANDLES_OF_NETS,
+    SHARP_CREASE_PRICE,
+    Nets,
+)
+from .panels import Panels, panel_seams
 from .rounded_creases import RoundedPanels
-from .unfolding import panel_seams

@@ -15,38 +15,40 @@ from typing import ClassVar
 import numpy as np
 
 from ..._core import nearest_sources, shortest_pairs
-from ..._types import BoolArray, FloatArray, IntArray
+from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import connected_labels, sum_by
-from ..features import APEX_CURVATURE
-from .constants import (
-    DEAREST_ROUNDED,
-    FILLET_GAP,
-    FILLET_REACH,
-    LARGER_THAN_BESIDE,
-    LARGEST_TURN,
-    PANEL_REACH,
-    PLANAR_SHARE,
-    PLANE_AREA,
-    PLANE_BEND,
-    SAME_FILLET_MOTION,
-)
-from .panels import Panels, in_one_plane
+from ..features import TIP
+from .panels import FITS, SHALLOW, Panels, depths, in_one_plane
+
+PLANE = 1e-3  # of the area, from which a plane is a panel
+LARGER = 2.0  # times any plane beside it that is not across a sharp crease: strips of cylinders are not
+LEVEL = 1e-3  # radians that a way of the body's extent counts
+MOST_TURN = np.deg2rad(60.0)  # from the plane of a panel to the faces that go with it
+PLANAR = 0.3  # share of the area in such planes, from which a body has rounded creases
+PLAY = 2e-3  # of the extent, by which two sides of a crease may miss each other
+AWRY = 0.1  # of their length, by which they may
+DEAREST = 2.0  # price of its seams, as stretch, from which on a body is cut in another way
+DEEP = 0.3  # of their height, by which faces of fillets may reach into each other
 
 
 @dataclass(frozen=True, eq=False)
 class RoundedPanels(Panels):
     """The panels of a surface with rounded creases."""
 
-    gap: ClassVar[float] = FILLET_GAP
-    same_motion: ClassVar[float] = SAME_FILLET_MOTION
+    same: ClassVar[float] = 1e-2
     opens_handles: ClassVar[bool] = True
-    dearest: ClassVar[float] = DEAREST_ROUNDED
+    dearest: ClassVar[float] = DEAREST
 
     @cached_property
-    def _planes(self) -> tuple[IntArray, BoolArray]:
-        """The plane of each face, and whether it is so large that it makes a panel."""
+    def _plane(self) -> IntArray:
+        """The plane of each face."""
         creased = self.creased
-        plane = connected_labels(creased.faces[in_one_plane(creased)], len(creased.surface.F))
+        return connected_labels(creased.faces[in_one_plane(creased)], len(creased.surface.F))
+
+    @cached_property
+    def _large(self) -> BoolArray:
+        """Which faces are in a plane that makes a panel."""
+        creased, plane = self.creased, self._plane
         number = int(plane.max()) + 1
         area, whole = sum_by(plane, creased.surface.measured[0], number), np.empty(number)
         whole[plane] = creased.double_area[creased.label]
@@ -54,35 +56,38 @@ class RoundedPanels(Panels):
         pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
         for one, other in (pairs.T, pairs[:, ::-1].T):
             np.maximum.at(beside, one, area[other])
-        large = (area >= PLANE_AREA * whole) & (area >= LARGER_THAN_BESIDE * beside)
-        return plane, np.asarray(large[plane])
+        return np.asarray(((area >= PLANE * whole) & (area >= LARGER * beside))[plane])
 
     @cached_property
-    def folds(self) -> BoolArray:
+    def fold(self) -> BoolArray:
         """Whether edges part panels: sharp creases, and those halfway between two large planes.
 
         A face goes with the large plane to which the surface turns least on a way there.
         """
         creased, smooth = self.creased, ~self.creased.sharp
-        m, faces, (plane, large) = len(creased.surface.F), self.creased.faces, self._planes
-        way = creased.crease_angle[smooth] + PLANE_BEND * creased.length[smooth] / creased.edge_extent[smooth]
+        m, faces = len(creased.surface.F), self.creased.faces
+        way = creased.crease_angle[smooth] + LEVEL * creased.length[smooth] / creased.edge_extent[smooth]
         indptr, indices, edge = shortest_pairs(faces[smooth], way, m)
         everywhere = np.ones(m, dtype=bool)
         _, _, source = nearest_sources(
-            indptr, indices, way[edge], np.flatnonzero(large), everywhere, LARGEST_TURN
+            indptr, indices, way[edge], np.flatnonzero(self._large), everywhere, MOST_TURN
         )
-        panel = np.where(source >= 0, plane[source], -1)
+        panel = np.where(source >= 0, self._plane[source], -1)
         return np.asarray(creased.sharp | np.not_equal(*panel[faces].T))
 
     @cached_property
-    def terminals(self) -> BoolArray:
-        return np.asarray(self.creased.curvature > APEX_CURVATURE)
+    def opened(self) -> BoolArray:
+        return np.asarray(self.creased.curvature > TIP)
 
-    @cached_property
-    def reach(self) -> FloatArray:
-        return np.where(self._planes[1], PANEL_REACH, FILLET_REACH)
+    def fits(self, rows: IntArray | BoolArray) -> FloatArray:
+        extent = self.creased.edge_extent[rows]
+        return np.maximum(FITS * extent, np.minimum(PLAY * extent, AWRY * self.creased.length[rows]))
 
-    def components(self, trade: float) -> BoolArray:
+    def depths(self, z: ComplexArray) -> FloatArray:
+        extent = self.creased.extent[self.creased.label]
+        return depths(z, extent, PLAY, np.where(self._large, SHALLOW, DEEP))
+
+    def made(self, trade: float) -> BoolArray:
         """Which components are: they have creases, and large planes make up a good part of the area.
 
         None if seams are to be hidden: around all planes they show.
@@ -90,8 +95,8 @@ class RoundedPanels(Panels):
         creased = self.creased
         made = creased.may_fall_apart & (creased.hidden is None)
         if made.any():
-            large = np.where(self._planes[1], creased.surface.measured[0], 0.0)
-            made &= sum_by(creased.label, large, len(made)) >= PLANAR_SHARE * creased.double_area
+            large = np.where(self._large, creased.surface.measured[0], 0.0)
+            made &= sum_by(creased.label, large, len(made)) >= PLANAR * creased.double_area
         if made.any():
-            made &= np.bincount(creased.label[creased.faces[self.folds, 0]], minlength=len(made)) > 0
+            made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
         return made

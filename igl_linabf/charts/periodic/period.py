@@ -12,8 +12,11 @@ from ...errors import MeshError, OutcomeWarning, some, stack_level
 from ...measures import quality_of
 from ...surface import Submesh
 from ..atlas import Atlas, Chart, seams_and_mismatch
-from .constants import PERIOD_HALVINGS, PERIODIC_ROUNDING, ROOM_DOUBLINGS
-from .shifted_maps import ShiftedMap
+from .shifted_maps import Shifted
+
+MOST_HALVINGS = 8  # of a period that is too long
+DOUBLINGS = 4  # of the room around charts that come too near to each other
+ROUNDING = 1e-6  # of distances
 
 
 def with_period(
@@ -29,39 +32,37 @@ def with_period(
     MeshError
         Triangles would flip; the message has a period that would do.
     """
-    for room in period * 2.0 ** np.arange(ROOM_DOUBLINGS):
-        atlas = _shifted_atlas(surface, pack(room), pieces, period)
-        if not _too_near(atlas.TC, pieces, gap):
+    for room in period * 2.0 ** np.arange(DOUBLINGS):
+        atlas = _shifted(surface, pack(room), pieces, period)
+        if not _near(atlas.TC, pieces, gap):
             return atlas
     said = "parts of charts lie over others, or near to them, as the period moves them: use a shorter period"
     warnings.warn(said, OutcomeWarning, stacklevel=stack_level())
     return atlas
 
 
-def _too_near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
+def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
     """Whether the boundaries of two charts are nearer than that."""
     maps = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     rims = [
         shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
         for piece, uv in zip(pieces, maps, strict=True)
     ]
-    one, other = shapely.STRtree(rims).query(
-        rims, predicate="dwithin", distance=gap * (1 - PERIODIC_ROUNDING)
-    )
+    one, other = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=gap * (1 - ROUNDING))
     return bool((one != other).any())
 
 
-def _shifted_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
+def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
     """The atlas with seams that shift by whole periods."""
     if not len(atlas.seams):
         return replace(atlas, period=period)
-    shifted = ShiftedMap.of(surface, atlas.TC, atlas.FTC)
-    TC, charts = _shifted_charts(shifted, atlas, pieces, period)
+    shifted = Shifted.of(surface, atlas.TC, atlas.FTC)
+    TC, charts = _moved(shifted, atlas, pieces, period)
     if flips := _new_flips(charts, atlas.charts):
         advice, shorter = "use other cones", period
-        for _ in range(PERIOD_HALVINGS):
+        for _ in range(MOST_HALVINGS):
             shorter /= 2
-            if not _new_flips(_shifted_charts(shifted, atlas, pieces, shorter)[1], atlas.charts):
+            if not _new_flips(_moved(shifted, atlas, pieces, shorter)[1], atlas.charts):
                 advice = f"use {shorter:.3g}, or other cones"
                 break
         raise MeshError(f"{flips}, as cones lie too near to each other for this period: {advice}")
@@ -73,8 +74,8 @@ def _shifted_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period
     )
 
 
-def _shifted_charts(
-    shifted: ShiftedMap, atlas: Atlas, pieces: list[Submesh], period: float
+def _moved(
+    shifted: Shifted, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
     """The texture coordinates for a period, and the charts with what is then measured of them."""
     TC = shifted.by(period)

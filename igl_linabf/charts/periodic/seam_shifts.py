@@ -10,7 +10,9 @@ from scipy import sparse
 from ..._types import ComplexArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
-from ..atlas import SEAM_TOLERANCE, rows_of_texture_seams
+from ..atlas import rows_of_texture_seams
+
+TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,7 @@ class SeamSides:
         ratio = (z[second[:, 1]] - z[second[:, 0]]) / (z[first[:, 1]] - z[first[:, 0]])
         quarters = np.round(np.angle(ratio) / (np.pi / 2)).astype(np.int64) % 4
         turn = np.array([1, 1j, -1, -1j])[quarters]
-        off = np.flatnonzero(~(np.abs(ratio - turn) < SEAM_TOLERANCE))
+        off = np.flatnonzero(~(np.abs(ratio - turn) < TURNED))
         if len(off):
             raise MeshError(
                 f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "

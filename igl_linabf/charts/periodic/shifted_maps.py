@@ -10,14 +10,19 @@ from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
-from .constants import DOUBLING_CHANGE, PERIODIC_ROUNDING, SHIFT_COST, SOLVED_COLUMNS, WEIGHING_ROUNDS
 from .lattice import nearest_whole
 from .seam_shifts import FreeShifts, SeamSides, fans_of
 from .stiffness import Stiffness, changes, energy
 
+STAYING = 0.01  # what a shift costs by itself, of what one costs in the mean
+SURE = 1e-7  # share of what it costs to move only the triangles at the seam, above which a cost is told
+AT_ONCE = 32  # columns
+ROUNDS = 4  # with triangles weighed by how much they change, as long as some flip
+MUCH = 0.3  # change at which a triangle weighs twice as much
+
 
 @dataclass(frozen=True, eq=False)
-class ShiftedMap:
+class Shifted:
     """All ways to shift the seams of a map.
 
     The sides of a seam edge are at z and i^k z + t. If each t is a vector of the lattice of a period, a
@@ -54,7 +59,7 @@ class ShiftedMap:
     corner: IntArray
 
     @classmethod
-    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMap:
+    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> Shifted:
         """Of a map with a seam.
 
         Raises
@@ -90,16 +95,16 @@ class ShiftedMap:
 
     def by(self, period: float) -> FloatArray:
         """The texture coordinates whose seams shift by whole periods, (#TC, 2)."""
-        q, area = self._nearest_shifts(period), signed_double_areas(self.z, self.corner)
-        moved, weight = self._map_with(q, period, self._unweighed), np.ones(len(area))
-        for _ in range(WEIGHING_ROUNDS):
+        q, area = self._whole(period), signed_double_areas(self.z, self.corner)
+        moved, weight = self._moved(q, period, self._even), np.ones(len(area))
+        for _ in range(ROUNDS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
-            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
-            moved = self._map_with(q, period, self._weighed(weight))
+            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / MUCH)
+            moved = self._moved(q, period, self._with(weight))
         return coordinates(moved)
 
-    def _map_with(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
+    def _moved(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
         """The map with these shifts where they can be chosen, in periods."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
@@ -109,7 +114,7 @@ class ShiftedMap:
         d[stiffness.inner] = stiffness.solve(-force[stiffness.inner])
         return np.asarray(shifted + self.turn @ d)
 
-    def _nearest_shifts(self, period: float) -> ComplexArray:
+    def _whole(self, period: float) -> ComplexArray:
         """The shifts that are chosen, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
@@ -118,11 +123,11 @@ class ShiftedMap:
         return q
 
     @cached_property
-    def _unweighed(self) -> Stiffness:
+    def _even(self) -> Stiffness:
         """All triangles count the same."""
-        return self._weighed(np.ones(self.corner.shape[1]))
+        return self._with(np.ones(self.corner.shape[1]))
 
-    def _weighed(self, weight: FloatArray) -> Stiffness:
+    def _with(self, weight: FloatArray) -> Stiffness:
         return Stiffness.of(energy(self.z, self.corner, weight), self.turn, self.free.cones)
 
     @cached_property
@@ -131,7 +136,7 @@ class ShiftedMap:
 
         Components share the columns that are solved for.
         """
-        stiffness = self._unweighed
+        stiffness = self._even
         label = self.component[self.sides.vertex[self.free.edges, 0]]
         order = np.argsort(label, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
@@ -144,9 +149,9 @@ class ShiftedMap:
         pushed = stiffness.of_copies @ alone
         force = (self.turn.conj().T @ pushed).tocsr()[stiffness.inner]
         forms = (alone.conj().T @ pushed @ compressed).toarray()
-        told = PERIODIC_ROUNDING * np.abs(forms).max(initial=0.0)
-        for k in range(0, forms.shape[1], SOLVED_COLUMNS):
-            at_once = slice(k, k + SOLVED_COLUMNS)
+        told = SURE * np.abs(forms).max(initial=0.0)
+        for k in range(0, forms.shape[1], AT_ONCE):
+            at_once = slice(k, k + AT_ONCE)
             columns = np.asfortranarray((force @ compressed[:, at_once]).toarray())
             forms[:, at_once] -= force.conj().T @ stiffness.solve(columns)
         return [(own, _definite(forms[own, : len(own)], told)) for own in groups]
@@ -156,4 +161,4 @@ def _definite(form: ComplexArray, told: float) -> ComplexArray:
     """A Hermitian form without what rounding made negative, in which each shift costs something by itself."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
     size = max(float(values.mean()), told)
-    return np.asarray((vectors * (np.maximum(values, 0) + SHIFT_COST * size)) @ vectors.conj().T)
+    return np.asarray((vectors * (np.maximum(values, 0) + STAYING * size)) @ vectors.conj().T)

@@ -11,7 +11,10 @@ from scipy import sparse
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
-from .constants import PERIODIC_ROUNDING, SCALE_STIFFNESS
+
+EVEN = 1e-8  # share of its diagonal by which the displacement is drawn to zero
+THIN = 1e-8  # share of the largest area below which a triangle of the map counts as so large
+STIFF = 0.1  # what a change of scale and direction of triangles counts against one of their angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +43,7 @@ class Stiffness:
         """`turn` has the copies by the vertices, (#TC, #V)."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # its diagonal is real to the last bit
-        A = (A + sparse.diags_array(PERIODIC_ROUNDING * A.diagonal())).tocsr()  # without cones it may float
+        A = (A + sparse.diags_array(EVEN * A.diagonal())).tocsr()  # without cones it may float
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False
         lower = sparse.tril(A[inner][:, inner]).tocsc()
@@ -48,16 +51,15 @@ class Stiffness:
 
 
 def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
-    """The energy of displacements d of a map as a Hermitian form, (#TC, #TC).
+    """The sum over triangles of 4 |dbar d|^2 + 4 `STIFF` |del d|^2 of displacements d of a map, (#TC, #TC).
 
-    It is the sum over triangles of 4 |dbar d|^2 + 4 s |del d|^2, with s = `SCALE_STIFFNESS`. The first term
-    is what d adds to the distortion of angles, the second is the change of scale and direction.
+    The first is what they add to the distortion of angles, the second the change of scale and direction.
     `corner` are the rows of the triangles, (3, #F).
     """
     side, area = _sides_and_areas(z, corner)
     i, j = (a.ravel() for a in np.meshgrid(range(3), range(3), indexing="ij"))
     product = side[i].conj() * side[j]
-    entries = (product + SCALE_STIFFNESS * product.conj()) * (weight / area**2)
+    entries = (product + STIFF * product.conj()) * (weight / area**2)
     return sparse.csr_array((entries.ravel(), (corner[i].ravel(), corner[j].ravel())), shape=(len(z),) * 2)
 
 
@@ -71,4 +73,4 @@ def changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
 def _sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
     """The sides opposite to corners, (3, #F), and twice the areas."""
     area = np.abs(signed_double_areas(z, corner))
-    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, PERIODIC_ROUNDING * area.max())
+    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, THIN * area.max())

@@ -4,5 +4,4 @@ In: a component. Out: the edges of its seam. Handles are cut as in Erickson, Whi
 the conformal scale of Sawhney, Crane 2017.
 """
 
-from .constants import FEW_BODIES, MEDIUM_BODY, TRADE
-from .search import SeamOptions, check_trade, cut, find_seams, seams_of
+from .search import MEDIUM, TRADE, check_trade, cut, find_seams, seams_of

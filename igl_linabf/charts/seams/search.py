@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,11 +9,19 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import CLUSTERED, DIRECT, ClosedSurface, Levels, log_scale
+from ..cut_graphs import (
+    CLUSTERED,
+    DIRECT,
+    DIRECT_HANDLES,
+    ClosedSurface,
+    Levels,
+    log_scale,
+    slide_into_valleys,
+)
 from ..features import CreasedSurface, Hiding, dihedral_angles, flat_share, flat_shares, hiding_weights
 from ..panels import (
-    FACETED_SHARE,
-    FLAT_SHARE_OF_LARGE,
+    FLAT_SHARE_OF_LARGE_NETS,
+    FLAT_SHARE_OF_NETS,
     MOST_HANDLES_OF_NETS,
     Nets,
     Panels,
@@ -23,42 +29,25 @@ from ..panels import (
     panel_seams,
 )
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
-from .constants import FEW_BODIES, MANY_BODIES, MEDIUM_BODY, SMALL_BODY, SMOOTH_BODY, TIGHTENING, TRADE
-from .growth import coarse_seam, fine_seam, grow_branches, grow_seam, if_it_pays
+from .growth import (
+    DRAWN_SHORTER,
+    MAX_LEAVES,
+    MAX_LEAVES_IN_VAIN,
+    alike_on_both_sides,
+    grown_seam,
+    if_it_pays,
+    seam_of_clusters,
+    shorter_seam,
+    with_branches,
+)
 from .small_bodies import SmallBodies
 
-Component = tuple[Submesh, int, int]  # with its numbers of boundary loops and handles
-
-
-@dataclass(frozen=True, eq=False)
-class SeamOptions:
-    """Which seams are sought.
-
-    Attributes
-    ----------
-    trade : float
-    holes, disks : bool
-        As of `find_seams`.
-    gain : float
-        L2 stretch that a seam has to save beyond its price on a component that needs none.
-    hidden : (#F,) float64 or None
-        As `hiding_weights` returns it.
-    isometric : bool
-        Whether maps are to keep lengths. The seams of small components among many are found as for others.
-    part_overlaps : bool
-        Whether large components are also cut where their map would overlap.
-    panels : bool
-        Whether what is made of panels is cut into these; with rounded creases only if nothing is hidden.
-    """
-
-    trade: float
-    holes: bool = False
-    disks: bool = False
-    gain: float = 0.0
-    hidden: FloatArray | None = None
-    isometric: bool = False
-    part_overlaps: bool = False
-    panels: bool = False
+TRADE = 6.0
+ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
+SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
+LARGE = 20_000  # faces of a surface of which a part with handles has few nodes for its seam
+SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -125,7 +114,7 @@ def find_seams(
     first flattening). Branches are kept as long as the lower stretch is worth their length.
     Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
     straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
-    done on clusters of vertices, and the seam is then pulled tight along the edges.
+    done on clusters of vertices, and the seam is then drawn tight along the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
@@ -181,8 +170,7 @@ def find_seams(
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
-    options = SeamOptions(trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
-    return seams_of(surface, options)
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 
 
 def check_trade(trade: float) -> None:
@@ -191,41 +179,61 @@ def check_trade(trade: float) -> None:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
 
 
-def seams_of(surface: Submesh, options: SeamOptions) -> IntArray:
-    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices."""
-    trade, holes, hidden = options.trade, options.holes, options.hidden
-    found, known, small = [np.zeros((0, 2), dtype=np.int64)], None, list[IntArray]()
-    if options.panels and trade > 0 and not holes:
-        of_panels, creased = _seams_of_panels(CreasedSurface(surface, hidden), trade)
+def seams_of(
+    surface: Submesh,
+    trade: float,
+    *,
+    holes: bool = False,
+    disks: bool = False,
+    gain: float = 0.0,
+    hidden: FloatArray | None = None,
+    isometric: bool = False,
+    part_overlaps: bool = False,
+    panels: bool = False,
+) -> IntArray:
+    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
+
+    A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+    `hidden` as of `hiding_weights`.
+    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
+    `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
+    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
+    """
+    found, known = [np.zeros((0, 2), dtype=np.int64)], None
+    if panels and trade > 0 and not holes:
+        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)
         found += of_panels
         if creased is None:
             return np.concatenate(found)
         surface, known = creased.surface, creased.dihedral
-    components = _components(surface)
-    for (component, loops, genus), is_small in zip(components, _are_small(surface, components), strict=True):
-        needs_none = genus == 0 and (loops == 1 or (holes and loops > 1))
-        if needs_none and not (options.disks and trade > 0):
-            continue
-        if is_small:
-            small.append(component.faces)
-        else:
-            dihedral = known if known is not None and component is surface else dihedral_angles(component)
-            closed = ClosedSurface.of(component, hidden, options.isometric, dihedral)
-            gain = options.gain if needs_none else None
-            seam = best_seam(component, closed, options, gain, dihedral)
-            found.append(component.vertices[closed.edges[seam]])
+    small = []
+    shapes = _shapes(surface)
+    for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
+        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if not open_ or (disks and trade > 0):
+            if is_small:
+                small.append(component.faces)
+            else:
+                bend = dihedral_angles(component) if known is None or component is not surface else known
+                closed = ClosedSurface.of(component, hidden, isometric, bend)
+                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
+                direct = DIRECT_HANDLES if is_part else DIRECT
+                worth = gain if open_ else None
+                seam = _best(component, closed, trade, holes, worth, part_overlaps, bend, direct)
+                found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        found.append(SmallBodies(surface.of_faces(rows), hidden).seams(trade, holes, options.gain))
+        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
     return np.concatenate(found)
 
 
-def _seams_of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
+def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
         panels = kind(creased)
-        made = panels.components(trade)[creased.label]
+        made = panels.made(trade)[creased.label]
         if not made.any():
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
@@ -240,21 +248,24 @@ def _seams_of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArr
     return found, creased
 
 
-def _are_small(surface: Submesh, components: list[Component]) -> list[bool]:
+Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
+
+
+def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Of which components the seams are found together: small ones among many, without handles."""
-    sizes = np.array([len(component.F) for component, _, _ in components])
-    small = (sizes <= SMALL_BODY) & (len(components) >= FEW_BODIES)
-    medium = (sizes > SMALL_BODY) & (sizes <= MEDIUM_BODY)
-    if len(components) >= MANY_BODIES and medium.any():
+    sizes = np.array([len(component.F) for component, _, _ in shapes])
+    small = (sizes <= SMALL) & (len(shapes) >= MANY)
+    medium = (sizes > SMALL) & (sizes <= MEDIUM)
+    if len(shapes) >= HUNDREDS and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
-        for i, (component, _, _) in enumerate(components):
+        for i, (component, _, _) in enumerate(shapes):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < SMOOTH_BODY)
-    small &= np.array([genus for _, _, genus in components]) == 0
-    return list(map(bool, small))
+        small |= medium & (flat_shares(surface, of) < SMOOTH)
+    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
 
 
-def _components(surface: Submesh) -> list[Component]:
+def _shapes(surface: Submesh) -> list[Shape]:
+    """The components, their numbers of boundary loops and handles."""
     components, topology = surface.components(), surface.topology
     if len(components) == 1:
         return [(surface, len(topology.loops), topology.genus)]
@@ -273,64 +284,71 @@ def _components(surface: Submesh) -> list[Component]:
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
-def best_seam(
+def _best(
     component: Submesh,
     closed: ClosedSurface,
-    options: SeamOptions,
+    trade: float,
+    holes: bool,
     gain: float | None,
-    dihedral: FloatArray | None = None,
+    part_overlaps: bool = False,
+    bend: FloatArray | None = None,
+    direct: int = DIRECT,
 ) -> IntArray:
-    """The seam that branches grow on, or a net, if there are creases and it costs less; edges of `closed`.
+    """The seam that leaves look for, or a net, if there are creases and it costs less.
 
-    With a `gain`, no seam is needed, and one has to save this. On a large surface it is found on clusters.
+    With a `gain`, no seam is needed, and one has to save this. On up to `direct` nodes it is found on the
+    surface itself.
     """
-    trade, graph = options.trade, closed.graph
-    few = graph.n <= DIRECT
-    with_nets = trade > 0 and not (options.holes and graph.n_holes > 1)
+    none = np.zeros(0, dtype=np.int64)
+    with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
     nets = Nets(
-        closed,
-        trade,
-        lambda seam: component.cut_along(component.vertices[closed.edges[seam]]),
-        lambda net: grow_branches(closed, net, trade)[0],
+        closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
     )
+    few = closed.graph.n <= DIRECT
     # a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or graph.genus <= MOST_HANDLES_OF_NETS)
-    hard = hard and 1 - nets.smooth_share >= FACETED_SHARE
-    if hard and nets.smooth_share:
-        hard = flat_share(component, dihedral) >= (FACETED_SHARE if few else FLAT_SHARE_OF_LARGE)
+    hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
+    least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
+    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
-        if gain is None or nets.cost(net[:0]) - nets.cost(net) >= gain:
+        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
             return net
         if not hard:
-            return net[:0]
-    if few:
-        seam, _ = grow_seam(closed, trade, options.holes)
-        if hard and (net := nets.cheaper(seam, gain)) is not None:
+            return none
+
+    def parts(seam: IntArray) -> list[Submesh]:
+        return component.cut_along(component.vertices[closed.edges[seam]])
+
+    def cheaper(seam: IntArray) -> IntArray | None:
+        return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
+
+    if closed.graph.n > direct:
+        levels = Levels.of(closed, CLUSTERED)
+        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
+        if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
             return net
-        return if_it_pays(closed, fine_seam(component, closed, seam, trade, options.holes), trade, gain)
-    levels = Levels.of(closed, CLUSTERED)
-    seam, leaves = coarse_seam(levels.coarse, trade, options.holes, gain)
-    if hard and (net := nets.cheaper(levels.lift(seam, leaves), gain)) is not None:
+        if (
+            part_overlaps
+            and (mesh := coarse_mesh(levels.coarse.graph, levels.label(closed.node[component.F]))) is not None
+        ):
+            coarse = levels.coarse
+            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * DRAWN_SHORTER)
+            leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
+            seam = np.append(seam, more)
+        drawn = levels.lift(seam, leaves)
+        if not part_overlaps or trade == 0:
+            return drawn
+        of_clusters = log_scale(
+            levels.coarse, levels.coarse.graph.boundary_nodes(seam), levels.coarse.curvature
+        )
+        u = of_clusters[levels.label(np.arange(closed.graph.n))]
+        return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
+    seam = grown_seam(closed, trade, holes)[0]
+    if hard and (net := cheaper(seam)) is not None:
         return net
-    if options.part_overlaps:
-        return _with_predicted_seams(component, closed, levels, seam, leaves, trade)
-    return levels.lift(seam, leaves)
-
-
-def _with_predicted_seams(
-    component: Submesh, closed: ClosedSurface, levels: Levels, seam: IntArray, leaves: IntArray, trade: float
-) -> IntArray:
-    """A seam of clusters on the surface, with seams where a map would overlap or shrink tips."""
-    coarse = levels.coarse
-    mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
-    if mesh is not None:
-        more, ends = predicted_seams(coarse.graph, mesh, seam, trade * TIGHTENING)
-        leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
-        seam = np.append(seam, more)
-    lifted = levels.lift(seam, leaves)
-    if trade == 0:
-        return lifted
-    of_clusters = log_scale(coarse, coarse.graph.boundary_nodes(seam), coarse.curvature)
-    u = of_clusters[levels.label(np.arange(closed.graph.n))]
-    return np.append(lifted, seams_to_fine_tips(closed, lifted, u, trade))
+    seam, cost = shorter_seam(closed, seam, trade)
+    most = cost(seam) + ROUTED
+    seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
+    if trade > 0 and not closed.graph.genus:
+        seam = alike_on_both_sides(component, closed, seam, trade, holes)
+    return if_it_pays(closed, seam, trade, gain)

@@ -5,26 +5,40 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..._types import IntArray
+from ..._types import FloatArray, IntArray
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface, SurfaceGraph
-from .constants import MIRROR_DETOUR, MIRROR_DISTANCE, MIRROR_EDGES, MIRROR_PLANE_PRICE
+
+SAMPLES = 64  # vertices that are tried first
+NEAR = 1e-3  # times the size: how far a vertex may be from its mirror image
+ALIKE = 0.9  # share of the edges that are edges again in the mirror; diagonals may lie the other way
+DETOUR = 1.5  # times the shortest way to a leaf in the plane may be the one in the plane
+ON_PLANE = 0.7  # times its length counts an edge in the mirror plane
 
 
-def _mirror_images(component: Submesh) -> IntArray | None:
+def mirrored_vertices(component: Submesh) -> IntArray | None:
     """The vertex in the place of each one's mirror image, in a plane through the principal axes; or None."""
-    V, double_area = component.V, component.measured[0]
+    V = component.V
+    double_area = component.measured[0]
     weight = np.bincount(component.F.T.ravel(), np.tile(double_area, 3), minlength=len(V))
     weight = weight / weight.sum()
-    offset = V - weight @ V
-    moments, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
-    tree, near = scipy.spatial.cKDTree(V), MIRROR_DISTANCE * float(np.sqrt(double_area.sum() / 2))
-    for axis, normal in enumerate(axes.T):
-        if np.abs(np.delete(moments, axis) - moments[axis]).min() > MIRROR_DISTANCE * moments[2]:
-            image = V - 2 * np.outer(offset @ normal, normal)
-            distance, vertex = tree.query(image, distance_upper_bound=near)
-            if np.isfinite(distance).all() and len(np.unique(vertex)) == len(V):
-                return np.asarray(vertex, dtype=np.int64)
+    middle = weight @ V
+    offset = V - middle
+    values, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
+    near = NEAR * float(np.sqrt(double_area.sum() / 2))
+    tree, some = scipy.spatial.cKDTree(V), np.linspace(0, len(V) - 1, min(SAMPLES, len(V))).astype(np.int64)
+
+    def images(normal: FloatArray, rows: IntArray | slice) -> IntArray | None:
+        image = V[rows] - 2 * np.outer(offset[rows] @ normal, normal)
+        distance, index = tree.query(image, distance_upper_bound=near)
+        return np.asarray(index, dtype=np.int64) if np.isfinite(distance).all() else None
+
+    for axis in range(3):
+        gaps = np.abs(np.delete(values, axis) - values[axis])
+        if gaps.min() > NEAR * values[2] and images(axes[:, axis], some) is not None:
+            index = images(axes[:, axis], slice(None))
+            if index is not None and len(np.unique(index)) == len(V):
+                return index
     return None
 
 
@@ -60,7 +74,7 @@ class Mirror:
             sources = np.flatnonzero(plane & np.isin(np.arange(graph.n), graph.boundary_nodes(seam)))
             if len(sources):
                 distance, before, _ = graph.shortest_paths(sources, np.flatnonzero(~plane))
-                if distance[leaf] < MIRROR_DETOUR * graph.length_of(way):
+                if distance[leaf] < DETOUR * graph.length_of(way):
                     way = graph.path_edges(before, [leaf])
             return np.concatenate((seam, way))
         longer, image = np.concatenate((seam, way)), self.edge[way]
@@ -78,24 +92,23 @@ def mirrored(component: Submesh, closed: ClosedSurface) -> tuple[ClosedSurface, 
     None if there is no such plane, or the mesh is not the same on its two sides. Edges in the plane are
     shorter: seams like to run in it.
     """
-    graph, (code, shortest) = closed.graph, closed.graph.neighbours
-    vertex = _mirror_images(component) if len(code) else None
+    vertex = mirrored_vertices(component) if len(closed.graph.neighbours[0]) else None
     if vertex is None:
         return None
     node = np.full(len(component.V), -1)
-    node[closed.edges.ravel()] = graph.ends.ravel()
+    node[closed.edges.ravel()] = closed.graph.ends.ravel()
     known = (node >= 0) & (node[vertex] >= 0)
-    image = np.full(graph.n, -1)
+    image = np.full(closed.graph.n, -1)
     image[node[known]] = node[vertex[known]]
-    if (image < 0).any() or (image[image] != np.arange(graph.n)).any():
+    if (image < 0).any() or (image[image] != np.arange(closed.graph.n)).any():
         return None
-    ends = image[graph.ends]
-    wanted = np.minimum(ends[:, 0], ends[:, 1]) * graph.n + np.maximum(ends[:, 0], ends[:, 1])
-    place = np.minimum(np.searchsorted(code, wanted), len(code) - 1)
-    found = code[place] == wanted
-    if np.count_nonzero(found) < MIRROR_EDGES * len(found):
+    ends = image[closed.graph.ends]
+    code = np.minimum(ends[:, 0], ends[:, 1]) * closed.graph.n + np.maximum(ends[:, 0], ends[:, 1])
+    place = np.minimum(np.searchsorted(closed.graph.neighbours[0], code), len(closed.graph.neighbours[0]) - 1)
+    found = closed.graph.neighbours[0][place] == code
+    if np.count_nonzero(found) < ALIKE * len(found):
         return None
-    other = np.where(found, graph.length[shortest[place]], graph.length)
-    on_plane = (ends == graph.ends).all(axis=1)
-    length = (graph.length + other) / 2 * np.where(on_plane, MIRROR_PLANE_PRICE, 1.0)
-    return closed.with_lengths(length), Mirror(image, np.where(found, shortest[place], -1))
+    other = np.where(found, closed.graph.length[closed.graph.neighbours[1][place]], closed.graph.length)
+    on_plane = (image[closed.graph.ends] == closed.graph.ends).all(axis=1)
+    length = (closed.graph.length + other) / 2 * np.where(on_plane, ON_PLANE, 1.0)
+    return closed.with_lengths(length), Mirror(image, np.where(found, closed.graph.neighbours[1][place], -1))

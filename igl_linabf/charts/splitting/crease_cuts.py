@@ -12,8 +12,9 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...measures import change_of
 from ...surface import Submesh, complex_positions, connected_labels, signed_double_areas
-from ..features import SHARP_CREASE, dihedral_angles
-from .constants import ISOMETRIC
+from ..features import SHARP, dihedral_angles
+
+ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a map is
 
 Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
 
@@ -30,7 +31,7 @@ def split_at_creases(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Su
     touching, of = np.unique(_codes(region[sides], number), return_inverse=True)
     common = np.bincount(of, length, minlength=len(touching))
     ends, apart = (np.column_stack(np.divmod(code, number)).tolist() for code in (touching, over))
-    return piece.divided(_merge_regions(number, ends, common.tolist(), apart)[region])
+    return piece.divided(_joined(number, ends, common.tolist(), apart)[region])
 
 
 def is_isometric(piece: Submesh, uv: FloatArray) -> bool:
@@ -51,7 +52,7 @@ def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
     topology, m = piece.topology, len(piece.F)
     every = np.flatnonzero(topology.sides[1] >= 0)
     faces = topology.sides[:, every].T % m
-    sharp = np.abs(dihedral_angles(piece)) >= SHARP_CREASE
+    sharp = np.abs(dihedral_angles(piece)) >= SHARP
     sharp &= np.isin(every, piece.cuttable_edges)  # diagonals of polygons are no creases
     region = connected_labels(faces[~sharp], m)
     between = sharp & (region[faces[:, 0]] != region[faces[:, 1]])
@@ -66,9 +67,7 @@ def _codes(pairs: IntArray, number: int) -> IntArray:
     return np.asarray(code[a != b])
 
 
-def _merge_regions(
-    number: int, touching: list[list[int]], common: list[float], over: list[list[int]]
-) -> IntArray:
+def _joined(number: int, touching: list[list[int]], common: list[float], over: list[list[int]]) -> IntArray:
     """The group of each region: regions that touch, and of which none lies over another one."""
     lengths: Lengths = [{} for _ in range(number)]
     apart: list[set[int]] = [set() for _ in range(number)]

@@ -24,7 +24,10 @@ from ...surface import (
     signed_double_areas,
 )
 from ..atlas import scaled_to_surface
-from .constants import LARGEST_DENSE, MERGED_STRETCH, MOST_GROUPS, NARROWED_SHEAR, WIDTHS
+from .small_charts import DENSE, LARGE, PRESSED, STRETCHED, WIDTHS
+
+RINGS = 3  # around faces that overlap, that are laid out with them where they alone find no room
+MOST = 16  # groups of connected faces that overlap: of more, seams part them
 
 
 def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
@@ -41,7 +44,7 @@ def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tup
     faces = np.unique(pairs)
     label = face_components(piece.F[faces], len(piece.V))
     number = int(label.max()) + 1
-    if number > MOST_GROUPS:
+    if number > MOST:
         return result, pairs
     low, high = np.sort(label[np.searchsorted(faces, pairs)], axis=1).T
     codes, of = np.unique(low * number + high, return_inverse=True)
@@ -64,7 +67,7 @@ class _Plan:
         self._box = self._around(piece.topology.corner)
         self._faces_at = np.bincount(piece.F.ravel())
         self._area = float(piece.measured[0].sum())
-        self._left = (MERGED_STRETCH**2 - 1) * self._area  # of squared stretch times area, that moves may add
+        self._left = (STRETCHED**2 - 1) * self._area  # of squared stretch times area, that moves may add
 
     def makes_room(self, groups: list[IntArray]) -> bool:
         """Whether nothing of one group, or of two, overlaps, after as few faces as possible have moved."""
@@ -74,22 +77,23 @@ class _Plan:
         return any(self._moves(faces) for faces in self._with_rings(groups))
 
     def _with_rings(self, groups: list[IntArray]) -> Iterator[IntArray]:
-        """The groups, and then with a ring of faces around them."""
-        F = self._piece.F
-        for ring in (False, True):
+        """The groups, and then with rings of faces around them."""
+        F, area = self._piece.F, self._piece.measured[0]
+        for ring in range(RINGS + 1):
             for k, faces in enumerate(groups):
                 if ring:
                     near = np.zeros(len(self._z), dtype=bool)
                     near[F[faces]] = True
                     groups[k] = faces = np.flatnonzero(near[F].any(axis=1))
-                yield faces
+                if area[faces].sum() < LARGE * self._area:
+                    yield faces
 
     def _moves(self, faces: IntArray) -> bool:
         """Whether these faces find room, and are not stretched or sheared too much; they are then there."""
         piece = self._piece
         used, F = compact(piece.F[faces], len(self._z))
         free = np.bincount(F.ravel()) == self._faces_at[used]
-        if not 0 < np.count_nonzero(free) <= min(LARGEST_DENSE, len(free) - 2):
+        if not 0 < np.count_nonzero(free) <= min(DENSE, len(free) - 2):
             return False
         part = Submesh(piece.V[used], F, piece.faces[faces], piece.vertices[used], piece.n_given)
         cot = np.divide(part.measured[1], part.measured[0])
@@ -108,7 +112,7 @@ class _Plan:
             return False
         squared, shear = self._measured(part, z)
         added = squared - self._measured(part, before)[0]
-        if not (shear <= NARROWED_SHEAR and added <= self._left):
+        if not (shear <= PRESSED and added <= self._left):
             return False
         self._z[used], self._left = z, self._left - max(added, 0.0)
         self._moved |= within

@@ -13,7 +13,12 @@ from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
 from ..features import box_sides
-from .constants import BARRIER_COST, MAX_GRAPH_NODES, MAX_OVERLAPS, REGION_COST
+
+BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
+PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
+MAX_OVERLAPS = 6  # that one search for seams separates
+MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
+MAX_NODES = 1 << 19  # of the graph that it searches; each overlap doubles it
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
@@ -88,7 +93,6 @@ def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) ->
 def _separated(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
-    """Seams, and the parts between them, until no pair of faces is in one part."""
     seams, parts = list[IntArray](), list[Submesh]()
     waiting = []
     for chart in charts:
@@ -142,7 +146,7 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 
 def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
-    search, most = _Search(part), min(most, max(1, int(np.log2(MAX_GRAPH_NODES / part.topology.n))))
+    search, most = _Search(part), min(most, max(1, int(np.log2(MAX_NODES / part.topology.n))))
     overlaps = search.largest(pairs, most)
     while not len(seam := search.seam(overlaps)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
@@ -171,7 +175,7 @@ class _Search:
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
-        spoke = REGION_COST * np.linalg.norm(box_sides(part.V)) / 2
+        spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
         self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 

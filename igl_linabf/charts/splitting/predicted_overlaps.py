@@ -1,10 +1,8 @@
-"""Overlaps of a map, and tips that it shrinks, predicted on the clusters of a surface; and seams for them.
+"""Overlaps of a map, and tips that it shrinks, foreseen on the clusters of a surface; and seams for them.
 
 Clusters are the vertices of a coarse mesh, whose map is much like the one of the surface. Where it overlaps,
 the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
 """
-
-from operator import attrgetter
 
 import numpy as np
 
@@ -15,25 +13,36 @@ from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flatten_piece
 from ..cut_graphs import SurfaceGraph
-from .constants import FEW_FACES, MAX_SPLITS, PREDICTED_AT_ONCE, SHRUNK, TIP_ROUNDS
 from .crease_cuts import split_at_creases
-from .overlap_seams import split_overlaps
+from .overlap_seams import MAX_SPLITS, split_overlaps
 from .reused_maps import keeps_map
 from .tips import size_and_stretch, tips_of, worth_a_seam
+
+MANY = 300  # disks, beyond which the surface is parted when its map is known
+FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+AT_ONCE = 3  # overlaps that one seam parts: a map anew shows what is left of the others
+SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
+TIP_ROUNDS = 3  # of seams to the tips of a part
+MOST_BRIDGES = 4  # edges that are missing at each hole and handle
+CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
 def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
     """The triangles of a closed surface, from the nodes at the corners of those that it came from.
 
-    Holes are open. None if the triangles are no oriented manifold.
+    Holes are open. None if the triangles are no oriented manifold, or many edges are missing.
     """
     different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= graph.n_holes).all(axis=1)
     F = corners[different]
     tail, head = F, F[:, list(NEXT)]
     key = np.minimum(tail, head) * graph.n + np.maximum(tail, head)
     inner = ~np.isin(key, graph.neighbours[0])  # a diagonal of a polygon
+    proper = graph.ends[(graph.ends >= graph.n_holes).all(axis=1)]
+    bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
+    if bridges > MOST_BRIDGES * (graph.n_holes + graph.genus):
+        return None
     cleaned, mesh = cleaned_surface(graph.position, F)  # a node beside two holes is in two fans
-    if set(map(attrgetter("kind"), cleaned.repairs)) - {"bowtie"}:
+    if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
         return None
     return Submesh(mesh.V, mesh.F, mesh.faces, cleaned.origin, graph.n, inner if inner.any() else None)
 
@@ -51,14 +60,14 @@ def predicted_seams(
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
         smaller = list[tuple[Submesh, int, bool]]()
-        large = list[tuple[Submesh, int, bool]]()
-        for entry in waiting:
+        asked = [part for part, *_ in waiting if len(part.F) >= CHIP * len(mesh.F)]
+        sketches = iter(_sketches(asked))
+        for part, rounds, stays in waiting:
             number += 1
-            label[entry[0].faces] = number
-            if len(entry[0].F) >= FEW_FACES * len(mesh.F):
-                large.append(entry)
-        for (part, rounds, stays), sketch in zip(large, _sketch_maps(large), strict=True):
-            parts, uv, stays = _split_sketch(part, sketch, stays)
+            label[part.faces] = number
+            if len(part.F) < CHIP * len(mesh.F):
+                continue
+            parts, uv, stays = _parts(part, next(sketches), stays)
             if parts:
                 shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)
                 walls.append(shared[times > 1])
@@ -70,6 +79,8 @@ def predicted_seams(
                     walls.append(graph.ends[way].ravel())
                     smaller += [(p, rounds - 1, stays) for p in part.cut_along(graph.ends[way])]
         waiting = smaller
+        if number + len(waiting) > MANY:
+            return none, none
         if not waiting:
             break
     seam = np.append(seam, ways)
@@ -107,8 +118,7 @@ def _tips(
 ) -> tuple[IntArray, IntArray]:
     """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
     changed = change_of(part, uv)
-    shrunk = 2 * SHRUNK  # faces of the surface itself shrink twice as much
-    faces, saved = tips_of(part.F, len(part.V), changed, shrunk)
+    faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
     if not len(faces):
         return faces, faces
     distance, before, _ = graph.shortest_paths(walls)
@@ -127,24 +137,25 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
         right, left = label[sides]
         around = np.append(left[right == chip], right[left == chip])
         around = around[around != chip]
-        if 0 < faces < FEW_FACES * len(label) and len(around):
+        if 0 < faces < CHIP * len(label) and len(around):
             label[label == chip] = np.bincount(around).argmax()
     return label
 
 
-def _sketch_maps(waiting: list[tuple[Submesh, int, bool]]) -> list[Flattening | None]:
+def _sketches(disks: list[Submesh]) -> list[Flattening | None]:
     """Quick maps of disks, of small ones side by side; None where there is none."""
-    sketches = flatten_together([(disk.V, disk.F) for disk, _, _ in waiting], Rough())
-    for k, (disk, _, _) in enumerate(waiting):
-        if sketches[k] is None:
-            try:
-                sketches[k] = flatten_piece(disk, Rough())
-            except (MeshError, SingularSystemError):
-                continue
-    return sketches
+    results = flatten_together([(disk.V, disk.F) for disk in disks], Rough())
+    return [_sketch(disk) if known is None else known for disk, known in zip(disks, results, strict=True)]
 
 
-def _split_sketch(
+def _sketch(disk: Submesh) -> Flattening | None:
+    try:
+        return flatten_piece(disk, Rough())
+    except (MeshError, SingularSystemError):
+        return None
+
+
+def _parts(
     disk: Submesh, result: Flattening | None, stays: bool
 ) -> tuple[list[Submesh], FloatArray | None, bool]:
     """The parts of a disk whose map overlaps; this map, if no triangle flips; whether the disk stays whole.
@@ -158,9 +169,9 @@ def _split_sketch(
     if stays or result.holes:
         return [], uv, stays
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    if not len(pairs) or len(np.unique(pairs)) < FEW_FACES * len(disk.F) or uv is None:
+    if not len(pairs) or len(np.unique(pairs)) < FEW * len(disk.F) or uv is None:
         return [], uv, False
-    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], PREDICTED_AT_ONCE)
+    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], AT_ONCE)
     _, squared = size_and_stretch(change_of(disk, uv))
     if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one

@@ -15,7 +15,11 @@ from ...flattening import Flattening
 from ...measures import Change, Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
-from .constants import REUSED_AT_ANY_STRETCH, REUSED_SHARE, REUSED_STRETCH, SAME_MAP
+
+KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
+REUSED_STRETCH = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
+EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 
 
 class KnownMap(NamedTuple):
@@ -64,7 +68,7 @@ def reuse_maps(
     left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
-    large, even = size >= REUSED_SHARE * len(piece.F), apart & (high <= SAME_MAP**2 * low)
+    large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
     asked = np.flatnonzero(large | even).tolist()
     maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
@@ -72,7 +76,7 @@ def reuse_maps(
     whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
     measured = [next(whole) if even[k] else decisive(*entry) for k, entry in zip(asked, table, strict=True)]
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
-        exact = max(quality.stretch_l2, quality.conformal_distortion) <= SAME_MAP
+        exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
         if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
             made = flattening_of_part(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
@@ -95,7 +99,7 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    return part >= (REUSED_SHARE if stretch <= REUSED_STRETCH else REUSED_AT_ANY_STRETCH) * whole
+    return part >= (KEPT if stretch <= REUSED_STRETCH else WHOLE) * whole
 
 
 def _area_ratios(

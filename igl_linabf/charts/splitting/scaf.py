@@ -1,7 +1,6 @@
 """A flat map that overlaps itself, made injective without a cut."""
 
 import warnings
-from dataclasses import replace
 
 import igl
 import igl.triangle
@@ -9,25 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._runtime import Arrays, run_as_child_process, run_in_child_process
-from ..._types import FloatArray, IntArray
-from ...errors import FallbackWarning, MeshError, OutcomeWarning, is_number, some, stack_level
-from ...flattening import Flattening, Outcome
+from ..._types import FloatArray
+from ...errors import MeshError, OutcomeWarning, is_number, some, stack_level
 from ...layouts import on_circle
 from ...linalg import Solvers
 from ...measures import overlapping_pairs_of_chart
-from ...surface import (
-    Submesh,
-    Topology,
-    check_planar,
-    complex_positions,
-    coordinates,
-    flipped_faces,
-    signed_double_areas,
-)
-from .constants import MOST_SCAF_STRETCH, SCAF_SECONDS, SCAF_SECONDS_PER_FACE, SMALLEST_SCAF_AREA
-from .reused_maps import MapMeasure
+from ...surface import Submesh, Topology, check_planar, complex_positions, coordinates, signed_double_areas
 
 SCAF = "igl's SCAF"
+MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle is out of range
 
 
 def make_bijective(
@@ -93,64 +82,23 @@ def make_bijective(
         raise MeshError(
             f"the surface has {len(topology.loops) - 1} holes: fill them first, or cut along separating_seams"
         )
-    made, trouble = _bijective_map(surface.V, topology, iterations, timeout)
+    made, trouble = moved_apart(surface.V, topology, iterations, timeout)
     if trouble:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return surface.scatter(made)
 
 
-def move_parts_apart(
-    piece: Submesh, result: Flattening, before: MapMeasure
-) -> tuple[Flattening, float] | None:
-    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
-
-    `before` is the map measured. On long strips SCAF stops far from it, and a seam is better.
-    """
-    try:  # what is wrong is told of the atlas
-        uv, _ = _bijective_map(
-            result.uv, piece.topology, timeout=SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
-        )
-    except MeshError as error:
-        _tell(piece, str(error))
-        return None
-    corner = piece.topology.corner
-    areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
-    uv *= np.sqrt(areas[0] / areas[1])
-    after = MapMeasure(piece, uv)
-    if not after.stretch <= MOST_SCAF_STRETCH * before.stretch:
-        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
-        return None
-    shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
-    message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
-    return _with_map(result, uv, corner, message), shear[1] - shear[0]
-
-
-def _tell(piece: Submesh, why: str) -> None:
-    """Warn that parts of a chart cannot be moved apart."""
-    warnings.warn(
-        f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
-        FallbackWarning,
-        stacklevel=stack_level(),
-    )
-
-
-def _with_map(result: Flattening, uv: FloatArray, corner: IntArray, message: str) -> Flattening:
-    flipped = flipped_faces(complex_positions(uv), corner)
-    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
-    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)
-
-
-def _bijective_map(
+def moved_apart(
     flat: FloatArray, topology: Topology, iterations: int = 50, timeout: float = 600.0
 ) -> tuple[FloatArray, str]:
     """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
-    bad = np.flatnonzero(~(np.abs(area) > SMALLEST_SCAF_AREA * total))
+    bad = np.flatnonzero(~(np.abs(area) > MIN_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {SMALLEST_SCAF_AREA:g} of the map's area: the map's scale "
-            "varies too much for SCAF; cut the surface into more parts"
+            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map's scale varies too "
+            "much for SCAF; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""

@@ -22,18 +22,19 @@ from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
-from .constants import (
-    ALIGNMENT_GAP,
-    LARGEST_DENSE,
-    LARGEST_SMALL_CHART,
-    MERGED_SHEAR,
-    MERGED_STRETCH,
-    MOST_MERGE_TRIES,
-    NARROWED_SHEAR,
-    NEGLIGIBLE_AREA,
-    UNSEEN_SHEAR,
-    WIDTHS,
-)
+
+FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
+NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
+STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
+FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
+EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
+EVEN = 1e-8  # the same, up to which nobody sees it
+SHEARED = 10.0  # times its mean angle distortion that the small one may have
+PRESSED = 0.25  # angle distortion of one that gets narrower
+SHORT = 16  # edges of a run beside a neighbour, of which parts are tried
+MOST_TRIES = 80  # of joining one where it does not fit: they take as long as flattening a thousand triangles
+DENSE = 64  # vertices up to which a matrix with all entries is solved sooner than a sparse one
+WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the small one beside the seam, of what it is on the surface
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
 Made = tuple[Key, Chart, Submesh]
@@ -44,15 +45,14 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
 
     The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
     """
-    keys = [key for key, _, _ in made]
-    if not made or max(map(len, keys)) == 1:  # no piece is split
+    split = [len(key) > 1 for key, _, _ in made]
+    if not any(split):
         return made
-    split = [len(key) > 1 for key in keys]
     area = [float(piece.measured[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
         parted
-        and (len(piece.F) <= LARGEST_SMALL_CHART or a < NEGLIGIBLE_AREA * whole)
+        and ((len(piece.F) <= FEW and a < LARGE * whole) or (len(piece.F) <= MANY and a < NEGLIGIBLE * whole))
         and len(piece.topology.loops) == 1
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
@@ -116,7 +116,7 @@ class _Candidate:
             yield runs[k], 1.0, z
         rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
         others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
-        for width, (run, least) in islice(product(WIDTHS, others), MOST_MERGE_TRIES):
+        for width, (run, least) in islice(product(WIDTHS, others), MOST_TRIES):
             if least <= run.host.most_shear(width):
                 laid_out = self._laid_out(run.own, run.at, width)
                 if laid_out is not None:
@@ -131,7 +131,7 @@ class _Candidate:
         turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
         moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
         off = vertices.max(np.abs(moved[vertices.repeat(np.arange(len(runs))), own] - to))
-        return apart & (off <= ALIGNMENT_GAP * np.abs(moved - start[:, None]).max(axis=1)), moved
+        return apart & (off <= FITS * np.abs(moved - start[:, None]).max(axis=1)), moved
 
     def _least_shear(self, runs: list[_Run]) -> list[float]:
         """The least mean angle distortion of any map with the vertices of a run held, for each.
@@ -160,7 +160,7 @@ class _Candidate:
         None if the piece is too thin for that.
         """
         topology = self._piece.topology
-        if topology.n > LARGEST_DENSE:
+        if topology.n > DENSE:
             try:
                 return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
             except NotPositiveDefiniteError:
@@ -195,9 +195,9 @@ class _Host:
     def most_shear(self, width: float) -> float:
         """The mean angle distortion that a chart joined to it may have at this width."""
         own = self._chart.quality.angle_distortion
-        if own <= UNSEEN_SHEAR:
-            return UNSEEN_SHEAR if width == 1 else -1.0  # it is isometric: what does not fit shears too much
-        return max(MERGED_SHEAR * own, UNSEEN_SHEAR) if width == 1 else NARROWED_SHEAR
+        if own <= EXACT:
+            return EVEN if width == 1 else -1.0  # it is isometric: what does not fit shears too much
+        return max(SHEARED * own, EVEN) if width == 1 else PRESSED
 
     def at(self, vertices: IntArray) -> ComplexArray:
         """Where these are in its map."""
@@ -219,7 +219,7 @@ class _Host:
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
         stretch = np.sqrt(squared * flat_area) / area
-        if not stretch <= min(MERGED_STRETCH * self._chart.quality.stretch_l2, most_stretch):
+        if not stretch <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
@@ -315,7 +315,7 @@ class _Rims:
 
 def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
     """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
-    least, most = 1 if number <= LARGEST_SMALL_CHART else number, number - closed
+    least, most = 1 if number <= SHORT else number, number - closed
     return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 

@@ -4,12 +4,13 @@ import numpy as np
 import scipy
 
 from ..._core import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
-from ..._types import FloatArray, IntArray
+from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Change
 from ...surface import Submesh, connected_labels
-from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
-from ..features import FEATURE_DISCOUNT, HIDING, Smoothing, face_normals, hiding_factors
-from .constants import SHRUNK, STILL_SCALE, TIP_STRETCH, WORTH_A_SEAM
+from ..cut_graphs import CREASE_DISCOUNT, MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
+from ..features import HIDING, Smoothing, face_normals, hiding_factors
+
+STILL, MOST_STEPS = 0.06, 40  # change of a log scale that is the last one, and steps at most
 
 
 def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trade: float) -> IntArray:
@@ -41,7 +42,7 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
     price, total = distance[leaf] / unit, stretch**2
     chosen = worth_a_seam(saved[tips], price, total)
     left = np.sqrt(max(total - saved[tips[chosen]].sum(), 1.0))
-    if stretch - left - price[chosen].sum() < WORTH_A_SEAM:
+    if stretch - left - price[chosen].sum() < WORTH:
         return none
     return graph.path_edges(before, leaf[chosen])
 
@@ -59,7 +60,7 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
     left = np.where(free, -piece.curvature, 0.0) - flow(u)
     scaled = left / diagonal
     way, down = scaled.copy(), np.einsum("i,i->", left, scaled)
-    for _ in range(piece.graph.n):
+    for _ in range(MOST_STEPS):
         across = flow(way)
         against = np.einsum("i,i->", way, across)
         if not against > 0:
@@ -67,12 +68,19 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
         by = down / against
         u += by * way
         left -= by * across
-        if by * max(way.max(), -way.min()) <= STILL_SCALE:
+        if by * max(way.max(), -way.min()) <= STILL:
             break
         scaled = left / diagonal
         last, down = down, np.einsum("i,i->", left, scaled)
         way = scaled + down / last * way
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+
+
+SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
+TIP_STRETCH = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
+FIRST_WAY = 2.0  # times the distance in space: ways that are sought at first
+NEARLY_ALL = 0.4  # share of the vertices, from which on ways are sought among all
+WORTH = 0.008  # L2 stretch that seams have to save beyond their price: the chart is flattened again
 
 
 def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
@@ -117,43 +125,71 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
-    if not saved.sum() / (np.sqrt(total) + 1) >= WORTH_A_SEAM:  # not even with seams for nothing
+    if not saved.sum() / (np.sqrt(total) + 1) >= WORTH:  # not even with seams for nothing
         return none
     interior = piece.topology.interior
     leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
-    shortest = (1 - FEATURE_DISCOUNT) / (1.0 if hidden is None else HIDING)
+    shortest = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING)
     rim = scipy.spatial.cKDTree(piece.V[np.concatenate(piece.topology.loops)])
     apart = rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
     unit = size * trade  # the length whose price is 1
     worth = (saved / 2 > shortest * apart / unit) & (leaves >= 0)
     leaves, saved, apart = leaves[worth], saved[worth], apart[worth]
     # of sqrt(total) - sqrt(left), where left is 1 at least
-    if not np.maximum(saved / (np.sqrt(total) + 1) - shortest * apart / unit, 0).sum() >= WORTH_A_SEAM:
+    if not np.maximum(saved / (np.sqrt(total) + 1) - shortest * apart / unit, 0).sum() >= WORTH:
         return none
     farthest = np.minimum(np.sqrt(total) - 1, saved / 2) * unit  # whose price is all that each can save
-    distance, before = _paths_from_boundary(piece, hidden, float(farthest.max()))
-    length = distance[leaves]
+    length, before = _ways_from_the_rim(piece, leaves, hidden, shortest, apart, farthest)
     chosen = worth_a_seam(saved, length / unit, total)
     left = np.sqrt(max(total - saved[chosen].sum(), 1.0))
-    if np.sqrt(total) - left - length[chosen].sum() / unit < WORTH_A_SEAM:
+    if np.sqrt(total) - left - length[chosen].sum() / unit < WORTH:
         return none
     passed = nodes_on_paths(before, leaves[chosen])
     return piece.vertices[np.column_stack((passed, before[passed]))]
 
 
-def _paths_from_boundary(
-    piece: Submesh, hidden: FloatArray | None, farthest: float
+def _ways_from_the_rim(
+    piece: Submesh,
+    leaves: IntArray,
+    hidden: FloatArray | None,
+    shortest: float,
+    apart: FloatArray,
+    farthest: FloatArray,
 ) -> tuple[FloatArray, IntArray]:
-    """Lengths of the shortest paths from the boundary to near vertices, and the vertex before each."""
-    topology, inside = piece.topology, piece.cuttable_edges
-    ends, sides = topology.edges[inside], np.ascontiguousarray(topology.sides[:, inside])
-    in_space = lengths(piece.V, ends)
-    length = seam_lengths(in_space, bends(piece.V, topology.corner, sides, face_normals(piece)))
+    """The lengths of the shortest ways from the boundary to some vertices, and the vertex before each.
+
+    What is farther than `farthest` may be given as longer. Ways are sought near the vertices first, which are
+    so far `apart` from the boundary in space. No way is shorter than `shortest` times its span in space.
+    """
+    rim, near = np.flatnonzero(~piece.topology.interior), np.zeros(len(piece.V), dtype=bool)
+    sought = np.minimum(FIRST_WAY * apart, farthest)
+    for leaf, reach in zip(leaves.tolist(), (sought / shortest).tolist(), strict=True):
+        near |= np.linalg.norm(piece.V - piece.V[leaf], axis=1) <= reach
+        if np.count_nonzero(near) > NEARLY_ALL * len(near):
+            near[:] = True
+            break
+    while True:
+        ends, length = _edges_near(piece, near, hidden)
+        indptr, indices, edge = shortest_pairs(ends, length, len(piece.V))
+        distance, before, _ = nearest_sources(indptr, indices, length[edge], rim, near, float(farthest.max()))
+        if near.all() or ((distance[leaves] <= sought) | (sought >= farthest)).all():
+            return distance[leaves], before
+        near[:] = True
+
+
+def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> tuple[IntArray, FloatArray]:
+    """The edges, by their vertices, between two that are near; and their lengths for a seam."""
+    topology = piece.topology
+    inside = piece.cuttable_edges
+    inside = inside[near[topology.edges[inside]].all(axis=1)]
+    bend = bends(
+        piece.V, topology.corner, np.ascontiguousarray(topology.sides[:, inside]), face_normals(piece)
+    )
+    ends = topology.edges[inside]
+    length = seam_lengths(lengths(piece.V, ends), bend)
     if hidden is not None:
+        every = topology.edges[piece.cuttable_edges]
         size = float(np.sqrt(piece.measured[0].sum() / 2))
-        length *= hiding_factors(piece, ends, hidden, Smoothing(piece, ends, in_space), size)
-    indptr, indices, edge = shortest_pairs(ends, length, len(piece.V))
-    boundary, everywhere = np.flatnonzero(~topology.interior), np.ones(len(piece.V), dtype=bool)
-    distance, before, _ = nearest_sources(indptr, indices, length[edge], boundary, everywhere, farthest)
-    return distance, before
+        length *= hiding_factors(piece, ends, hidden, Smoothing(piece, every, lengths(piece.V, every)), size)
+    return ends, length

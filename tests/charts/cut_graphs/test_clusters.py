@@ -11,10 +11,9 @@ from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contracted, Levels, shortest_path_trees
-from igl_linabf.charts.cut_graphs.constants import CLUSTERED
+from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Contracted, Levels, shortest_path_trees
 from igl_linabf.charts.seams import search as seams
-from igl_linabf.charts.seams.growth import grow_seam, seam_cost
+from igl_linabf.charts.seams.growth import grown_seam, seam_cost
 from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
 
@@ -58,7 +57,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
     smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
-    seam, leaves = grow_seam(smaller.coarse, 6.0, False)
+    seam, leaves = grown_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
         smaller.coarse.graph.topology_of(seam)
@@ -105,7 +104,7 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     piece, costs = ClosedSurface.of(part), []
     for direct in (piece.graph.n, piece.graph.n - 1):
         monkeypatch.setattr(seams, "DIRECT", direct)
-        costs.append(seam_cost(piece, seams.best_seam(part, piece, seams.SeamOptions(6.0), None), 6.0))
+        costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 
@@ -172,7 +171,7 @@ def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
-    """They are the vertices of a mesh then, on which overlaps are predicted."""
+    """They are the vertices of a mesh then, on which overlaps are foreseen."""
     whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
     assert whole.topology.genus == 81
     piece = ClosedSurface.of(whole)

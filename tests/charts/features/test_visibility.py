@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 from igl_linabf import MeshError, MeshWarning, Seams, clean, find_seams, texture_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.shortening import slide_into_valleys
-from igl_linabf.charts.seams import TRADE
-from igl_linabf.charts.seams.growth import grow_seam, shorten_seam
+from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
+from igl_linabf.charts.seams.search import TRADE
 from igl_linabf.io import read_texture, write_mesh
 from igl_linabf.surface import Submesh, face_components
 
@@ -164,7 +164,7 @@ def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path
 @pytest.mark.parametrize("name", FIGURES)
 def test_valleys_attract_seams(name: str) -> None:
     piece = ClosedSurface.of(Submesh.checked_manifold(*load(name)))
-    seam = shorten_seam(piece, grow_seam(piece, 6.0, holes=False)[0], 6.0)
+    seam = shorter_seam(piece, grown_seam(piece, 6.0, holes=False)[0], 6.0)[0]
     moved = slide_into_valleys(piece, seam, lambda _: True)
     before, after = (
         piece.graph.length[s] @ (1 - piece.features.valley[s]) / piece.graph.length[s].sum()

@@ -13,9 +13,9 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, Packing, Seams, find_seams, unwrap
 from igl_linabf.charts import pack
-from igl_linabf.charts.packing.flat_charts import FlatChart, PolygonGroups
+from igl_linabf.charts.packing.flat_charts import Cells, Flat
 from igl_linabf.charts.packing.layout_search import largest_layout
-from igl_linabf.charts.packing.masks import rasterize
+from igl_linabf.charts.packing.outlines import masks_of
 from igl_linabf.charts.packing.packing import PackedChart, Wish, _prepared
 from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
@@ -202,7 +202,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
 
 def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
     charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
-    wish = Wish.of(Packing(resolution=1024, padding=2))
+    wish = Wish.of(MARGIN, 1024, 2, None, None)
     prepared = _prepared(charts, wish)[-1]
     quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
     assert thorough.side <= quick.side
@@ -311,30 +311,30 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
     place = np.random.default_rng(0).permutation(len(V))
     V, F = V[np.argsort(place)], place[F]
     bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
-    chart = FlatChart(Submesh.checked(bent, F), V * [2, 1], 0)
+    chart = Flat(Submesh.checked(bent, F), V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
-    for groups in (chart.polygons(), PolygonGroups.grouped(chart, 6)):
-        sides = np.array([groups.centre @ normal > at for normal, at in lines])
-        for side, outlines in zip(sides, groups.outlines(sides), strict=True):
-            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.label])]
-            *_, packed = _prepared(parts, Wish.of(Packing(margin=MARGIN)))
+    for cells in (chart.cells(), Cells.grouped(chart, 6)):
+        sides = np.array([cells.centre @ normal > at for normal, at in lines])
+        for side, outlines in zip(sides, cells.outlines(sides), strict=True):
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
+            *_, packed = _prepared(parts, Wish.of(MARGIN, None, 2, None, None))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
                 assert outline.area == pytest.approx(other.area)
                 assert len(outline.start) == len(other.start)
                 extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
                 assert np.allclose(np.sort(extent), np.sort(size))  # it may stand on another side
-    assert len(PolygonGroups.grouped(chart, 6).centre) < len(F) / 2
+    assert len(Cells.grouped(chart, 6).centre) < len(F) / 2
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
-    *_, charts = _prepared(SETS["thin"][:4], Wish.of(Packing(margin=MARGIN)))
+    *_, charts = _prepared(SETS["thin"][:4], Wish.of(MARGIN, None, 2, None, None))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
     turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite ones are drawn once
     for outline, by, masks in zip(
-        charts.outlines, turns, rasterize(charts.outlines, turns, cells, gap), strict=True
+        charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
     ):
         lines = np.stack((outline.start, outline.end), axis=1)
         for k, shape in enumerate(masks.shapes):
