@@ -12,35 +12,23 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Topology, merge_coincident, vertex_array
 
 
+Given = ArrayLike | None
+
+
 @overload
 def texture_seams(
-    F: ArrayLike,
-    FTC: ArrayLike,
-    V: ArrayLike | None = None,
-    TC: ArrayLike | None = None,
-    *,
-    sides: Literal[False] = False,
+    F: ArrayLike, FTC: ArrayLike, V: Given = None, TC: Given = None, *, sides: Literal[False] = False
 ) -> IntArray: ...
 
 
 @overload
 def texture_seams(
-    F: ArrayLike,
-    FTC: ArrayLike,
-    V: ArrayLike | None = None,
-    TC: ArrayLike | None = None,
-    *,
-    sides: Literal[True],
+    F: ArrayLike, FTC: ArrayLike, V: Given = None, TC: Given = None, *, sides: Literal[True]
 ) -> BoolArray | tuple[BoolArray, ...]: ...
 
 
 def texture_seams(
-    F: ArrayLike,
-    FTC: ArrayLike,
-    V: ArrayLike | None = None,
-    TC: ArrayLike | None = None,
-    *,
-    sides: bool = False,
+    F: ArrayLike, FTC: ArrayLike, V: Given = None, TC: Given = None, *, sides: bool = False
 ) -> IntArray | BoolArray | tuple[BoolArray, ...]:
     """The seams of existing texture coordinates.
 
