@@ -11,7 +11,6 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Topology, merge_coincident, vertex_array
 
-
 Given = ArrayLike | None
 
 
