@@ -124,8 +124,8 @@ class Wish:
             raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
         resolution, pages = packing.resolution, packing.pages
         if packing.texel_density is None or resolution is None:
-            return cls(packing.spacing, None, 1 if pages is None else pages, resolution)
-        return cls(packing.spacing, resolution / packing.texel_density, pages, resolution)
+            return cls(Spacing.of(packing), None, 1 if pages is None else pages, resolution)
+        return cls(Spacing.of(packing), resolution / packing.texel_density, pages, resolution)
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""

@@ -28,6 +28,16 @@ class Spacing:
     gap: float
     border: float
 
+    @classmethod
+    def of(cls, packing: Packing) -> Spacing:
+        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
+
+        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
+        """
+        if packing.resolution is None:
+            return cls(packing.margin, packing.margin)
+        return cls(packing.padding / packing.resolution, packing.padding / packing.resolution / 2)
+
     @property
     def inner(self) -> float:
         """The side of what charts may cover."""
@@ -119,13 +129,3 @@ class Packing:
                 raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
             if not is_number(density, 0, np.finfo(float).max, above=True):
                 raise ValueError(f"texel_density is {density!r}: give texels per unit of length, above 0")
-
-    @property
-    def spacing(self) -> Spacing:
-        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
-
-        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
-        """
-        if self.resolution is None:
-            return Spacing(self.margin, self.margin)
-        return Spacing(self.padding / self.resolution, self.padding / self.resolution / 2)
