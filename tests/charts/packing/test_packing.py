@@ -202,7 +202,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
 
 def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
     charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
-    wish = Wish.of(MARGIN, 1024, 2, None, None)
+    wish = Wish.of(Packing(resolution=1024, padding=2))
     prepared = _prepared(charts, wish)[-1]
     quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
     assert thorough.side <= quick.side
@@ -317,7 +317,7 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
         sides = np.array([cells.centre @ normal > at for normal, at in lines])
         for side, outlines in zip(sides, cells.outlines(sides), strict=True):
             parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
-            *_, packed = _prepared(parts, Wish.of(MARGIN, None, 2, None, None))
+            *_, packed = _prepared(parts, Wish.of(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
                 assert outline.area == pytest.approx(other.area)
@@ -330,7 +330,7 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
-    *_, charts = _prepared(SETS["thin"][:4], Wish.of(MARGIN, None, 2, None, None))
+    *_, charts = _prepared(SETS["thin"][:4], Wish.of(Packing(margin=MARGIN)))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
     turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite ones are drawn once
     for outline, by, masks in zip(
