@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
 from ..surface import connected_labels
-from .constants import MARKER_RADIUS
+from .constants import HUE_STEP, MARKER_RADIUS
 
 CONE = "#e09f1f"
 
@@ -63,8 +63,9 @@ def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
 
 def colours_of(arcs: IntArray) -> NDArray[np.uint8]:
     """The colour of each arc, (#arcs, 3) from 0 to 255; other arcs have other colours."""
-    golden = (np.sqrt(5) - 1) / 2  # of the colour circle: neighbours differ
-    each = [hsv_to_rgb(i * golden % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)]
+    each = [
+        hsv_to_rgb(i * HUE_STEP % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)
+    ]
     return (255 * np.array(each).reshape(-1, 3)).astype(np.uint8)[arcs]
 
 

@@ -4,6 +4,14 @@
 # are hard to see; larger ones hide triangles. test_pictures.py finds the spheres.
 MARKER_RADIUS = 0.012
 
+# Radius of the spheres at the ends of seams, as the same share. Smaller ones are hard to see; larger ones
+# look like marked points. `demos/interactive.py` shows them.
+SEAM_END_RADIUS = 0.009
+
+# Share of the colour circle from one arc of a seam to the next, about the golden section: neighbours differ.
+# With a half or a third, colours soon come again. test_pictures.py compares both sides of seams.
+HUE_STEP = 0.618
+
 # Points of the letters in captions of `plot_compare`. Smaller ones are hard to read; larger ones run beyond
 # the picture of one map. test_pictures.py finds the caption.
 CAPTION_SIZE = 14

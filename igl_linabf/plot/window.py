@@ -24,7 +24,7 @@ from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
-from .constants import CLICK_MOVES, MARKER_RADIUS, PANEL_HEIGHT
+from .constants import CLICK_MOVES, MARKER_RADIUS, PANEL_HEIGHT, SEAM_END_RADIUS
 from .displays import NO_DISPLAY, has_display
 from .drawn_seams import DrawnSeams
 from .picking import hit_at
@@ -313,7 +313,7 @@ class Viewer:
             for side, points in enumerate((drawn.V, drawn.flat.V)):
                 self._ball(side, points, weights @ points[drawn.F[face]], MARKER_RADIUS, MARK, "mark")
         if self.drawing and self.drawn.end is not None:
-            self._ball(0, self._maps.V, self._maps.V[self.drawn.end], MARKER_RADIUS, SEAM, "end")
+            self._ball(0, self._maps.V, self._maps.V[self.drawn.end], SEAM_END_RADIUS, SEAM, "end")
 
     def _ball(
         self, side: int, points: FloatArray, at: FloatArray, share: float, colour: str, name: str
