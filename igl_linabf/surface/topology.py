@@ -125,9 +125,19 @@ class Topology:
         return np.flatnonzero(self.sides[1] >= 0)
 
     @cached_property
+    def edges_inside(self) -> IntArray:
+        """Their end vertices, (#I, 2)."""
+        return self.edges[self.inside] if self.loops else self.edges
+
+    @cached_property
+    def sides_inside(self) -> IntArray:
+        """Their half-edges, (2, #I)."""
+        return np.ascontiguousarray(self.sides[:, self.inside]) if self.loops else self.sides
+
+    @cached_property
     def faces_inside(self) -> IntArray:
         """Their faces, (#I, 2)."""
-        return np.ascontiguousarray((self.sides[:, self.inside] % len(self.corner[0])).T)
+        return np.ascontiguousarray((self.sides_inside % len(self.corner[0])).T)
 
     @cached_property
     def interior(self) -> BoolArray:

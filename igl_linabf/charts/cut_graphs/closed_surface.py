@@ -102,7 +102,7 @@ class ClosedSurface:
         n = holes + int(np.count_nonzero(node < 0))
         node[node < 0] = np.arange(holes, n)
         cell, inside = component.polygon_labels, component.cuttable_edges
-        edges, beside = topology.edges[topology.inside], topology.faces_inside
+        edges, beside = topology.edges_inside, topology.faces_inside
         every, bend = topology.inside, dihedral_angles(component) if bend is None else bend
         if component.inner is not None:
             taken = np.searchsorted(every, inside)
@@ -137,7 +137,7 @@ class ClosedSurface:
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             noise=curvature_noise(component, every_length, node, n),
             area=sum_by(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
-            laplacian=SurfaceLaplacian(n, node[topology.edges[topology.inside]], cotangent, weight),
+            laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
             size=size,
             isometric=isometric,
         )

@@ -54,7 +54,7 @@ class CreasedSurface:
     @property
     def ends(self) -> IntArray:
         """The vertices of each, (#E, 2)."""
-        return np.asarray(self.surface.topology.edges[self.surface.topology.inside])
+        return self.surface.topology.edges_inside
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
         """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""

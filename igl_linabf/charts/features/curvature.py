@@ -81,7 +81,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
-        first, second = topology.sides[:, topology.inside]
+        first, second = topology.sides_inside
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
@@ -96,12 +96,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
     topology = component.topology
-    return bends(
-        component.V,
-        topology.corner,
-        np.ascontiguousarray(topology.sides[:, topology.inside]),
-        face_normals(component, size),
-    )
+    return bends(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
@@ -120,7 +115,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     sides = topology.faces_inside.T
     double_area = surface.measured[0]
     total = sum_by(of, double_area, number)
-    length = lengths(surface.V, topology.edges[topology.inside])
+    length = lengths(surface.V, topology.edges_inside)
     size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
         bend = dihedral_angles(surface, size if number > 1 else None)
