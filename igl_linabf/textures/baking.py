@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..charts import Atlas
+from ..charts import UDIM_ROW, Atlas
 from ..errors import MeshError, is_number
 from ..surface import vertex_array
 from .texels import Texels, around, covered, nearest_known
-
-UDIM_ROW = 10  # pages side by side
 
 Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 
