@@ -55,6 +55,15 @@ STRESS = (
     "stress__optcuts_golf.obj",
     "stress__optcuts_male_body_i_f10000.obj",
 )
+CLOSED = (
+    "pial",
+    "nut",
+    "double_torus",
+    "closed__igl_cow.off",
+    "closed__igl_fandisk.off",
+    "closed__igl_3holes.off",
+    "closed__optcuts_horse_f10000.obj",
+)
 CARRIED_DISKS = ("cortex_right", "ball", "tube")
 CARRIED_HOLES = ("crown", "pial_with_holes")
 HOLES = ("holes__igl_beetle.off", "holes__igl_halftunnel.off")

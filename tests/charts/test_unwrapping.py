@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from commands import run
-from conftest import load, pixels
+from conftest import CLOSED, load, pixels
 from overlapping_surfaces import spiral
 
 from igl_linabf import (
@@ -32,15 +32,6 @@ from igl_linabf.charts.atlas.pieces import flattening_of_part, uv_of_part
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
 
-CLOSED = (
-    "pial",
-    "nut",
-    "double_torus",
-    "closed__igl_cow.off",
-    "closed__igl_fandisk.off",
-    "closed__igl_3holes.off",
-    "closed__optcuts_horse_f10000.obj",
-)
 OTHERS = (
     "punctured_nut",
     "pial_with_holes",

@@ -5,21 +5,12 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
-from conftest import load
+from conftest import CLOSED, load
 from nasty_meshes import sphere
 
 from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams
 
-CLOSED = (
-    "pial",
-    "nut",
-    "double_torus",
-    "closed__igl_cow.off",
-    "closed__igl_fandisk.off",
-    "closed__igl_3holes.off",
-    "closed__optcuts_horse_f10000.obj",
-)
 OTHERS = (
     "punctured_nut",
     "pial_with_holes",
