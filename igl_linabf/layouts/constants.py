@@ -102,7 +102,7 @@ BOUND_SHARE = 0.9
 
 # Corrections of a trial, which bring angles back to their bounds. Fewer shorten steps; more correct what
 # rounding made. benchmarks/constants.py layouts
-MAX_CORRECTIONS = 2
+MAX_TRIAL_CORRECTIONS = 2
 
 # Angles that a step keeps at their bounds at most. Others shorten it; more cost dense systems of that size.
 # benchmarks/constants.py layouts
@@ -128,7 +128,7 @@ CURVED_PATCH_RINGS = 4
 
 # Share of all vertices that patches may have. Larger ones cost as much as a step of the whole map; a
 # smaller limit leaves their work to these. benchmarks/constants.py layouts
-LARGEST_PATCHES = 1 / 8
+LARGEST_CURVED_PATCHES = 1 / 8
 
 # Gain that is left to further steps in a patch, over that of the whole map. More ends them early; less
 # polishes what the next step changes. benchmarks/constants.py layouts

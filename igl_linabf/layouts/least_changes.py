@@ -19,13 +19,13 @@ from .constants import (
     BOUND_TOL,
     CURVED_CHANGE,
     CURVED_PATCH_RINGS,
-    LARGEST_PATCHES,
+    LARGEST_CURVED_PATCHES,
     LONG_STEP,
     MAX_BOUNDS,
-    MAX_CORRECTIONS,
     MAX_PATCH_STEPS,
     MAX_PLANE_HALVINGS,
     MAX_PLANE_STEPS,
+    MAX_TRIAL_CORRECTIONS,
     PATCH_GAIN,
     PLANE_DAMPING,
     SHORTEST_TRIAL,
@@ -155,7 +155,7 @@ def _search_step(
     for _ in range(MAX_PLANE_HALVINGS):
         z = here.z + scale * step.dz
         alpha, after = plane.measured(z)
-        for _ in range(MAX_CORRECTIONS):
+        for _ in range(MAX_TRIAL_CORRECTIONS):
             # angles stray from their bounds by the square of the step, also of those that it does not meet
             below = np.flatnonzero(alpha < (1 - BOUND_TOL) * least)
             more = np.setdiff1d(below, step.index, assume_unique=True)
@@ -222,7 +222,7 @@ def _relax_patches(
     inside[corner[:, curved]] = True
     for _ in range(CURVED_PATCH_RINGS):
         inside[corner[:, inside[corner].any(axis=0)]] = True
-        if np.count_nonzero(inside) > LARGEST_PATCHES * len(at.z):
+        if np.count_nonzero(inside) > LARGEST_CURVED_PATCHES * len(at.z):
             return at
     faces = np.flatnonzero(inside[corner].any(axis=0))
     rim = np.zeros_like(inside)
