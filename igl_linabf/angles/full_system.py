@@ -68,9 +68,8 @@ def vertex_rows(constraints: Constraints) -> sparse.csr_array:
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Left side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
-    return fan_rows(constraints, cot, Corner.LEFT, n) - fan_rows(
-        constraints, cot, Corner.RIGHT, n
-    )  # eq. 8-10
+    left, right = (fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
+    return left - right  # eq. 8-10
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
@@ -96,9 +95,8 @@ def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[Float
     log_sin = np.log(np.sin(alpha))
     vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
     n = constraints.wheels
-    wheel = fan_rows(constraints, log_sin, Corner.RIGHT, n) - fan_rows(
-        constraints, log_sin, Corner.LEFT, n
-    )  # eq. 10
+    left, right = (fan_rows(constraints, log_sin, which, n) for which in (Corner.LEFT, Corner.RIGHT))
+    wheel = right - left  # eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # eq. 6
     return np.concatenate((vertex, wheel.sum(axis=1)))[_paired(constraints)], triangle
 

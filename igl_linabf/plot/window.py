@@ -173,11 +173,8 @@ class Viewer:
     def draw(self) -> None:
         """Redraw both sides; the camera of the surface stays."""
         drawn = self.shown.drawn
-        (colours,) = (
-            [board(self.look.frequency)]
-            if self.look.measure is None
-            else distortions([drawn], self.look.measure)
-        )
+        look = self.look
+        colours = board(look.frequency) if look.measure is None else distortions([drawn], look.measure)[0]
         self.plotter.suppress_rendering = True  # each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)

@@ -56,11 +56,8 @@ class ConeScale:
             first = -1
         elif first is None:
             first = _farthest(piece)
-        ground, laplacian, bare = (
-            _ground(piece, first),
-            piece.laplacian.dirichlet_of_cotangents,
-            -piece.curvature,
-        )
+        ground, bare = _ground(piece, first), -piece.curvature
+        laplacian = piece.laplacian.dirichlet_of_cotangents
         try:
             factored = laplacian.factored(ground)
         except NotPositiveDefiniteError:

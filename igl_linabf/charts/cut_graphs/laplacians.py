@@ -53,10 +53,8 @@ class DirichletSolver:
 
     def factored(self, fixed: IntArray) -> Factor:
         """The Laplacian with the identity at the fixed nodes."""
-        free, lower = (
-            self.free(fixed),
-            copy(self._lower),
-        )  # the same pattern, which SciPy need not check again
+        free = self.free(fixed)
+        lower = copy(self._lower)  # the same pattern, which SciPy need not check again
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
         return self._analysis.factor(lower.data)

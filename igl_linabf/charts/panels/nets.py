@@ -22,9 +22,8 @@ Grow = Callable[[Seam], Seam]
 Grown = Callable[[int], Seam]
 Parts = Callable[[Seam], list[Submesh]]
 
-FLAT_SHARE_OF_NETS = (
-    0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
-)
+# share of the area that lies flat, from which a surface has planes, and nets are compared
+FLAT_SHARE_OF_NETS = 0.5
 FLAT_SHARE_OF_LARGE_NETS = 0.8  # the same, of a surface of many vertices, on which comparing takes long
 MOST_HANDLES_OF_NETS = 8  # of such a surface
 CREASED_CURVATURE_OF_NETS = 0.5  # share of the curvature that is on sharp creases then
@@ -60,12 +59,9 @@ class Nets:
     @cached_property
     def _priced(self) -> ClosedSurface:
         """The surface with lengths as a net is charged for them."""
-        piece = self.piece
-        return piece.with_lengths(
-            piece.features.length
-            * piece.features.hiding
-            * (1 - (1 - SHARP_CREASE_PRICE) * piece.features.sharpness)
-        )
+        features = self.piece.features
+        price = 1 - (1 - SHARP_CREASE_PRICE) * features.sharpness
+        return self.piece.with_lengths(features.length * features.hiding * price)
 
     @cached_property
     def _loops(self) -> Seam:
@@ -148,10 +144,8 @@ class Nets:
     def _price(self, seam: Seam) -> float:
         """Of a seam, in units of stretch."""
         piece = self.piece
-        length, sharp = (
-            (piece.features.length * piece.features.hiding)[seam] / piece.size,
-            piece.features.sharpness[seam],
-        )
+        features = piece.features
+        length, sharp = (features.length * features.hiding)[seam] / piece.size, features.sharpness[seam]
         hard = SHARP_CREASE_PRICE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 

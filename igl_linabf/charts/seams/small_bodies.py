@@ -150,11 +150,8 @@ class SmallBodies:
         pressed[: closed.graph.n_holes] = 0
         pressed[closed.graph.ends[seam]] = 0
         shear = 3 * sum_by(of, closed.area * pressed, self._n) / self._area
-        body, length, sharp = (
-            self._body(seam),
-            (closed.features.length * closed.features.hiding)[seam],
-            closed.features.sharpness[seam],
-        )
+        body, features = self._body(seam), closed.features
+        length, sharp = (features.length * features.hiding)[seam], features.sharpness[seam]
         soft, hard = (
             np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
         )

@@ -92,23 +92,24 @@ def mirrored(component: Submesh, closed: ClosedSurface) -> tuple[ClosedSurface, 
     None if there is no such plane, or the mesh is not the same on its two sides. Edges in the plane are
     shorter: seams like to run in it.
     """
-    vertex = mirrored_vertices(component) if len(closed.graph.neighbours[0]) else None
+    graph = closed.graph
+    codes, edges = graph.neighbours
+    vertex = mirrored_vertices(component) if len(codes) else None
     if vertex is None:
         return None
     node = np.full(len(component.V), -1)
-    node[closed.edges.ravel()] = closed.graph.ends.ravel()
+    node[closed.edges.ravel()] = graph.ends.ravel()
     known = (node >= 0) & (node[vertex] >= 0)
-    image = np.full(closed.graph.n, -1)
+    image = np.full(graph.n, -1)
     image[node[known]] = node[vertex[known]]
-    if (image < 0).any() or (image[image] != np.arange(closed.graph.n)).any():
+    if (image < 0).any() or (image[image] != np.arange(graph.n)).any():
         return None
-    ends = image[closed.graph.ends]
-    code = np.minimum(ends[:, 0], ends[:, 1]) * closed.graph.n + np.maximum(ends[:, 0], ends[:, 1])
-    place = np.minimum(np.searchsorted(closed.graph.neighbours[0], code), len(closed.graph.neighbours[0]) - 1)
-    found = closed.graph.neighbours[0][place] == code
+    ends = image[graph.ends]
+    code = np.minimum(ends[:, 0], ends[:, 1]) * graph.n + np.maximum(ends[:, 0], ends[:, 1])
+    place = np.minimum(np.searchsorted(codes, code), len(codes) - 1)
+    found = codes[place] == code
     if np.count_nonzero(found) < ALIKE * len(found):
         return None
-    other = np.where(found, closed.graph.length[closed.graph.neighbours[1][place]], closed.graph.length)
-    on_plane = (image[closed.graph.ends] == closed.graph.ends).all(axis=1)
-    length = (closed.graph.length + other) / 2 * np.where(on_plane, ON_PLANE, 1.0)
-    return closed.with_lengths(length), Mirror(image, np.where(found, closed.graph.neighbours[1][place], -1))
+    other = np.where(found, graph.length[edges[place]], graph.length)
+    length = (graph.length + other) / 2 * np.where((ends == graph.ends).all(axis=1), ON_PLANE, 1.0)
+    return closed.with_lengths(length), Mirror(image, np.where(found, edges[place], -1))

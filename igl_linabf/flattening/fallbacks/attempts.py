@@ -23,7 +23,7 @@ from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
 from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces, shape_is_pinned
 from ..boundary_shapes import FREE, Shape, shape_of
-from ..result import Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
+from ..result import NO_INDICES, Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
 from .ears import Ears
 
 
@@ -105,7 +105,7 @@ class StageResult:
     note: str = ""
     remark: str = ""
     layout: Layout | None = None
-    flipped: IntArray = field(default_factory=np.empty(0, dtype=np.int64).copy)
+    flipped: IntArray = field(default_factory=NO_INDICES.copy)
 
 
 StageResults = tuple[StageResult, ...]
