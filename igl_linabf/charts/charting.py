@@ -21,9 +21,10 @@ from ..measures import (
     quality_of_each,
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
+from . import constants
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
 from .features import extent
-from .options import MAX_SPLITS_FOR_STRETCH, ChartOptions
+from .options import ChartOptions
 from .seams import MEDIUM
 from .splitting import (
     REUSED_STRETCH,
@@ -41,17 +42,6 @@ from .splitting import (
     split_overlaps,
 )
 
-SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
-DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MANY = 8  # charts from which they are flattened and measured together
-TINY = 4_000  # triangles of the smallest in all, up to which these always are
-MAX_LEAF_ROUNDS = 8  # of more seams for flips or stretch, before a chart is halved
-MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
-SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
-MAX_TIP_ROUNDS = 3  # of seams to shrunk tips
-LITTLE = 0.02  # share of its faces that overlap, up to which tips come first: many overlaps are at them
-NEEDLE = 1e-13  # area over squared length, up to which a chart is divided
-TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
@@ -76,11 +66,12 @@ def pieces_of(
 def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not options.holes:
-        return options.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True, panels=True)
+        return options.seams_of(piece, disks=True, gain=constants.DISK_GAIN, part_overlaps=True, panels=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [
-        options.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)
+        options.seams_of(part, disks=disk, gain=constants.DISK_GAIN)
+        for part, disk in zip(parts, disks, strict=True)
     ]
     return np.concatenate(found)
 
@@ -107,7 +98,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
         for key, piece, kept in waiting:
             known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
-            upto = SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total
+            upto = constants.SEAMS_END + (constants.CHARTS_END - constants.SEAMS_END) * reached / total
             with progress_part("charts", upto) if known is None else nullcontext():
                 made = _chart(piece, splits, options, known)
             if isinstance(made, Chart):
@@ -148,12 +139,12 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[KnownMap | No
 
 
 def _small_or_many(pieces: list[Submesh]) -> list[int]:
-    """The pieces that are flattened together: all of many, or the smallest, of `TINY` triangles in all."""
-    if len(pieces) >= MANY:
+    """Rows of the pieces that are flattened together: all of many, or the smallest ones of a few."""
+    if len(pieces) >= constants.MIN_PIECES_TOGETHER:
         return list(range(len(pieces)))
     size = np.array([len(piece.F) for piece in pieces])
     order = np.argsort(size, kind="stable")
-    return sorted(order[np.cumsum(size[order]) <= TINY].tolist())
+    return sorted(order[np.cumsum(size[order]) <= constants.MAX_FACES_TOGETHER].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +232,7 @@ def _without_overlaps(
 ) -> _Mapped | list[_Cut]:
     """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
     result, pairs = made.result, made.pairs
-    few = len(np.unique(pairs)) < LITTLE * len(piece.F)
+    few = len(np.unique(pairs)) < constants.FEW_OVERLAPPING * len(piece.F)
     if options.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
         return apart
     if splits >= options.most_splits:
@@ -322,7 +313,7 @@ def _flattened(piece: Submesh, splits: int, options: ChartOptions) -> tuple[Flat
     if type(method) is LinABF and method.iterations == "auto" and options.may_find_seams:
         looks = tips if options.weighs_stretch and not splits else None
         sketch = flatten_piece(piece, Sketch(**vars(method), is_enough=looks))
-        if len(tips.found) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
+        if len(tips.found) or not 0 < len(sketch.flipped) <= constants.MAX_TIP_FLIPS * len(piece.F):
             return sketch, tips.found
     try:
         return flatten_piece(piece, method), tips.found
@@ -343,8 +334,8 @@ def _worth_of_map(
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
     if splits < options.most_splits and len(piece.F) <= MEDIUM:
         seams = _NO_SEAM
-        if not splits and stretch > SMALL_STRETCH:  # it was one of many
-            seams = options.seams_of(piece, disks=True, gain=DISK_GAIN)
+        if not splits and stretch > constants.SOUGHT_STRETCH:  # it was one of many
+            seams = options.seams_of(piece, disks=True, gain=constants.DISK_GAIN)
         elif splits and stretch > TIP_STRETCH:  # a part of a chart, whose seams were not for it
             seams = _seams_worth(piece, options)
         if len(seams):
@@ -354,7 +345,7 @@ def _worth_of_map(
 
 def _to_tips(piece: Submesh, change: MapMeasure, splits: int, options: ChartOptions) -> IntArray:
     """Seams to tips that the map shrinks, for some rounds."""
-    if splits >= MAX_TIP_ROUNDS:
+    if splits >= constants.MAX_TIP_ROUNDS:
         return _NO_SEAM
     return seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
 
@@ -368,7 +359,7 @@ def _cut_to_tips(
     options: ChartOptions,
 ) -> list[_Cut]:
     """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
-    if known is None and len(part.F) >= LITTLE * len(piece.F):
+    if known is None and len(part.F) >= constants.FEW_OVERLAPPING * len(piece.F):
         change = MapMeasure(part, uv_of_part(result.uv, piece, part))
         if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, options)):
             return _anew(part.cut_along(seams))
@@ -377,7 +368,7 @@ def _cut_to_tips(
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
-    return float(piece.measured[0].sum()) <= NEEDLE * extent(result.uv) ** 2
+    return float(piece.measured[0].sum()) <= constants.NEEDLE_AREA * extent(result.uv) ** 2
 
 
 def _anew(parts: list[Submesh]) -> list[_Cut]:
@@ -394,7 +385,8 @@ def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
 
 def _less_flipped(piece: Submesh, flips: int, splits: int, options: ChartOptions) -> list[Submesh]:
     """The piece cut further, and after some rounds halved; nothing where no seam is found."""
-    if splits < (MAX_LEAF_ROUNDS if flips <= MANY_FLIPS * len(piece.F) else FEW_ROUNDS):
+    few = flips <= constants.MAX_TIP_FLIPS * len(piece.F)
+    if splits < (constants.MAX_LEAF_ROUNDS if few else constants.MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
         leaves = _more_leaves(piece, options)
         return piece.cut_along(leaves) if len(leaves) else []
     return bisect(piece) if splits < options.most_splits else []
@@ -402,14 +394,14 @@ def _less_flipped(piece: Submesh, flips: int, splits: int, options: ChartOptions
 
 def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
-    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, options)):
+    if splits < constants.MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, options)):
         return piece.cut_along(leaves)
-    return bisect(piece) if splits < MAX_SPLITS_FOR_STRETCH else []
+    return bisect(piece) if splits < constants.MAX_SPLITS_FOR_STRETCH else []
 
 
 def _more_leaves(piece: Submesh, options: ChartOptions) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
-    trades = max(options.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
+    trades = max(options.trade, 1.0) * 2.0 ** np.arange(constants.MAX_TRADE_DOUBLINGS)
     found = (replace(options, trade=t).seams_of(piece, disks=True) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 

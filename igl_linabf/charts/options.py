@@ -11,14 +11,13 @@ from .._types import FloatArray, IntArray
 from ..errors import is_number
 from ..flattening import Isometric, Method
 from ..surface import Submesh
+from . import constants
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, Wish
 from .seams import TRADE, check_trade, seams_of
 from .splitting import MAX_SPLITS
-
-MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,4 +160,4 @@ class ChartOptions:
     @property
     def most_splits(self) -> int:
         """Of a chart and its parts."""
-        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
+        return MAX_SPLITS if self.max_stretch is None else constants.MAX_SPLITS_FOR_STRETCH

@@ -16,6 +16,7 @@ from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
 from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
+from . import constants
 from .atlas import (
     Atlas,
     Chart,
@@ -28,7 +29,7 @@ from .atlas import (
     seams_and_mismatch,
     split_polygons,
 )
-from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
+from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
 from .features import hiding_weights
 from .options import ChartOptions, Seams, asked_for
@@ -44,10 +45,6 @@ from .packing import (
     pack_quickly,
 )
 from .periodic import with_period
-
-MARGINS = 0.64  # share of the square that margins around all charts may take
-SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below
-SPARSE = 0.57  # of a page is what many charts take of it where one of them may be in the way of the others
 
 
 def unwrap(
@@ -154,12 +151,14 @@ def unwrap(
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
         if wanted is None:
-            with progress_part("seams", SEAMS_END):
+            with progress_part("seams", constants.SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
             made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
-            made = charts_with_cones(surface, placed, options.method, (SEAMS_END, CHARTS_END))
+            made = charts_with_cones(
+                surface, placed, options.method, (constants.SEAMS_END, constants.CHARTS_END)
+            )
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
@@ -194,7 +193,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _placed(done, wish)
-        if fill_of(placed) > SPARSE:
+        if fill_of(placed) > constants.MAX_SPARSE_FILL:
             return _packed(surface, done, wish, placed)
     parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
     if len(parts) == len(done):
@@ -207,7 +206,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
     # the page of uncut charts that is as good
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
-    if placed is None and SURE * whole <= worth:
+    if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), wish)
     if placed is None or 1 / fill_of(placed) > worth:
         return _packed(surface, parts, wish, fuller)
@@ -226,7 +225,7 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
 
 def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
     """Charts on pages, with margins that leave room for so many."""
-    most = float(np.sqrt(MARGINS / len(done)))
+    most = float(np.sqrt(constants.MAX_MARGIN_SHARE / len(done)))
     closer = wish.spacing.at_most(most)
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"

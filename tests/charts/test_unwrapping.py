@@ -154,7 +154,7 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 
 
 def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(charting, "TRADE_DOUBLINGS", 0)
+    monkeypatch.setattr(charting.constants, "MAX_TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F, Seams(max_stretch=np.inf))

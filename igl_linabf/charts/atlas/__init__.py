@@ -4,7 +4,8 @@ In: pieces of a surface, each flattened alone. Out: `Atlas` and `Chart`; the sea
 an atlas given back for the vertices and polygons that the caller has.
 """
 
-from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, Chart
+from .atlas import Atlas, Chart
+from .constants import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
 from .pieces import (
     flatten_piece,

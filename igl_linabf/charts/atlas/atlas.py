@@ -14,12 +14,7 @@ from ...errors import some
 from ...flattening import Flattening
 from ...measures import Quality
 from ...surface import Repair, Triangles, distinct_corners
-
-SHOWN = 20  # charts in a notebook
-LARGEST_LOG = 700.0  # the exponential of more overflows
-UNUSABLE_STRETCH = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
-STRETCH_ROUNDING = 1e-9  # of the stretch
-APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
+from . import constants
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -158,7 +153,9 @@ class Atlas:
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
         said, more = [], "give more cones there" if self.coned else ""
-        most = UNUSABLE_STRETCH if self.max_stretch is None else self.max_stretch * (1 + STRETCH_ROUNDING)
+        most = constants.UNUSABLE_STRETCH
+        if self.max_stretch is not None:
+            most = self.max_stretch * (1 + constants.STRETCH_ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:
@@ -176,8 +173,8 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
-        if self.coned and self.seam_mismatch > APART:
-            factor = np.exp(min(self.seam_mismatch, LARGEST_LOG))
+        if self.coned and self.seam_mismatch > constants.MAX_SEAM_MISMATCH:
+            factor = np.exp(min(self.seam_mismatch, np.log(np.finfo(float).max)))
             said.append(
                 f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
                 f"{factor:.4g}, as no angles were found that close: give more cones"
@@ -200,11 +197,11 @@ class Atlas:
         return "\n".join((aligned(self._rows()), *self._lines()))
 
     def _repr_html_(self) -> str:
-        rows = self._rows()
-        if len(rows) > SHOWN + 2:
-            left_out = (f"{len(rows) - 2 - SHOWN:,} more", *[""] * (len(rows[0]) - 1))
-            rows = [*rows[: SHOWN + 1], left_out, rows[-1]]
-        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
+        rows, most = self._rows(), constants.MAX_LISTED_CHARTS
+        if len(rows) > most + 2:
+            left_out = (f"{len(rows) - 2 - most:,} more", *[""] * (len(rows[0]) - 1))
+            rows = [*rows[: most + 1], left_out, rows[-1]]
+        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:most])]
         face = slice(None) if self.split is None else self.split.face
         picture = map_svg(self.TC, self.triangles, self.chart[face])
         return html_row([("", picture), ("", html_table(rows) + "".join(lines))])

@@ -15,9 +15,7 @@ from ...errors import MeshError, SingularSystemError, some
 from ...flattening import Flattening, Method, Outcome, Sketch, flatten_together
 from ...measures import change_of
 from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
-
-THIN = 1e-6  # height over the longest side, which thinner triangles get
-ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
+from . import constants
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
@@ -33,7 +31,8 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
     double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    height = np.maximum(THIN * longest, ROUNDING * np.abs(corners).max(axis=(1, 2)))
+    rounding = constants.LONE_ROUNDING * np.abs(corners).max(axis=(1, 2))
+    height = np.maximum(constants.MIN_LONE_HEIGHT * longest, rounding)
     for j in np.flatnonzero(double < height * longest).tolist():
         piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
         V = piece.V.copy()

@@ -3,11 +3,9 @@
 In: a surface. Out: dihedral angles, creases, curvature without noise; how visible each vertex is.
 """
 
+from .constants import HIDING, PLANAR_SHARE, SHARP_CREASE_ANGLE, TIP_CURVATURE
 from .creased_surface import CreasedSurface
 from .curvature import (
-    NOISE,
-    SHARP,
-    TIP,
     Smoothing,
     apexes,
     box_sides,
@@ -19,4 +17,4 @@ from .curvature import (
     flat_shares,
     sharpness,
 )
-from .visibility import HIDING, Hiding, hiding_factors, hiding_weights, valley_factors
+from .visibility import Hiding, hiding_factors, hiding_weights, valley_factors

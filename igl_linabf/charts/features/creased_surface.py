@@ -10,11 +10,9 @@ import numpy as np
 from ..._core import lengths
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Submesh, sum_by
-from .curvature import NOISE, SHARP, SOFT, apexes, component_extents, dihedral_angles, flat_shares
+from . import constants
+from .curvature import apexes, component_extents, dihedral_angles, flat_shares
 from .visibility import hiding_factor_between
-
-NEEDLE = 1e-12  # area over squared length, up to which no face may be a chart alone
-GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +99,18 @@ class CreasedSurface:
         return np.asarray(size)
 
     @cached_property
+    def in_one_plane(self) -> BoolArray:
+        """Whether their two faces lie in one plane, as far as coordinates tell."""
+        double_area, dot = self.surface.measured
+        height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
+        noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
+        most = np.minimum(np.maximum(constants.PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
+        return np.asarray(self.crease_angle <= most)
+
+    @cached_property
     def sharp(self) -> BoolArray:
         """Whether these are sharp creases."""
-        return np.asarray(self.crease_angle >= SHARP)
+        return np.asarray(self.crease_angle >= constants.SHARP_CREASE_ANGLE)
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -111,8 +118,8 @@ class CreasedSurface:
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
-        turned = np.repeat(NOISE * self.edge_extent / np.maximum(self.length, np.finfo(float).tiny), 2)
-        noise = np.bincount(self.ends.ravel(), turned, n)
+        turned = constants.COORDINATE_NOISE * self.edge_extent / np.maximum(self.length, np.finfo(float).tiny)
+        noise = np.bincount(self.ends.ravel(), np.repeat(turned, 2), n)
         return np.where(size > noise, size, 0.0)
 
     @cached_property
@@ -131,7 +138,7 @@ class CreasedSurface:
     def is_apex(self) -> BoolArray:
         """Which are off these, and a tip, as a cone's apex is."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
-        on_soft[self.ends[self.crease_angle > SOFT]] = True
+        on_soft[self.ends[self.crease_angle > constants.CREASE_ANGLE]] = True
         return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property
@@ -171,7 +178,7 @@ class CreasedSurface:
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
         double_area, dot = surface.measured
-        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
-        may = (self.n_loops != 1) | (gain == 0) | (gain > GAIN)
+        needle = double_area <= constants.MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
+        may = (self.n_loops != 1) | (gain == 0) | (gain > constants.MIN_DISK_CURVATURE)
         may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
         return np.asarray(may)

@@ -5,6 +5,7 @@ import numpy as np
 from ..._core import bends, entries, lengths, normals, product_with_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
+from . import constants
 
 
 class Smoothing:
@@ -46,16 +47,6 @@ def mean_curvature(
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
 
 
-NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
-UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
-NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
-STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
-TURN = 0.01  # radians by which the outline of a facet turns at its corners at least
-SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
-TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
-OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a coarse cone, on soft creases
-
-
 def extent(V: FloatArray) -> float:
     """The longest side of the bounding box."""
     return float(box_sides(V).max())
@@ -75,9 +66,8 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    unsure = double_area < UNSURE * NOISE * (extent(V) if size is None else size) * np.sqrt(
-        squared_side.max(axis=0)
-    )
+    least = constants.MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
+    unsure = double_area < least * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
@@ -85,7 +75,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        for _ in range(NEIGHBOURS):
+        for _ in range(constants.MAX_UNSURE_ROW):
             rows = np.flatnonzero(unsure & ~unsure[other])
             if not len(rows):
                 break
@@ -103,7 +93,7 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
     Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
-    by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
+    by `FLAT_TURN` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
     about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
@@ -133,7 +123,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = bend < STRAIGHT * way / whole + ROUNDING
+    straight = bend < constants.FLAT_TURN * way / whole + constants.BEND_ROUNDING
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
@@ -148,16 +138,16 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    noise = NOISE * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = bend <= np.minimum(ROUNDING + 4 * noise, STRAIGHT / 2)
+    noise = constants.COORDINATE_NOISE * size[sides[0]] / np.minimum(*height[sides])
+    in_plane = bend <= np.minimum(constants.BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + TURN, np.pi)
-    corners = np.bincount(key[turn > 2 * TURN] // n, minlength=int(plane.max()) + 1)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + constants.MIN_CORNER_TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * constants.MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():
         return None
@@ -176,7 +166,8 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
 
 def sharpness(bend: FloatArray) -> FloatArray:
     """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
-    return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
+    between = constants.SHARP_CREASE_ANGLE - constants.CREASE_ANGLE
+    return np.asarray(np.clip((np.abs(bend) - constants.CREASE_ANGLE) / between, 0.0, 1.0))
 
 
 def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
@@ -184,7 +175,7 @@ def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: i
 
     `length` is that of the topology's edges.
     """
-    turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
+    turned = constants.COORDINATE_NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
     a, b = node[component.topology.edges].T
     return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
 
@@ -196,12 +187,12 @@ def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolA
     neighbours.
     `bent` is the size of the curvature of the vertices, and `ends` are those of the edges.
     """
-    tip = (bent > TIP) & ~on_sharp
+    tip = (bent > constants.TIP_CURVATURE) & ~on_sharp
     unsure = tip & on_soft
     if unsure.any():
         a, b = np.concatenate((ends, ends[:, ::-1])).T
         rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
         around = np.zeros(len(bent))
         np.maximum.at(around, a[rows], bent[b[rows]])
-        tip &= ~on_soft | (bent >= OUTSTANDING * around)
+        tip &= ~on_soft | (bent >= constants.TIP_PROMINENCE * around)
     return np.asarray(tip)

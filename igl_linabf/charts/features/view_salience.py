@@ -12,27 +12,24 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray
 from ...surface import Submesh
+from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
-
-FINE, COARSE = 0.01, 0.05  # times the square root of the area: the two scales
-MAX_STEPS = 60  # of smoothing to the coarse one; the fine one then has as large a share
-LEAST = 300  # triangles of a body that has details
-SMOOTH = 0.5  # share of the area that lies flat, up to which a body is no machine part
-CLEAR = 0.1  # length of the mean normal, from which on it is clear where the front is
-UNCLEAR = 0.1  # share of that, up to which there is none
 
 
 def facing_away(component: Submesh) -> FloatArray:
     """How far each face looks away from the front, from -1 to 1; all 0 if the body has none."""
     nowhere = np.zeros(len(component.F))
-    if len(component.F) < LEAST or flat_share(component, bend := dihedral_angles(component)) > SMOOTH:
+    if len(component.F) < constants.MIN_DETAILED_FACES:
+        return nowhere
+    bend = dihedral_angles(component)
+    if flat_share(component, bend) > constants.PLANAR_SHARE:
         return nowhere
     double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # times twice the area
     looking = salience @ normal
-    length, clear = float(np.linalg.norm(looking)), CLEAR * float(salience @ double_area)
-    if not UNCLEAR * clear < length < np.inf:
+    length, clear = float(np.linalg.norm(looking)), constants.CLEAR_FRONT * float(salience @ double_area)
+    if not constants.MIN_FRONT_SHARE * clear < length < np.inf:
         return nowhere
     direction = looking / max(length, clear)
     return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
@@ -45,8 +42,8 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     length = lengths(component.V, edges)
     turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
-    coarse = smoothing.steps(COARSE * size, MAX_STEPS)
-    fine = max(round(coarse * (FINE / COARSE) ** 2), 1)
+    coarse = smoothing.steps(constants.COARSE_SCALE * size, constants.MAX_SALIENCE_STEPS)
+    fine = max(round(coarse * (constants.FINE_SCALE / constants.COARSE_SCALE) ** 2), 1)
     curvature = []
     for steps in (fine, max(coarse - fine, 1)):
         turned = smoothing.of(turned, steps)

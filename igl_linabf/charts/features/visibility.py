@@ -1,6 +1,6 @@
 """Where a seam shows: less in valleys, and where the caller wants it hidden.
 
-All is smoothed over `REACH`, so that noise and single faces do not matter.
+All is smoothed over `SMOOTHING_REACH`, so that noise and single faces do not matter.
 """
 
 import warnings
@@ -12,16 +12,9 @@ from numpy.typing import ArrayLike
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Submesh
+from . import constants
 from .curvature import Smoothing, mean_curvature
 from .view_salience import facing_away
-
-REACH = 0.02  # times the square root of the area: how far values are smoothed
-MAX_STEPS = 30  # of smoothing
-VALLEY_DISCOUNT = 0.5  # share of its length that an edge in a deep valley is shorter by
-VALLEY = 10.0  # curvature times size at which half of that is given
-HIDING = 3.0  # times its length counts an edge where nothing is hidden, and by this is it divided in hiding
-GUESSED = float(np.log(2.0) / np.log(HIDING))  # the same by 2, where the back of a body is a guess
-LEAST_SHARE = 0.01  # of all triangles that a body has which is looked at
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -59,10 +52,10 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     """The same of bodies whose details tell where their back is."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
-    made = np.zeros(n_faces)
+    made, as_hidden = np.zeros(n_faces), np.log(constants.HIDING_ON_BACK) / np.log(constants.HIDING)
     for part in surface.components():
-        if len(part.F) >= LEAST_SHARE * len(surface.F):
-            made[part.faces] = GUESSED * facing_away(part)
+        if len(part.F) >= constants.MIN_BODY_SHARE * len(surface.F):
+            made[part.faces] = as_hidden * facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
@@ -94,11 +87,11 @@ def valley_factors(
     size: float,
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
-    steps = smoothing.steps(REACH * size, MAX_STEPS)
+    steps = smoothing.steps(constants.SMOOTHING_REACH * size, constants.MAX_SMOOTHING_STEPS)
     turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
     depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
-    return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
+    return np.asarray(1 - constants.VALLEY_DISCOUNT * depth / (depth + constants.VALLEY_CURVATURE))
 
 
 def hiding_factors(
@@ -109,10 +102,11 @@ def hiding_factors(
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
     mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
-    mean = smoothing.of(mean, smoothing.steps(REACH * size, MAX_STEPS))
+    steps = smoothing.steps(constants.SMOOTHING_REACH * size, constants.MAX_SMOOTHING_STEPS)
+    mean = smoothing.of(mean, steps)
     return hiding_factor_between(mean[edges])
 
 
 def hiding_factor_between(hidden: FloatArray) -> FloatArray:
     """What a seam's length is multiplied by between two faces, or vertices, that hide it so well, (#E, 2)."""
-    return np.asarray(HIDING ** -hidden.mean(axis=1))
+    return np.asarray(constants.HIDING ** -hidden.mean(axis=1))

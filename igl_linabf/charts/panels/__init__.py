@@ -4,13 +4,12 @@ In: a surface with creases. Out: seams around planes, cylinders and cones; aroun
 creases, and between rounded ones.
 """
 
-from .nets import (
+from .constants import (
     CREASED_CURVATURE_OF_NETS,
     FLAT_SHARE_OF_LARGE_NETS,
-    FLAT_SHARE_OF_NETS,
     MOST_HANDLES_OF_NETS,
     SHARP_CREASE_PRICE,
-    Nets,
 )
+from .nets import Nets
 from .panels import Panels, panel_seams
 from .rounded_creases import RoundedPanels

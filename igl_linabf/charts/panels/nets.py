@@ -14,27 +14,14 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Submesh
 from ..atlas import sketched_distortion
 from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join_terminals
-from ..features import TIP, apexes
+from ..features import TIP_CURVATURE, apexes
+from . import constants
 
 Seam = IntArray
 LogScale = Callable[[Seam], FloatArray]
 Grow = Callable[[Seam], Seam]
 Grown = Callable[[int], Seam]
 Parts = Callable[[Seam], list[Submesh]]
-
-# share of the area that lies flat, from which a surface has planes, and nets are compared
-FLAT_SHARE_OF_NETS = 0.5
-FLAT_SHARE_OF_LARGE_NETS = 0.8  # the same, of a surface of many vertices, on which comparing takes long
-MOST_HANDLES_OF_NETS = 8  # of such a surface
-CREASED_CURVATURE_OF_NETS = 0.5  # share of the curvature that is on sharp creases then
-LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
-FEWER = 0.9  # times the nodes of the level before that another one has at most
-SHARP_CREASE_PRICE = 0.15  # of its length: what a sharp crease counts, beyond what is free
-LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
-MUCH = 0.1  # a net has to save so much more
-EXACT = 1e-3  # of stretch and bend that a net may leave
-CLEAR = 0.02  # of cost below that expected of a seam, at which a net needs no comparison with the seam's map
-NEAR, NEAR_CREASED = 0.05, 0.5  # of price above the least that is not worth to look for another seam
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +47,7 @@ class Nets:
     def _priced(self) -> ClosedSurface:
         """The surface with lengths as a net is charged for them."""
         features = self.piece.features
-        price = 1 - (1 - SHARP_CREASE_PRICE) * features.sharpness
+        price = 1 - (1 - constants.SHARP_CREASE_PRICE) * features.sharpness
         return self.piece.with_lengths(features.length * features.hiding * price)
 
     @cached_property
@@ -81,10 +68,10 @@ class Nets:
         piece = self.piece
         on_crease = np.zeros(piece.graph.n, dtype=bool)
         on_crease[piece.graph.ends[piece.features.sharpness > 0]] = True
-        found = [np.flatnonzero(self._bent > np.where(on_crease, level, TIP)) for level in LEVELS]
         kept = list[IntArray]()
-        for nodes in found:
-            if len(nodes) and (not kept or len(nodes) < FEWER * len(kept[-1])):
+        for level in constants.NET_LEVELS:
+            nodes = np.flatnonzero(self._bent > np.where(on_crease, level, TIP_CURVATURE))
+            if len(nodes) and (not kept or len(nodes) < constants.NEXT_LEVEL_SHARE * len(kept[-1])):
                 kept.append(nodes)
         return kept
 
@@ -98,7 +85,7 @@ class Nets:
     @cached_property
     def _perhaps_cornered(self) -> BoolArray:
         """These, and the nodes that may be tips."""
-        return np.asarray(self._on_sharp | (self._bent > TIP))
+        return np.asarray(self._on_sharp | (self._bent > TIP_CURVATURE))
 
     @cached_property
     def _cornered(self) -> BoolArray:
@@ -119,7 +106,7 @@ class Nets:
 
         On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
         """
-        least = CREASED_CURVATURE_OF_NETS * float(self._bent.sum())
+        least = constants.CREASED_CURVATURE_OF_NETS * float(self._bent.sum())
         if float(self._bent[self._perhaps_cornered].sum()) < least:  # which takes less time to find
             return False
         return float(self._bent[self._cornered].sum()) >= least
@@ -137,6 +124,10 @@ class Nets:
         flat[piece.graph.ends[seam]] = 0
         return stretch + 3 * float(weight @ flat)
 
+    def _is_exact(self, seam: Seam) -> bool:
+        """Whether hardly any distortion is expected of it."""
+        return self.expected(seam) <= 1 + constants.EXACT_NET_DISTORTION
+
     def cost(self, seam: Seam) -> float:
         """What to expect of it, and its price."""
         return self.expected(seam) + self._price(seam)
@@ -146,7 +137,7 @@ class Nets:
         piece = self.piece
         features = piece.features
         length, sharp = (features.length * features.hiding)[seam] / piece.size, features.sharpness[seam]
-        hard = SHARP_CREASE_PRICE * max(0.0, float(length @ sharp) - self.trade)
+        hard = constants.SHARP_CREASE_PRICE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 
     def _least_price(self, nodes: IntArray) -> float:
@@ -155,7 +146,7 @@ class Nets:
         least = np.full(piece.graph.n, np.inf)
         np.minimum.at(least, piece.graph.ends.ravel(), np.repeat(self._priced.graph.length, 2))
         length = float(least[nodes].sum()) / 2 / piece.size
-        return max(0.0, length - SHARP_CREASE_PRICE * self.trade) / self.trade
+        return max(0.0, length - constants.SHARP_CREASE_PRICE * self.trade) / self.trade
 
     @cached_property
     def _least_prices(self) -> list[float]:
@@ -178,12 +169,12 @@ class Nets:
         On a hard surface it may cost a little more than the loops that open the handles, which every seam
         has. If all that is curved is on sharp creases, it may cost more: seams past corners press them flat.
         """
-        nearly = NEAR_CREASED if self.creased else NEAR
-        most = nearly + self._price(self._loops) if hard else EXACT
+        nearly = constants.MAX_CREASED_COST if self.creased else constants.EXPECTED_COST_MARGIN
+        most = nearly + self._price(self._loops) if hard else constants.EXACT_NET_DISTORTION
         found: Seam | None = None
         for level in range(len(self._nodes) if hard else min(1, len(self._nodes))):
             net = self._through(level, most)
-            if net is not None and self._price(net) < most and self.expected(net) <= 1 + EXACT:
+            if net is not None and self._price(net) < most and self._is_exact(net):
                 found, most = net, self._price(net)
         return found
 
@@ -200,10 +191,9 @@ class Nets:
         uncut = np.inf if gain is None else sketched_distortion(parts(seam[:0])) - gain
         expected = self.cost(seam)
         best, least = self._cheapest(levels, min(expected, uncut), left)
-        if best is None or least > expected - CLEAR:  # less than that a map's stretch hardly is
-            best, _ = self._cheapest(
-                levels, min(sketched_distortion(parts(seam)) + self._price(seam), uncut), left
-            )
+        if best is None or least > expected - constants.SURE_NET_GAIN:
+            measured = sketched_distortion(parts(seam)) + self._price(seam)
+            best, _ = self._cheapest(levels, min(measured, uncut), left)
         return best
 
     def _cheapest(
@@ -216,15 +206,15 @@ class Nets:
             if net is None or 1 + self._price(net) >= least:
                 continue
             net, stretch = left(level)
-            cost = stretch + self._price(net)
-            if cost < least - (MUCH if stretch > 1 + LEFT else 0.0):
+            cost, creased = stretch + self._price(net), stretch <= 1 + constants.CREASED_NET_DISTORTION
+            if cost < least - (0.0 if creased else constants.MIN_SMOOTH_NET_GAIN):
                 best, least = net, cost
         return best, least
 
     def _left(self, level: int, parts: Parts, grown: Grown) -> tuple[Seam, float]:
         """The net of a level, with branches where they help, and the stretch of its map."""
         net = self._net(level)
-        if self.expected(net) > 1 + EXACT:
+        if not self._is_exact(net):
             net = grown(level)
         return net, sketched_distortion(parts(net))
 
@@ -233,17 +223,17 @@ class Nets:
 
         A large surface takes long to flatten, which only these are worth.
         """
-        cost, promising = self.cost(seam), list[int]()
+        cost, margin, promising = self.cost(seam), constants.EXPECTED_COST_MARGIN, list[int]()
         for level in range(len(self._nodes)):
-            net = self._through(level, cost + NEAR - 1)
-            if net is None or 1 + self._price(net) >= cost + NEAR:
+            net = self._through(level, cost + margin - 1)
+            if net is None or 1 + self._price(net) >= cost + margin:
                 continue
-            clearly = 1 + self._price(net) < cost - NEAR and self.cost(grown(level)) < cost - NEAR
-            if clearly or self.expected(net) <= 1 + EXACT:
+            clearly = 1 + self._price(net) < cost - margin and self.cost(grown(level)) < cost - margin
+            if clearly or self._is_exact(net):
                 promising.append(level)
         return promising
 
-    def _through(self, level: int, most: float = EXACT) -> Seam | None:
+    def _through(self, level: int, most: float) -> Seam | None:
         """The net of a level, unless no net can be had at the price `most`."""
         if self._least_prices[level] >= most:
             return None

@@ -17,7 +17,6 @@ from ..._core import DEPTH, above, assembled, normals, spanning_forest
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import (
     NEXT,
-    PREV,
     Ragged,
     Submesh,
     compact,
@@ -28,21 +27,8 @@ from ...surface import (
     sum_by,
 )
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
-from ..features import NOISE, TIP, CreasedSurface, sharpness
-from .nets import FLAT_SHARE_OF_NETS, NEAR_CREASED, SHARP_CREASE_PRICE
-
-FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
-EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one of a sliver, by rounding
-PLANAR = 1e-4  # share of its area that a plane may lose when it is projected
-FITS = 1e-5  # of the extent, by which two sides of a crease may miss each other when they are joined
-ROUNDING = 1e-12  # of the extent: slivers of less height lie over nothing
-SINGLE = 2e-6  # of the extent, by which triangles may reach into each other: single precision bends edges so
-SHALLOW = 0.05  # of their height, by which they may at most
-SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
-WASTED = 0.02  # of the area between charts that others do not fill
-PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
-ONCE = 1  # rounds of base points: a bore's loops are as short from any
-FEW = 8  # of the creases of two panels, along which they are tried: a curved one is hundreds
+from ..features import PLANAR_SHARE, TIP_CURVATURE, CreasedSurface, sharpness
+from . import constants
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +47,14 @@ class Panels:
     """
 
     creased: CreasedSurface
-    same: ClassVar[float] = SAME
+    same: ClassVar[float] = constants.SAME_MOTION
     opens_handles: ClassVar[bool] = False
     dearest: ClassVar[float] = np.inf
 
     @cached_property
     def fold(self) -> BoolArray:
         """Whether edges part panels."""
-        return np.asarray(self.creased.crease_angle >= FOLD)
+        return np.asarray(self.creased.crease_angle >= constants.PANEL_ANGLE)
 
     @cached_property
     def opened(self) -> BoolArray:
@@ -77,11 +63,12 @@ class Panels:
 
     def fits(self, rows: IntArray | BoolArray) -> FloatArray:
         """By how much the two sides of such edges may miss each other when they are joined."""
-        return np.asarray(FITS * self.creased.edge_extent[rows])
+        return np.asarray(constants.MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def depths(self, z: ComplexArray) -> FloatArray:
         """By how much the faces, laid flat, may reach into each other; negative for slivers."""
-        return depths(z, self.creased.extent[self.creased.label], SINGLE)
+        extent = self.creased.extent[self.creased.label]
+        return depths(z, extent, constants.MAX_OVERLAP_DEPTH, constants.MAX_DEPTH_OF_HEIGHT)
 
     def made(self, trade: float) -> BoolArray:
         """Which components are made of them: what is curved is on sharp creases, or a tip.
@@ -90,25 +77,25 @@ class Panels:
         """
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_sharp
-        made = np.asarray(creased.per_component(smooth & (bent <= TIP)) == 0)
+        made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
             made &= creased.per_component(smooth & ~creased.is_apex) == 0
         if not made.any():
             return made
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
         least = np.full(len(bent), np.inf)
-        price = creased.visible_length * np.where(creased.sharp, SHARP_CREASE_PRICE, 1.0)
+        price = creased.visible_length * np.where(creased.sharp, constants.SHARP_CREASE_PRICE, 1.0)
         np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
-        cheap = self.price(creased.per_component(bent > 0, least) / 2, trade) < NEAR_CREASED
+        cheap = self.price(creased.per_component(bent > 0, least) / 2, trade) < constants.MAX_CREASED_COST
         if not cheap[made].all():
-            cheap |= creased.flat_share >= FLAT_SHARE_OF_NETS
+            cheap |= creased.flat_share >= PLANAR_SHARE
         made &= cheap & creased.may_fall_apart
         return made & ((creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0))
 
     def price(self, length: FloatArray, trade: float) -> FloatArray:
         """What seams on sharp creases cost, of which this length counts in each component."""
         length = length / np.sqrt(self.creased.double_area / 2)
-        return np.asarray(np.maximum(0.0, length - SHARP_CREASE_PRICE * trade) / trade)
+        return np.asarray(np.maximum(0.0, length - constants.SHARP_CREASE_PRICE * trade) / trade)
 
 
 def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
@@ -124,7 +111,7 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
     length = sum_by(body[seam], creased.visible_length[seam], len(creased.extent))
-    dear = panels.price(SHARP_CREASE_PRICE * length, trade) > panels.dearest
+    dear = panels.price(constants.SHARP_CREASE_PRICE * length, trade) > panels.dearest
     dear[creased.label[handles]] = True
     left = dear[creased.label]
     seam &= ~dear[body]
@@ -199,7 +186,7 @@ def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArr
     `tip` are vertices, (n,), to which they come.
     """
     piece = ClosedSurface.of(part, hidden)
-    loops = open_handles(piece, ONCE) if piece.graph.genus else np.zeros(0, dtype=np.int64)
+    loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
     seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]
 
@@ -227,27 +214,19 @@ def _laid_flat(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     return np.asarray(by[:, None] * z + to[:, None])
 
 
-def in_one_plane(creased: CreasedSurface) -> BoolArray:
-    """The edges whose two faces lie in one plane, as far as coordinates tell."""
-    double_area, dot = creased.surface.measured
-    longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    height = np.minimum(*(double_area / longest)[creased.faces.T])
-    noise = NOISE * creased.edge_extent / height
-    return np.asarray(creased.crease_angle <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
-
-
 def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
     """The corners of the faces in the planes that they lie in, and the plane of each face."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
-    plane = connected_labels(creased.faces[joined & in_one_plane(creased)], m)
+    plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
     normal = normals(surface.V, surface.topology.corner)
     number = int(plane.max()) + 1
     summed = np.stack([sum_by(plane, double_area * x, number) for x in normal.T], axis=1)
     total = np.linalg.norm(summed, axis=1)
-    even = total >= (1 - PLANAR) * sum_by(plane, double_area, number)
+    even = total >= (1 - constants.MAX_PROJECTED_LOSS) * sum_by(plane, double_area, number)
     common = even[plane] & (total[plane] > 0)
-    normal = np.where(common[:, None], summed[plane] / np.maximum(total[plane], 1e-300)[:, None], normal)
+    summed /= np.maximum(total, np.finfo(float).tiny)[:, None]
+    normal = np.where(common[:, None], summed[plane], normal)
     plane = np.where(common, plane, number + np.arange(m))
     first = np.unique(plane, return_index=True, return_inverse=True)
     origin = surface.V[surface.F[first[1][first[2]], 0]]
@@ -292,16 +271,17 @@ def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> Float
 
 
 def depths(
-    triangle: ComplexArray, extent: FloatArray, most: float, shallow: float | FloatArray = SHALLOW
+    triangle: ComplexArray, extent: FloatArray, most: float, shallow: float | FloatArray
 ) -> FloatArray:
     """By how much triangles may reach into each other; negative for slivers.
 
     That is a share `most` of the extent, and `shallow` of their height, at most.
     """
     side = np.roll(triangle, -1, axis=1) - triangle
-    height = -(side[:, 0].conj() * side[:, 2]).imag / np.maximum(np.abs(side.T).max(axis=0), 1e-300)
+    longest = np.maximum(np.abs(side.T).max(axis=0), np.finfo(float).tiny)
+    height = -(side[:, 0].conj() * side[:, 2]).imag / longest
     depth = np.maximum(DEPTH * height, np.minimum(shallow * height, most * extent))
-    return np.where(height > ROUNDING * extent, depth, -1.0)
+    return np.where(height > constants.MIN_OVERLAPPING_HEIGHT * extent, depth, -1.0)
 
 
 def _few_of_each(label: IntArray) -> IntArray:
@@ -309,7 +289,8 @@ def _few_of_each(label: IntArray) -> IntArray:
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
     own, rank = index_and_rank(sizes)
-    step, before = ((FEW - 1) * of // np.maximum(sizes - 1, 1)[own] for of in (rank, rank - 1))
+    last, most = np.maximum(sizes - 1, 1)[own], constants.MAX_CREASES_OF_PAIR - 1
+    step, before = (most * of // last for of in (rank, rank - 1))
     return np.sort(order[step > before])
 
 
@@ -329,9 +310,8 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    length = creased.visible_length[rows] * (
-        1 - (1 - SHARP_CREASE_PRICE) * sharpness(creased.crease_angle[rows])
-    )
+    price = 1 - (1 - constants.SHARP_CREASE_PRICE) * sharpness(creased.crease_angle[rows])
+    length = creased.visible_length[rows] * price
     step = panels.same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / panels.same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
@@ -347,6 +327,8 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
-    page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
-    worth = total[by_length] / SHARP_CREASE_PRICE * np.sqrt(area)[body] / (WASTED * trade)
+    squared_length = _longest(creased, z, panel) ** 2
+    page = np.maximum(constants.PAGE_OVER_AREA * area, constants.PAGE_OVER_SQUARED_LENGTH * squared_length)
+    sharp_length = total[by_length] / constants.SHARP_CREASE_PRICE
+    worth = sharp_length * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

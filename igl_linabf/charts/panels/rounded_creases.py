@@ -17,33 +17,24 @@ import numpy as np
 from ..._core import nearest_sources, shortest_pairs
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import connected_labels, sum_by
-from ..features import TIP
-from .panels import FITS, SHALLOW, Panels, depths, in_one_plane
-
-PLANE = 1e-3  # of the area, from which a plane is a panel
-LARGER = 2.0  # times any plane beside it that is not across a sharp crease: strips of cylinders are not
-LEVEL = 1e-3  # radians that a way of the body's extent counts
-MOST_TURN = np.deg2rad(60.0)  # from the plane of a panel to the faces that go with it
-PLANAR = 0.3  # share of the area in such planes, from which a body has rounded creases
-PLAY = 2e-3  # of the extent, by which two sides of a crease may miss each other
-AWRY = 0.1  # of their length, by which they may
-DEAREST = 2.0  # price of its seams, as stretch, from which on a body is cut in another way
-DEEP = 0.3  # of their height, by which faces of fillets may reach into each other
+from ..features import TIP_CURVATURE
+from . import constants
+from .panels import Panels, depths
 
 
 @dataclass(frozen=True, eq=False)
 class RoundedPanels(Panels):
     """The panels of a surface with rounded creases."""
 
-    same: ClassVar[float] = 1e-2
+    same: ClassVar[float] = constants.SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
-    dearest: ClassVar[float] = DEAREST
+    dearest: ClassVar[float] = constants.MAX_ROUNDED_COST
 
     @cached_property
     def _plane(self) -> IntArray:
         """The plane of each face."""
         creased = self.creased
-        return connected_labels(creased.faces[in_one_plane(creased)], len(creased.surface.F))
+        return connected_labels(creased.faces[creased.in_one_plane], len(creased.surface.F))
 
     @cached_property
     def _large(self) -> BoolArray:
@@ -56,7 +47,8 @@ class RoundedPanels(Panels):
         pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
         for one, other in (pairs.T, pairs[:, ::-1].T):
             np.maximum.at(beside, one, area[other])
-        return np.asarray(((area >= PLANE * whole) & (area >= LARGER * beside))[plane])
+        least = np.maximum(constants.MIN_PLANE_SHARE * whole, constants.PLANE_OVER_NEIGHBOURS * beside)
+        return np.asarray((area >= least)[plane])
 
     @cached_property
     def fold(self) -> BoolArray:
@@ -66,26 +58,28 @@ class RoundedPanels(Panels):
         """
         creased, smooth = self.creased, ~self.creased.sharp
         m, faces = len(creased.surface.F), self.creased.faces
-        way = creased.crease_angle[smooth] + LEVEL * creased.length[smooth] / creased.edge_extent[smooth]
+        turn = constants.TURN_OF_EXTENT * creased.length / creased.edge_extent
+        way = (creased.crease_angle + turn)[smooth]
         indptr, indices, edge = shortest_pairs(faces[smooth], way, m)
         everywhere = np.ones(m, dtype=bool)
         _, _, source = nearest_sources(
-            indptr, indices, way[edge], np.flatnonzero(self._large), everywhere, MOST_TURN
+            indptr, indices, way[edge], np.flatnonzero(self._large), everywhere, constants.MAX_FILLET_TURN
         )
         panel = np.where(source >= 0, self._plane[source], -1)
         return np.asarray(creased.sharp | np.not_equal(*panel[faces].T))
 
     @cached_property
     def opened(self) -> BoolArray:
-        return np.asarray(self.creased.curvature > TIP)
+        return np.asarray(self.creased.curvature > TIP_CURVATURE)
 
     def fits(self, rows: IntArray | BoolArray) -> FloatArray:
-        extent = self.creased.edge_extent[rows]
-        return np.maximum(FITS * extent, np.minimum(PLAY * extent, AWRY * self.creased.length[rows]))
+        extent, length = self.creased.edge_extent[rows], self.creased.length[rows]
+        play = np.minimum(constants.ROUNDED_PLAY * extent, constants.ROUNDED_PLAY_OF_EDGE * length)
+        return np.maximum(super().fits(rows), play)
 
     def depths(self, z: ComplexArray) -> FloatArray:
-        extent = self.creased.extent[self.creased.label]
-        return depths(z, extent, PLAY, np.where(self._large, SHALLOW, DEEP))
+        shallow = np.where(self._large, constants.MAX_DEPTH_OF_HEIGHT, constants.ROUNDED_DEPTH_OF_HEIGHT)
+        return depths(z, self.creased.extent[self.creased.label], constants.ROUNDED_PLAY, shallow)
 
     def made(self, trade: float) -> BoolArray:
         """Which components are: they have creases, and large planes make up a good part of the area.
@@ -96,7 +90,8 @@ class RoundedPanels(Panels):
         made = creased.may_fall_apart & (creased.hidden is None)
         if made.any():
             large = np.where(self._large, creased.surface.measured[0], 0.0)
-            made &= sum_by(creased.label, large, len(made)) >= PLANAR * creased.double_area
+            least = constants.PLANAR_SHARE_OF_ROUNDED * creased.double_area
+            made &= sum_by(creased.label, large, len(made)) >= least
         if made.any():
             made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
         return made

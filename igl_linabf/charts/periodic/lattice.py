@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..._types import ComplexArray, FloatArray, IntArray
+from . import constants
 
-BEAM = 256  # partial choices that are kept
 NEAR = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])
 
 
@@ -28,7 +28,7 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
         best = aim[j] - (chosen[:, j + 1 :] - aim[j + 1 :]) @ upper[j, j + 1 :] / upper[j, j]
         tried = np.round(best)[:, None] + NEAR
         costs: FloatArray = cost[:, None] + np.abs(upper[j, j] * (tried - best[:, None])) ** 2
-        kept = np.argsort(costs, axis=None, kind="stable")[:BEAM]
+        kept = np.argsort(costs, axis=None, kind="stable")[: constants.BEAM_WIDTH]
         chosen, cost = chosen[kept // len(NEAR)], costs.ravel()[kept]
         chosen[:, j] = tried.ravel()[kept]
     q = np.empty_like(wanted)

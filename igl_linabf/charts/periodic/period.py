@@ -12,11 +12,8 @@ from ...errors import MeshError, OutcomeWarning, some, stack_level
 from ...measures import quality_of
 from ...surface import Submesh
 from ..atlas import Atlas, Chart, seams_and_mismatch
+from . import constants
 from .shifted_maps import Shifted
-
-MOST_HALVINGS = 8  # of a period that is too long
-DOUBLINGS = 4  # of the room around charts that come too near to each other
-ROUNDING = 1e-6  # of distances
 
 
 def with_period(
@@ -32,7 +29,7 @@ def with_period(
     MeshError
         Triangles would flip; the message has a period that would do.
     """
-    for room in period * 2.0 ** np.arange(DOUBLINGS):
+    for room in period * 2.0 ** np.arange(constants.MAX_ROOMS):
         atlas = _shifted(surface, pack(room), pieces, period)
         if not _near(atlas.TC, pieces, gap):
             return atlas
@@ -48,7 +45,8 @@ def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
         shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
         for piece, uv in zip(pieces, maps, strict=True)
     ]
-    one, other = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=gap * (1 - ROUNDING))
+    nearer = gap * (1 - constants.GAP_ROUNDING)
+    one, other = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=nearer)
     return bool((one != other).any())
 
 
@@ -60,7 +58,7 @@ def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: floa
     TC, charts = _moved(shifted, atlas, pieces, period)
     if flips := _new_flips(charts, atlas.charts):
         advice, shorter = "use other cones", period
-        for _ in range(MOST_HALVINGS):
+        for _ in range(constants.MAX_PERIOD_HALVINGS):
             shorter /= 2
             if not _new_flips(_moved(shifted, atlas, pieces, shorter)[1], atlas.charts):
                 advice = f"use {shorter:.3g}, or other cones"

@@ -11,8 +11,7 @@ from ..._types import ComplexArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
 from ..atlas import rows_of_texture_seams
-
-TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
+from . import constants
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ class SeamSides:
         ratio = (z[second[:, 1]] - z[second[:, 0]]) / (z[first[:, 1]] - z[first[:, 0]])
         quarters = np.round(np.angle(ratio) / (np.pi / 2)).astype(np.int64) % 4
         turn = np.array([1, 1j, -1, -1j])[quarters]
-        off = np.flatnonzero(~(np.abs(ratio - turn) < TURNED))
+        off = np.flatnonzero(~(np.abs(ratio - turn) < constants.QUARTER_TURN_TOL))
         if len(off):
             raise MeshError(
                 f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "

@@ -10,15 +10,10 @@ from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
+from . import constants
 from .lattice import nearest_whole
 from .seam_shifts import FreeShifts, SeamSides, fans_of
 from .stiffness import Stiffness, changes, energy
-
-STAYING = 0.01  # what a shift costs by itself, of what one costs in the mean
-SURE = 1e-7  # share of what it costs to move only the triangles at the seam, above which a cost is told
-AT_ONCE = 32  # columns
-ROUNDS = 4  # with triangles weighed by how much they change, as long as some flip
-MUCH = 0.3  # change at which a triangle weighs twice as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +92,10 @@ class Shifted:
         """The texture coordinates whose seams shift by whole periods, (#TC, 2)."""
         q, area = self._whole(period), signed_double_areas(self.z, self.corner)
         moved, weight = self._moved(q, period, self._even), np.ones(len(area))
-        for _ in range(ROUNDS):
+        for _ in range(constants.MAX_WEIGHTINGS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
-            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / MUCH)
+            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / constants.DOUBLING_CHANGE)
             moved = self._moved(q, period, self._with(weight))
         return coordinates(moved)
 
@@ -149,9 +144,9 @@ class Shifted:
         pushed = stiffness.of_copies @ alone
         force = (self.turn.conj().T @ pushed).tocsr()[stiffness.inner]
         forms = (alone.conj().T @ pushed @ compressed).toarray()
-        told = SURE * np.abs(forms).max(initial=0.0)
-        for k in range(0, forms.shape[1], AT_ONCE):
-            at_once = slice(k, k + AT_ONCE)
+        told = constants.MIN_COST_TOLD * np.abs(forms).max(initial=0.0)
+        for k in range(0, forms.shape[1], constants.COLUMNS_AT_ONCE):
+            at_once = slice(k, k + constants.COLUMNS_AT_ONCE)
             columns = np.asfortranarray((force @ compressed[:, at_once]).toarray())
             forms[:, at_once] -= force.conj().T @ stiffness.solve(columns)
         return [(own, _definite(forms[own, : len(own)], told)) for own in groups]
@@ -161,4 +156,4 @@ def _definite(form: ComplexArray, told: float) -> ComplexArray:
     """A Hermitian form without what rounding made negative, in which each shift costs something by itself."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
     size = max(float(values.mean()), told)
-    return np.asarray((vectors * (np.maximum(values, 0) + STAYING * size)) @ vectors.conj().T)
+    return np.asarray((vectors * (np.maximum(values, 0) + constants.COST_OF_SHIFT * size)) @ vectors.conj().T)

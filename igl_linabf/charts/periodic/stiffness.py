@@ -11,10 +11,7 @@ from scipy import sparse
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
-
-EVEN = 1e-8  # share of its diagonal by which the displacement is drawn to zero
-THIN = 1e-8  # share of the largest area below which a triangle of the map counts as so large
-STIFF = 0.1  # what a change of scale and direction of triangles counts against one of their angles
+from . import constants
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +40,7 @@ class Stiffness:
         """`turn` has the copies by the vertices, (#TC, #V)."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # its diagonal is real to the last bit
-        A = (A + sparse.diags_array(EVEN * A.diagonal())).tocsr()  # without cones it may float
+        A = (A + sparse.diags_array(constants.PULL_TO_PLACE * A.diagonal())).tocsr()
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False
         lower = sparse.tril(A[inner][:, inner]).tocsc()
@@ -51,7 +48,7 @@ class Stiffness:
 
 
 def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
-    """The sum over triangles of 4 |dbar d|^2 + 4 `STIFF` |del d|^2 of displacements d of a map, (#TC, #TC).
+    """The sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2, (#TC, #TC), of displacements d.
 
     The first is what they add to the distortion of angles, the second the change of scale and direction.
     `corner` are the rows of the triangles, (3, #F).
@@ -59,7 +56,7 @@ def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_
     side, area = _sides_and_areas(z, corner)
     i, j = (a.ravel() for a in np.meshgrid(range(3), range(3), indexing="ij"))
     product = side[i].conj() * side[j]
-    entries = (product + STIFF * product.conj()) * (weight / area**2)
+    entries = (product + constants.SCALE_WEIGHT * product.conj()) * (weight / area**2)
     return sparse.csr_array((entries.ravel(), (corner[i].ravel(), corner[j].ravel())), shape=(len(z),) * 2)
 
 
@@ -73,4 +70,4 @@ def changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
 def _sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
     """The sides opposite to corners, (3, #F), and twice the areas."""
     area = np.abs(signed_double_areas(z, corner))
-    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, THIN * area.max())
+    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, constants.MIN_AREA_OVER_LARGEST * area.max())

@@ -18,16 +18,16 @@ from ..cut_graphs import (
     log_scale,
     slide_into_valleys,
 )
-from ..features import CreasedSurface, Hiding, dihedral_angles, flat_share, flat_shares, hiding_weights
-from ..panels import (
-    FLAT_SHARE_OF_LARGE_NETS,
-    FLAT_SHARE_OF_NETS,
-    MOST_HANDLES_OF_NETS,
-    Nets,
-    Panels,
-    RoundedPanels,
-    panel_seams,
+from ..features import (
+    PLANAR_SHARE,
+    CreasedSurface,
+    Hiding,
+    dihedral_angles,
+    flat_share,
+    flat_shares,
+    hiding_weights,
 )
+from ..panels import FLAT_SHARE_OF_LARGE_NETS, MOST_HANDLES_OF_NETS, Nets, Panels, RoundedPanels, panel_seams
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
 from .growth import (
     DRAWN_SHORTER,
@@ -307,7 +307,7 @@ def _best(
     few = closed.graph.n <= DIRECT
     # a net opens every handle, and many lay sheets over each other in it
     hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
-    least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
+    least_flat = PLANAR_SHARE if few else FLAT_SHARE_OF_LARGE_NETS
     hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:

@@ -13,8 +13,8 @@ from scipy import sparse
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, without_stubs
-from ..features import flat_shares
-from ..panels import CREASED_CURVATURE_OF_NETS, FLAT_SHARE_OF_NETS, SHARP_CREASE_PRICE
+from ..features import PLANAR_SHARE, flat_shares
+from ..panels import CREASED_CURVATURE_OF_NETS, SHARP_CREASE_PRICE
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
 
@@ -140,7 +140,7 @@ class SmallBodies:
         sharp[closed.graph.ends[closed.features.sharpness == 1]] = True
         angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
         flat = flat_shares(self._surface, of[closed.node[self._surface.F[:, 0]]])
-        return np.asarray(angular & (flat >= FLAT_SHARE_OF_NETS))
+        return np.asarray(angular & (flat >= PLANAR_SHARE))
 
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
         """The stretch and shear to expect of each body, and its seam's price."""

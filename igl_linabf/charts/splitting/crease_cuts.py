@@ -12,7 +12,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...measures import change_of
 from ...surface import Submesh, complex_positions, connected_labels, signed_double_areas
-from ..features import SHARP, dihedral_angles
+from ..features import SHARP_CREASE_ANGLE, dihedral_angles
 
 ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a map is
 
@@ -52,7 +52,7 @@ def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
     topology, m = piece.topology, len(piece.F)
     every = np.flatnonzero(topology.sides[1] >= 0)
     faces = topology.sides[:, every].T % m
-    sharp = np.abs(dihedral_angles(piece)) >= SHARP
+    sharp = np.abs(dihedral_angles(piece)) >= SHARP_CREASE_ANGLE
     sharp &= np.isin(every, piece.cuttable_edges)  # diagonals of polygons are no creases
     region = connected_labels(faces[~sharp], m)
     between = sharp & (region[faces[:, 0]] != region[faces[:, 1]])

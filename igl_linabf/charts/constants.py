@@ -1,0 +1,80 @@
+"""The constants of charts' own modules. `benchmarks/constants.py charts` halves and doubles each."""
+
+# --- the progress that is told ---
+
+# Share of the progress at which seams are found. Less than their share of the time lets the bar halt at
+# first; more lets it halt later. tests/_runtime/test_progress.py
+SEAMS_END = 0.3
+
+# The same at which charts are flattened and packing begins. tests/_runtime/test_progress.py
+CHARTS_END = 0.95
+
+# --- which pieces are cut and flattened ---
+
+# L2 stretch that seams must save, beyond their cost, on a disk, which needs none. Less cuts disks that lie
+# nearly flat; more leaves limbs shrunk. tests/charts/seams/test_search.py
+DISK_GAIN = 0.05
+
+# Number of pieces from which they are flattened and measured together. Fewer gain nothing by it; more take
+# longer one by one. benchmarks/constants.py charts
+MIN_PIECES_TOGETHER = 8
+
+# Triangles, in all, of the smallest pieces, up to which these always are flattened together. More gain
+# nothing by it, and miss what a single chart tries; fewer take longer. benchmarks/constants.py charts
+MAX_FACES_TOGETHER = 4_000
+
+# Twice the area of a chart over the squared extent of its map, up to which it is halved: double precision
+# hardly tells the map from a line. Less leaves maps that packing flattens; more halves long strips.
+# tests/charts/test_unwrapping.py
+NEEDLE_AREA = 1e-13
+
+# --- what flips ---
+
+# Share of a chart's faces that flip, above which no tips are to blame: more seams are grown in few rounds,
+# and its map is a sketch. Less halves charts early; more grows seams in vain. tests/charts/test_unwrapping.py
+MAX_TIP_FLIPS = 0.05
+
+# Rounds of more seams for flips or stretch, after which a chart is halved. Fewer part limbs; more cut a
+# chart to fringes. tests/charts/test_unwrapping.py
+MAX_LEAF_ROUNDS = 8
+
+# The same where more flips than tips are to blame for. Fewer halve a chart at once; more grow seams that do
+# not help. tests/charts/test_unwrapping.py
+MAX_LEAF_ROUNDS_OF_MANY_FLIPS = 2
+
+# Times that `trade` is doubled until seams are found for a chart that flips or is stretched. Fewer give up
+# charts that one would help; more find no others. tests/charts/test_unwrapping.py
+MAX_TRADE_DOUBLINGS = 12
+
+# --- what is stretched or overlaps ---
+
+# L2 stretch of a small piece, flattened among many, above which seams are sought for it alone. Less searches
+# in vain; more leaves it stretched. tests/charts/panels/test_panels.py
+SOUGHT_STRETCH = 1.15
+
+# Rounds of seams to tips that the map shrinks. Fewer leave tips of tips shrunk; more find none that is worth
+# it. tests/charts/splitting/test_splitting.py
+MAX_TIP_ROUNDS = 3
+
+# Share of a chart's faces up to which few overlap: tips or single faces are to blame, and come first. And the
+# share from which a part that is cut off has tips of its own. Less splits charts for single faces; more waits
+# for what does not help. tests/charts/splitting/test_splitting.py
+FEW_OVERLAPPING = 0.02
+
+# Halvings of a chart that is stretched more than is asked for, or beyond use, and of its parts. Fewer leave
+# it so; more halve what halves do not help. tests/charts/test_unwrapping.py
+MAX_SPLITS_FOR_STRETCH = 64
+
+# --- the page ---
+
+# Share of the page that the margins of all charts may take; they are narrowed else. Less narrows margins
+# that leave room; with more, none is left for charts. tests/charts/packing/test_packing.py
+MAX_MARGIN_SHARE = 0.64
+
+# Size of the page, over that of a quick trial, that a full search hardly goes below. Less searches in vain;
+# more misses pages that are as good uncut. tests/charts/packing/test_packing.py
+SEARCHED_OVER_TRIAL = 0.88
+
+# Share of a page that many charts fill, up to which one of them may be in the way of the others, and is
+# tried in parts. Less leaves the page empty; more tries in vain. tests/charts/packing/test_packing.py
+MAX_SPARSE_FILL = 0.57
