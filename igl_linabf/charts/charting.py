@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,7 +48,7 @@ _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 def pieces_of(
     surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, options: ChartOptions
 ) -> tuple[list[Submesh], IntArray]:
-    """The surface cut along the seams that are given, and those that are found; and the ends of the given."""
+    """The surface cut along given seams and those that are found; also the vertices of the given, (#E, 2)."""
     pieces, given = [surface], _NO_SEAM
     if seams is not None:
         if surface.vertices is not cleaned.origin:
@@ -64,7 +64,7 @@ def pieces_of(
 
 
 def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
-    """The seams that its components need, and those that their stretch is worth; of disks, too."""
+    """The seams that its components need, and those that are worth the stretch they save, on disks, too."""
     if not options.holes:
         return options.seams_of(piece, disks=True, gain=constants.DISK_GAIN, part_overlaps=True, panels=True)
     parts = piece.components()
@@ -81,9 +81,9 @@ _Part = tuple[tuple[int, ...], Submesh, KnownMap | None]  # its place among the 
 
 
 def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, and the parts of those that are cut further; all that wait at once.
+    """Flatten the pieces, then all parts of those that are cut further, and so on.
 
-    No two charts are joined at edges that are `given` as seams.
+    At the end small charts are joined with others, but not across edges that are `given` as seams.
     """
     waiting: list[_Part] = [((i,), piece, None) for i, piece in enumerate(pieces)]
     total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
@@ -116,14 +116,19 @@ def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
     """The charts with all their figures; of those that kept a map only some are known."""
     rows = [i for i, (chart, _) in enumerate(done) if not chart.quality.faces]
     table = [(done[i][1], done[i][0].result.uv, done[i][0].overlapping) for i in rows]
-    known = {i: replace(done[i][0], quality=q) for i, q in zip(rows, quality_of_each(table), strict=True)}
-    return [(known.get(i, chart), piece) for i, (chart, piece) in enumerate(done)]
+    for i, quality in zip(rows, quality_of_each(table), strict=True):
+        done[i] = replace(done[i][0], quality=quality), done[i][1]
+    return done
 
 
 def _known_together(pieces: list[Submesh], method: Method) -> list[KnownMap | None]:
-    """Maps of small pieces or of many, and what is measured of them; None: to be found alone."""
+    """The maps of pieces that are flattened together, small ones or many; None for the others."""
     known: list[KnownMap | None] = [None] * len(pieces)
-    asked = _small_or_many(pieces)
+    asked = list(range(len(pieces)))
+    if len(pieces) < constants.MIN_PIECES_TOGETHER:  # only the smallest ones
+        size = np.array([len(piece.F) for piece in pieces])
+        order = np.argsort(size, kind="stable")
+        asked = sorted(order[np.cumsum(size[order]) <= constants.MAX_FACES_TOGETHER].tolist())
     if not asked:
         return known
     advance("charts", 0.0)
@@ -205,7 +210,7 @@ def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap |
 def _mapped(
     piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None
 ) -> _Mapped | list[_Cut]:
-    """The piece's map; or its parts, if a seam is worth it, or if double precision does not hold the map."""
+    """The piece's map; or its parts, if a seam is worth it or double precision does not hold the map."""
     try:
         result, seams = _flattened(piece, splits, options) if known is None else (known.result, _NO_SEAM)
     except SingularSystemError:  # faces of no size beside others of the chart
@@ -220,7 +225,8 @@ def _mapped(
         result, known = _flattened_without_flips(piece, result, options), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
-    if _is_needle(piece, result) and (parts := bisect(piece)):
+    needle = float(piece.measured[0].sum()) <= constants.NEEDLE_AREA * extent(result.uv) ** 2
+    if needle and (parts := bisect(piece)):
         return _anew(parts)
     if known is None:
         known = KnownMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None)
@@ -230,7 +236,7 @@ def _mapped(
 def _without_overlaps(
     piece: Submesh, made: _Mapped, splits: int, options: ChartOptions
 ) -> _Mapped | list[_Cut]:
-    """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
+    """A map whose overlaps are moved apart or laid narrower; else the piece's parts; else the same map."""
     result, pairs = made.result, made.pairs
     few = len(np.unique(pairs)) < constants.FEW_OVERLAPPING * len(piece.F)
     if options.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
@@ -253,7 +259,7 @@ def _without_overlaps(
 
 
 def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
-    """A map without overlaps where narrower faces or SCAF make one of it; None if neither does."""
+    """A map without overlaps, by narrower faces or by SCAF; None if neither finds one."""
     if few:
         narrower, left = _narrower(piece, made.result, made.pairs)
         if not len(left):
@@ -266,7 +272,7 @@ def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
 
 
 def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
-    """The map with some faces laid out narrower, and the pairs that still overlap; not of isometric ones."""
+    """The map with some faces laid out narrower, and the pairs that still overlap; isometric ones stay."""
     if not result.outcome.good or is_isometric(piece, result.uv):
         return result, pairs
     return relayout_locally(piece, result, pairs)
@@ -292,12 +298,12 @@ def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, options: C
 
 @dataclass(eq=False)
 class _SeamsToTips:
-    """Whether a rough map shrinks tips that are worth seams; and these seams."""
+    """Tells whether a rough map shrinks tips that are worth seams, and keeps these seams."""
 
     piece: Submesh
     splits: int
     options: ChartOptions
-    found: IntArray = field(default_factory=lambda: _NO_SEAM)
+    found: IntArray
 
     def __call__(self, uv: FloatArray) -> bool:
         self.found = _to_tips(self.piece, MapMeasure(self.piece, uv), self.splits, self.options)
@@ -305,11 +311,11 @@ class _SeamsToTips:
 
 
 def _flattened(piece: Submesh, splits: int, options: ChartOptions) -> tuple[Flattening, IntArray]:
-    """Its map, and seams that are worth it by a rough one, which then is the map.
+    """A piece's map, and the seams that it is worth by a rough map.
 
-    If many faces flip it is a sketch, as the piece is then cut further.
+    If there are such seams, or many faces flip, it is that rough map: the piece is then cut further.
     """
-    method, tips = options.method, _SeamsToTips(piece, splits, options)
+    method, tips = options.method, _SeamsToTips(piece, splits, options, _NO_SEAM)
     if type(method) is LinABF and method.iterations == "auto" and options.may_find_seams:
         looks = tips if options.weighs_stretch and not splits else None
         sketch = flatten_piece(piece, Sketch(**vars(method), is_enough=looks))
@@ -331,7 +337,7 @@ def _flattened(piece: Submesh, splits: int, options: ChartOptions) -> tuple[Flat
 def _worth_of_map(
     piece: Submesh, stretch: float, change: MapMeasure, splits: int, options: ChartOptions
 ) -> IntArray:
-    """Seams that the stretch of a map is worth, beyond what was expected of it."""
+    """Seams that are worth the stretch that they save of a map, which may be more than was expected."""
     if splits < options.most_splits and len(piece.F) <= MEDIUM:
         seams = _NO_SEAM
         if not splits and stretch > constants.SOUGHT_STRETCH:  # it was one of many
@@ -344,7 +350,7 @@ def _worth_of_map(
 
 
 def _to_tips(piece: Submesh, change: MapMeasure, splits: int, options: ChartOptions) -> IntArray:
-    """Seams to tips that the map shrinks, for some rounds."""
+    """Seams to tips that the map shrinks; none after some rounds."""
     if splits >= constants.MAX_TIP_ROUNDS:
         return _NO_SEAM
     return seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
@@ -358,7 +364,7 @@ def _cut_to_tips(
     splits: int,
     options: ChartOptions,
 ) -> list[_Cut]:
-    """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
+    """A part of a piece; if it is to be flattened anew, cut to the tips that the piece's map shrinks."""
     if known is None and len(part.F) >= constants.FEW_OVERLAPPING * len(piece.F):
         change = MapMeasure(part, uv_of_part(result.uv, piece, part))
         if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, options)):
@@ -366,18 +372,13 @@ def _cut_to_tips(
     return [(part, known)]
 
 
-def _is_needle(piece: Submesh, result: Flattening) -> bool:
-    """Whether double precision hardly tells the map from a line: no packing could turn it."""
-    return float(piece.measured[0].sum()) <= constants.NEEDLE_AREA * extent(result.uv) ** 2
-
-
 def _anew(parts: list[Submesh]) -> list[_Cut]:
-    """Parts that are flattened again."""
+    """Parts that have no map yet."""
     return [(part, None) for part in parts]
 
 
 def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
-    """The piece with its holes joined by the shortest seams."""
+    """The piece, opened to disks by the shortest seams between its holes."""
     if len(piece.topology.loops) == 1:
         return [piece]
     return piece.cut_along(replace(options, trade=0.0, holes=False).seams_of(piece))

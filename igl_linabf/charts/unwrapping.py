@@ -14,7 +14,7 @@ from .._runtime import Progress, progress_part, reporting
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
-from ..measures import Quality, quality_of
+from ..measures import quality_of
 from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
 from . import constants
 from .atlas import (
@@ -139,14 +139,16 @@ def unwrap(
         cleaned = unrepaired(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-        cleaned = replace(cleaned, repairs=repairs_of_polygons(cleaned.repairs, split))
     as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
-    surface = mark_diagonals(surface, cleaned, split)
+    if split is not None:
+        surface = mark_diagonals(surface, cleaned, split)
+        cleaned = replace(cleaned, repairs=repairs_of_polygons(cleaned.repairs, split))
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
-        return atlas_of_polygons(empty_atlas(cleaned, given), split)
+        atlas = empty_atlas(cleaned, given)
+        return atlas if split is None else atlas_of_polygons(atlas, split)
     face = np.arange(len(given)) if split is None else split.face
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
@@ -156,9 +158,8 @@ def unwrap(
             made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
-            made = charts_with_cones(
-                surface, placed, options.method, (constants.SEAMS_END, constants.CHARTS_END)
-            )
+            ends = constants.SEAMS_END, constants.CHARTS_END
+            made = charts_with_cones(surface, placed, options.method, ends)
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
@@ -167,28 +168,29 @@ def unwrap(
             if may_cut and wish.side is None:
                 atlas = _full(surface, charts, wish, options)
             elif period is None:
-                atlas = replace(_packed(surface, charts, wish), cones=made.cones)
+                atlas = _packed(surface, charts, wish)
             else:
                 pieces, gap = [piece for _, piece in charts], wish.spacing.gap
 
                 def pack(room: float) -> Atlas:
-                    roomy = replace(wish, spacing=wish.spacing.wider(room))
-                    return replace(_packed(surface, charts, roomy), cones=made.cones)
+                    return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=asked.max_stretch, cone_angles=made.angles, coned=wanted is not None)
+    atlas = replace(atlas, max_stretch=asked.max_stretch)
+    atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
-    atlas = atlas_of_polygons(atlas, split)
+    if split is not None:
+        atlas = atlas_of_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
 
 
 def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
-    """The atlas, with charts of many limbs cut further if the fuller page is worth its seams.
+    """The atlas, with charts of many limbs cut further if the fuller page is worth the seams.
 
-    Many charts mostly fill the gaps of each other, so their page is looked at first.
+    Many charts mostly fill each other's gaps: if their page is full, they are not cut.
     """
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
@@ -204,7 +206,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
         _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
     )
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
-    # the page of uncut charts that is as good
+    # the size of the page on which uncut charts cost as much
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
     if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), wish)
@@ -236,42 +238,36 @@ def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
 def _packed(
     surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[PackedChart] | None = None
 ) -> Atlas:
-    """The atlas of charts on pages; where they are may be known."""
+    """The atlas of charts on pages; `placed` are these, if they are known."""
     if placed is None:
         placed = _placed(done, wish)
-    pages = np.array([p.page for p in placed])
-    FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
-    vertices, faces = (
-        Ragged.of_sizes([len(rows) for rows in table])
-        for table in ([piece.V for _, piece in done], [piece.F for _, piece in done])
-    )
-    rows = np.searchsorted(surface.faces, np.concatenate([piece.faces for _, piece in done]))
-    FTC[rows] = np.concatenate([piece.F for _, piece in done]) + faces.repeat(vertices.start[:-1])[:, None]
-    label[rows] = faces.repeat(np.arange(len(done)))
-    TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
-    V = np.concatenate([piece.V for _, piece in done])
-    overlaps = sum(chart.overlapping for chart, _ in done)  # in their places, charts are what they were
+    charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
+    arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
+    V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
+    vertices = Ragged.of_sizes([len(piece.V) for piece in pieces])
+    of = np.repeat(np.arange(len(pieces)), [len(piece.F) for piece in pieces])
+    FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
+    FTC[rows], label[rows] = F + vertices.start[of, None], of
+    TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
     seams, mismatch = seams_and_mismatch(surface.topology, TC, FTC)
+    if len(charts) > 1:
+        whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
+        quality = quality_of(whole, TC, sum(chart.overlapping for chart in charts))
+    else:  # it is known, but for faces that collapse on the page
+        flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
+        quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
     return Atlas(
         TC=TC,
         FTC=FTC,
         origin=origin,
         chart=label,
-        charts=tuple(chart for chart, _ in done),
+        charts=tuple(charts),
         seams=surface.vertices[seams],
         seam_length=float(lengths(surface.V, seams).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - int(surface.label.max() + 1),
         fill=fill_of(placed),
-        page=pages,
+        page=page,
         scale=abs(placed[0].ratio),
-        quality=_quality(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, done, overlaps),
+        quality=quality,
     )
-
-
-def _quality(surface: Submesh, TC: FloatArray, done: list[tuple[Chart, Submesh]], overlaps: int) -> Quality:
-    """Of all charts on their pages; that of a single chart is known, but for faces that have collapsed."""
-    if len(done) > 1:
-        return quality_of(surface, TC, overlaps)
-    flips = ~(signed_double_areas(complex_positions(TC), surface.F.T) > 0)
-    return replace(done[0][0].quality, flips=int(np.count_nonzero(flips)))

@@ -67,28 +67,22 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
     return np.asarray(mask & ~split.inner)
 
 
-def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles | None) -> Submesh:
-    """The surface, with the sides named that no seam may take."""
-    if split is None:
-        return surface
+def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles) -> Submesh:
+    """The surface with the mask of the sides that no seam may take: diagonals of polygons."""
     inner = split.inner[cleaned.faces]
     return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
 
 
-def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles | None) -> tuple[Repair, ...]:
-    """Repairs of triangles as those of the polygons that they are of."""
-    if split is None:
-        return repairs
+def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[Repair, ...]:
+    """Repairs of triangles as those of the polygons that were split into them."""
     return tuple(
         replace(repair, first=np.unique(split.face[repair.first])) if repair.of == "faces" else repair
         for repair in repairs
     )
 
 
-def atlas_of_polygons(atlas: Atlas, split: Triangles | None) -> Atlas:
+def atlas_of_polygons(atlas: Atlas, split: Triangles) -> Atlas:
     """The atlas of the triangles as one of the polygons."""
-    if split is None:
-        return atlas
     first = np.searchsorted(split.face, np.arange(len(split.polygons)))
     return replace(
         atlas,

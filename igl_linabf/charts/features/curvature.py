@@ -53,8 +53,8 @@ def extent(V: FloatArray) -> float:
 
 
 def box_sides(V: FloatArray) -> FloatArray:
-    """Of the bounding box; a column at a time takes a tenth of the time."""
-    return np.array([np.ptp(x) for x in V.T])
+    """The sides of the bounding box; a column at a time takes a tenth of the time."""
+    return np.asarray(np.ptp(np.ascontiguousarray(V.T), axis=1))
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:

@@ -1,6 +1,11 @@
 """Where a seam shows: less in valleys, and where the caller wants it hidden.
 
-All is smoothed over `SMOOTHING_REACH`, so that noise and single faces do not matter.
+What is measured of faces and edges is averaged over `SMOOTHING_REACH`: noise and single faces do not matter.
+
+A body may hide its seams on its back, as far as its shape tells where that is. A face has eyes, nose and
+mouth; the back of a head has none. So the front is where most detail looks to: the mean of the normals,
+weighted by the salience of Lee, Varshney, Jacobs 2005, the difference between the mean curvature at a fine
+scale and at a coarse one.
 """
 
 import warnings
@@ -9,12 +14,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Submesh
 from . import constants
-from .curvature import Smoothing, mean_curvature
-from .view_salience import facing_away
+from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -55,11 +60,46 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     made, as_hidden = np.zeros(n_faces), np.log(constants.HIDING_ON_BACK) / np.log(constants.HIDING)
     for part in surface.components():
         if len(part.F) >= constants.MIN_BODY_SHARE * len(surface.F):
-            made[part.faces] = as_hidden * facing_away(part)
+            made[part.faces] = as_hidden * _facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
     return made
+
+
+def _facing_away(component: Submesh) -> FloatArray:
+    """How far each face looks away from the front, from -1 to 1; all 0 if the body has none."""
+    nowhere = np.zeros(len(component.F))
+    if len(component.F) < constants.MIN_DETAILED_FACES:
+        return nowhere
+    bend = dihedral_angles(component)
+    if flat_share(component, bend) > constants.PLANAR_SHARE:
+        return nowhere
+    double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
+    a, b, c = component.V[component.F.T]
+    normal = np.cross(b - a, c - a)  # times twice the area
+    looking = salience @ normal
+    length, clear = float(np.linalg.norm(looking)), constants.CLEAR_FRONT * float(salience @ double_area)
+    if not constants.MIN_FRONT_SHARE * clear < length < np.inf:
+        return nowhere
+    direction = looking / max(length, clear)
+    return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
+
+
+def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
+    """Of each vertex: the difference between its curvature, by the edges' bends, and that around it."""
+    topology = component.topology
+    edges = topology.edges[topology.sides[1] >= 0]
+    length = lengths(component.V, edges)
+    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
+    smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
+    coarse = smoothing.steps(constants.COARSE_SCALE * size, constants.MAX_SALIENCE_STEPS)
+    fine = max(round(coarse * (constants.FINE_SCALE / constants.COARSE_SCALE) ** 2), 1)
+    curvature = []
+    for steps in (fine, max(coarse - fine, 1)):
+        turned = smoothing.of(turned, steps)
+        curvature.append(turned[:, 0] / turned[:, 1])
+    return np.asarray(np.abs(curvature[0] - curvature[1]))
 
 
 def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:

@@ -11,5 +11,4 @@ from .constants import (
     SHARP_CREASE_PRICE,
 )
 from .nets import Nets
-from .panels import Panels, panel_seams
-from .rounded_creases import RoundedPanels
+from .panels import Panels, RoundedPanels, panel_seams

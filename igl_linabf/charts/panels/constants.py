@@ -91,8 +91,9 @@ MAX_DEPTH_OF_HEIGHT = 0.05
 # benchmarks/constants.py charts.panels
 SAME_MOTION = 1e-3
 
-# Number of creases between two panels along which they are tried, the dearest first: curved ones are
-# hundreds. Fewer miss places; more take longer than they join. benchmarks/constants.py charts.panels
+# Number of creases between two panels along which they are tried, from the dearest to the cheapest: a curved
+# crease is hundreds of them. Fewer miss places; more rarely find others.
+# benchmarks/constants.py charts.panels
 MAX_CREASES_OF_PAIR = 8
 
 # Share of the gaps around a joined chart that others do not fill, and that the seam has to be worth. Less
