@@ -1,4 +1,4 @@
-"""What is asked of the seams and charts of a surface."""
+"""The options of `unwrap`: of its seams, and what follows for its charts."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Seams:
 def asked_for(
     seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
 ) -> tuple[Seams, Cones | None, Wish]:
-    """The options that a call of `unwrap` stands for.
+    """The options of a call of `unwrap`, as objects.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def asked_for(
 
 @dataclass(frozen=True)
 class ChartOptions:
-    """What `unwrap` asks of charts, and whether more seams may be found."""
+    """The method and the options of the charts of a call of `unwrap`."""
 
     method: Method
     may_find_seams: bool
@@ -117,7 +117,7 @@ class ChartOptions:
 
     @classmethod
     def of(cls, method: Method, seams: Seams, hidden: FloatArray | None) -> ChartOptions:
-        """Of a call of `unwrap`; `hidden` as of `hiding_weights`."""
+        """Those of a call of `unwrap`; `hidden` are the `hiding_weights`."""
         return cls(
             method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
         )
@@ -131,7 +131,7 @@ class ChartOptions:
         part_overlaps: bool = False,
         panels: bool = False,
     ) -> IntArray:
-        """`seams_of` a piece, as these options want; `part_overlaps` only if overlapping maps are cut."""
+        """The `seams_of` a piece by these options; `part_overlaps` only where overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
         return seams_of(
             piece,
@@ -147,17 +147,17 @@ class ChartOptions:
 
     @property
     def most_stretch(self) -> float:
-        """Of a chart, in L2, from which on it is cut further."""
+        """L2 stretch above which a chart is cut further."""
         if self.max_stretch is not None:
             return self.max_stretch * (1 + STRETCH_ROUNDING)
         return UNUSABLE_STRETCH if self.may_find_seams else np.inf
 
     @property
     def weighs_stretch(self) -> bool:
-        """Whether charts are cut further where the stretch of their map is worth a seam."""
+        """Whether charts are cut further where a seam is worth the stretch that it saves."""
         return self.may_find_seams and not self.holes and self.max_stretch is None
 
     @property
     def most_splits(self) -> int:
-        """Of a chart and its parts."""
+        """How many times a chart and its parts are cut further, at most."""
         return MAX_SPLITS if self.max_stretch is None else constants.MAX_SPLITS_FOR_STRETCH

@@ -1,7 +1,7 @@
 """An atlas and its charts.
 
-In: pieces of a surface, each flattened alone. Out: `Atlas` and `Chart`; the seams of texture coordinates;
-an atlas given back for the vertices and polygons that the caller has.
+In: pieces of a surface, each flattened alone. Out: `Atlas` and `Chart`; the seams of texture coordinates; an
+atlas of the mesh and the polygons that the caller gave.
 """
 
 from .atlas import Atlas, Chart

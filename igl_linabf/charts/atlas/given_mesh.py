@@ -1,4 +1,4 @@
-"""An atlas of a repaired mesh as one of the mesh that was given."""
+"""From the atlas of a repaired mesh to that of the mesh that was given."""
 
 from dataclasses import replace
 
@@ -13,14 +13,14 @@ NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0
 
 
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
-    """A mask of sides k to k + 1 of the given faces as one of the repaired ones."""
+    """A mask of the sides k to k + 1 of the given faces as one of the repaired faces."""
     mask = mask[cleaned.faces]
     mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
     return seam_mask(mask, cleaned.F, len(cleaned.V))  # on both sides of an edge that was welded
 
 
 def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
-    """The atlas by the given vertices, with a row for each given face, in the given orientation."""
+    """The atlas of the given mesh: by its vertices, with a row for each face, in the given orientation."""
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
     chart[cleaned.faces] = atlas.chart
@@ -39,7 +39,7 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
 
 
 def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
-    """The atlas of faces none of which has an area: all in one point."""
+    """The atlas of a mesh whose faces all have no area: all corners are in one point."""
     return Atlas(
         TC=np.full((1, 2), 0.5),
         FTC=np.zeros(F.shape, dtype=np.int64),
@@ -57,10 +57,9 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
 
 
 def _borrowed(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
-    """Rows for the faces that were set aside: on an edge of a neighbour, or in one point.
+    """`FTC` and `chart` with rows for the faces that were set aside: on an edge or a corner of a neighbour.
 
-    A row of `FTC` that has been set aside is -1. `F` are all faces by the vertices that those in one
-    place were merged to.
+    The rows of these faces in `FTC` are -1. `F` are all faces; vertices in one place are one vertex.
     """
     aside = np.flatnonzero(FTC[:, 0] < 0)
     while len(aside):
@@ -85,7 +84,7 @@ def _borrowed(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, In
 
 
 def _sharing_an_edge(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """For each face set aside one with an edge of two different corners in common, or -1."""
+    """For each face set aside a known face that shares a side of two different corners, or -1."""
     n = int(F.max()) + 1
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
@@ -98,7 +97,7 @@ def _sharing_a_vertex(F: IntArray, aside: IntArray, known: IntArray) -> IntArray
 
 
 def _lookup(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
-    """Of `rows` one whose values in `table` contain a usable one of each row of `wanted`, or -1."""
+    """For each row of `wanted` one of `rows` that has a usable value of it in its row of `table`, or -1."""
     values, first = np.unique(table.ravel(), return_index=True)
     place = np.minimum(np.searchsorted(values, wanted), len(values) - 1)
     hit = (values[place] == wanted) & usable

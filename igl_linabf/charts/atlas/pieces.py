@@ -1,4 +1,7 @@
-"""A piece of a surface, flattened alone. Single triangles too thin for a map are opened by a hair first."""
+"""A piece of a surface, flattened alone.
+
+A piece of one triangle that is too thin for a map is opened a little before.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ from . import constants
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
-    """The pieces; of those that are one thin triangle, the vertex opposite to the longest side is moved away.
+    """The pieces; in those of one thin triangle the vertex opposite to the longest side is moved away.
 
-    No neighbour sees it, and a triangle so thin has no area to speak of.
+    Such a piece has no neighbour that would move with it, and hardly any area.
     """
     made = list(pieces)
     alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
@@ -42,7 +45,7 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
 
 
 def _raised(corners: FloatArray, height: float) -> FloatArray:
-    """The first corner of a triangle, at this height over the side between the others."""
+    """The first corner of a triangle, moved to this height over the side between the others."""
     apex, start, end = corners
     side = (end - start) / np.linalg.norm(end - start)
     along = (apex - start) @ side
@@ -54,7 +57,7 @@ def _raised(corners: FloatArray, height: float) -> FloatArray:
 
 def _across(vector: FloatArray, side: FloatArray) -> FloatArray:
     """The part of a vector at right angles to a side of length one."""
-    for _ in range(2):  # the first time to some digits of a long vector only
+    for _ in range(2):  # of a long vector the first round leaves rounding
         vector = vector - (vector @ side) * side
     return vector
 
@@ -84,15 +87,15 @@ def uv_of_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
 
 
 def scaled_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
-    """The map of a piece, as large as the surface and turned and placed as every map is."""
+    """The map of a piece, with its area on the surface, turned and placed as all maps are."""
     z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)
 
 
 def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
-    """The map of a part of a flattened piece, which is the piece's map at some scale.
+    """The `Flattening` of a part whose map `uv` is that of its piece, at some scale.
 
-    Only a part that has flipped triangles is flipped.
+    Its outcome is flipped only if triangles of the part are.
     """
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)
@@ -113,7 +116,7 @@ def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: Fl
 
 
 def sketched_distortion(pieces: list[Submesh]) -> float:
-    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric.
+    """L2 stretch plus mean conformal distortion less 1 of pieces, roughly flattened: 1 for isometric maps.
 
     Infinite if a triangle flips.
     """

@@ -1,4 +1,4 @@
-"""Polygons in, polygons out: what `unwrap` does with their triangles in between."""
+"""Polygons: split into triangles for `unwrap`, and given back in its atlas."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from .atlas import Atlas
 
 
 def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
-    """The triangles of faces that are no triangles; None if they are.
+    """The triangles that polygons are split into; None if the faces are triangles.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
 
 
 def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
-    """Seams of polygons, pairs of vertices or a mask in the shape of the faces, as a mask of the triangles.
+    """Seams of polygons as a mask of their triangles; given as pairs of vertices, or a mask in F's shape.
 
     Raises
     ------

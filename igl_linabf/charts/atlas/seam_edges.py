@@ -88,14 +88,14 @@ def texture_seams(
 
 
 def _as_one(faces: Polygons, points: FloatArray | None) -> IntArray:
-    """What is at each corner, as a number: the same for points in one place, if they are given."""
+    """A number for each corner: its index, or, if points are given, the same number for all in one place."""
     if points is None:
         return faces.corners
     return np.asarray(merge_coincident(points, np.unique(faces.corners))[faces.corners])
 
 
 def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:
-    """Which sides have others beside them, none of which has their texture; by what is at the corners."""
+    """Which sides are seams; a and s number the vertices and the texture coordinates at the corners."""
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
     side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
@@ -112,9 +112,9 @@ def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:
 
 
 def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
-    """`texture_seams` of a surface that is checked, by its own vertices; and how far their sides differ.
+    """The `texture_seams` of a checked surface, by its own vertices, and the mismatch of their sides.
 
-    That is the largest |log ratio| of the lengths of the two sides of a seam.
+    That is the largest |log ratio| of the lengths of the two sides of a seam edge in the map.
     """
     between = rows_of_texture_seams(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
@@ -126,7 +126,7 @@ def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tup
 
 
 def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
-    """Rows of `topology.edges`."""
+    """The seams of texture coordinates, (#F, 3), as rows of `topology.edges`."""
     inside = np.flatnonzero(topology.sides[1] >= 0)
     first, second = topology.sides[:, inside]
     start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge

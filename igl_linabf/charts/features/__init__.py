@@ -1,6 +1,6 @@
 """Where a surface bends, and where a seam would be seen.
 
-In: a surface. Out: dihedral angles, creases, curvature without noise; how visible each vertex is.
+In: a surface. Out: dihedral angles, creases, curvature without noise; factors of the lengths of hidden seams.
 """
 
 from .constants import HIDING, PLANAR_SHARE, SHARP_CREASE_ANGLE, TIP_CURVATURE

@@ -1,4 +1,4 @@
-"""A surface with creases: where it bends, which creases are sharp, and what is curved."""
+"""A surface with creases: its dihedral angles, its sharp creases, and where it is curved."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class CreasedSurface:
     ----------
     surface : Submesh
     hidden : (#F',) float64 or None
-        How well each of the caller's faces hides a seam, as of `hiding_weights`.
+        How well each of the caller's faces hides a seam: `hiding_weights`.
     """
 
     surface: Submesh
@@ -36,17 +36,17 @@ class CreasedSurface:
 
     @cached_property
     def extent(self) -> FloatArray:
-        """Of each component."""
+        """The longest side of the bounding box of each component."""
         return component_extents(self.surface, self.label)
 
     @property
     def inside(self) -> IntArray:
-        """The edges with two faces."""
+        """The edges with two faces, as rows of the topology's edges, (#E,)."""
         return self.surface.topology.inside
 
     @property
     def faces(self) -> IntArray:
-        """The two faces of each of these, (#E, 2)."""
+        """The two faces of each of them, (#E, 2)."""
         return self.surface.topology.faces_inside
 
     @property
@@ -55,13 +55,13 @@ class CreasedSurface:
         return self.surface.topology.edges_inside
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
-        """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""
+        """The ends of such edges as rows of the raveled corners of all faces: (2, #E) in either face."""
         corner, face = np.divmod(self.surface.topology.sides[:, self.inside[rows]], len(self.surface.F))
         a, b = (3 * face + (corner + k) % 3 for k in (1, 2))
         return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
 
     def side_mask(self, rows: IntArray | BoolArray | slice) -> BoolArray:
-        """The mask, (#F, 3), of the sides from corner k to k + 1 that are such edges."""
+        """Which sides, from corner k to k + 1 of a face, are such edges: (#F, 3) bool."""
         surface = self.surface
         corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
         sides = np.zeros(surface.F.shape, dtype=bool)
@@ -70,29 +70,29 @@ class CreasedSurface:
 
     @cached_property
     def boundary_sides(self) -> BoolArray:
-        """The mask of the sides on the boundary."""
+        """Which sides are on the boundary, (#F, 3)."""
         return ~self.side_mask(slice(None))
 
     @cached_property
     def length(self) -> FloatArray:
-        """Of these edges."""
+        """The lengths of the edges with two faces."""
         return lengths(self.surface.V, self.ends)
 
     @cached_property
     def visible_length(self) -> FloatArray:
-        """The same, as long as seams there look: shorter where the two faces hide them."""
+        """The lengths that count for seams: shorter where the two faces hide them."""
         if self.hidden is None:
             return self.length
         return np.asarray(self.length * hiding_factor_between(self.hidden[self.surface.faces[self.faces]]))
 
     @cached_property
     def dihedral(self) -> FloatArray:
-        """`dihedral_angles`, at these edges."""
+        """The `dihedral_angles` at the edges with two faces."""
         return dihedral_angles(self.surface, self.extent[self.label])
 
     @cached_property
     def crease_angle(self) -> FloatArray:
-        """The size of these; nothing at the diagonals of polygons."""
+        """Their absolute values; 0 at the diagonals of polygons."""
         size = np.abs(self.dihedral)
         if self.surface.inner is not None:
             size[~np.isin(self.inside, self.surface.cuttable_edges)] = 0.0
@@ -100,7 +100,7 @@ class CreasedSurface:
 
     @cached_property
     def in_one_plane(self) -> BoolArray:
-        """Whether their two faces lie in one plane, as far as coordinates tell."""
+        """Which edges have two faces in one plane, as far as coordinates tell."""
         double_area, dot = self.surface.measured
         height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
         noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
@@ -109,12 +109,12 @@ class CreasedSurface:
 
     @cached_property
     def sharp(self) -> BoolArray:
-        """Whether these are sharp creases."""
+        """Which edges are sharp creases."""
         return np.asarray(self.crease_angle >= constants.SHARP_CREASE_ANGLE)
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """The size of the angle defect at each vertex, beyond what rounding makes; zero on the boundary."""
+        """The absolute angle defect of each vertex; 0 on the boundary, and where rounding may make it."""
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
@@ -124,7 +124,7 @@ class CreasedSurface:
 
     @cached_property
     def edge_extent(self) -> FloatArray:
-        """That of the component of each edge."""
+        """The extent of the component of each edge."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
 
     @cached_property
@@ -136,19 +136,19 @@ class CreasedSurface:
 
     @cached_property
     def is_apex(self) -> BoolArray:
-        """Which are off these, and a tip, as a cone's apex is."""
+        """Which vertices off sharp creases are tips: `apexes`."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
         on_soft[self.ends[self.crease_angle > constants.CREASE_ANGLE]] = True
         return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property
     def double_area(self) -> FloatArray:
-        """Of each component, twice."""
+        """Twice the area of each component."""
         return sum_by(self.label, self.surface.measured[0], len(self.extent))
 
     @cached_property
     def flat_share(self) -> FloatArray:
-        """`flat_shares` of the components."""
+        """The `flat_shares` of the components."""
         return flat_shares(self.surface, self.label)
 
     def per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
@@ -165,15 +165,15 @@ class CreasedSurface:
 
     @cached_property
     def n_loops(self) -> IntArray:
-        """How many boundary loops each component has."""
+        """The number of boundary loops of each component."""
         first = np.array([loop[0] for loop in self.surface.topology.loops], dtype=np.int64)
         return np.asarray(np.bincount(self._of_vertex[first], minlength=len(self.extent)))
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:
-        """Which components may fall into panels: not those that seams would not help, or that have needles.
+        """Which components may fall into panels: those without needles, that are no nearly flat disks.
 
-        A disk has to gain by seams, unless nothing is curved.
+        A disk that is not curved at all may, too.
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)

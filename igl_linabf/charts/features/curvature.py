@@ -1,4 +1,4 @@
-"""Where a surface bends: dihedral angles, which edges are sharp creases, and curvature without noise."""
+"""Where a surface bends: dihedral angles, flat parts, curvature and its noise, and tips."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from . import constants
 
 
 class Smoothing:
-    """Averages over neighbours, repeated: n times they reach over about the square root of n edges.
+    """Repeated averages over neighbours: n of them reach over about the square root of n edges.
 
     Parameters
     ----------
@@ -27,11 +27,11 @@ class Smoothing:
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """How many times reach so far, from 1 to `most`."""
+        """The number of averages that reach so far, from 1 to `most`."""
         return int(np.clip(round((reach / self._length) ** 2), 1, most))
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """Smoothed values of the vertices, (#V,) or (#V, 2)."""
+        """The values of the vertices, (#V,) or (#V, 2), after so many averages."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = product_with_pairs(*self._matrix, pairs) / self._number[:, None]
@@ -41,7 +41,7 @@ class Smoothing:
 def mean_curvature(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Twice the mean curvature, integrated around each vertex, and the area there."""
+    """Twice the mean curvature, integrated around each vertex; and the area around each."""
     half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
     turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
@@ -58,9 +58,9 @@ def box_sides(V: FloatArray) -> FloatArray:
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane.
+    """Unit normals, (#F, 3). Slivers have those of their neighbours, so that rounding bends no plane.
 
-    `size` is the extent of each face's body, if there are several.
+    `size` is the extent of each face's body, (#F,), if there are several.
     """
     V, F, topology = component.V, component.F, component.topology
     double_area, dot = component.measured
@@ -84,23 +84,23 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 
 
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
+    """The angle between the `face_normals` at each edge with two faces; negative where it is concave."""
     topology = component.topology
     return bends(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
-    """The share of the area in faces with a neighbour nearly in their plane.
+    """The share of the area in faces with a neighbour nearly in their plane: flat parts of the surface.
 
-    Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
-    by `FLAT_TURN` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
-    about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
+    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that make up
+    one triangle, as those of a subdivided mesh do, count as this triangle: so the share hardly depends on how
+    fine a mesh is, and is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
 
 def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
-    """`flat_share` of each component; `of` is the component of each face."""
+    """The `flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.faces_inside.T
     double_area = surface.measured[0]
@@ -131,9 +131,10 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
 
 
 def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
-    """The facet of each face: itself, or a triangle in one plane that it is a part of; None if all are faces.
+    """The facet of each face: the face, or the flat triangle that it is a part of; None if there are none.
 
-    `sides` are the faces at the edges, `bend` the angle there, `size` the extent of each face's body.
+    `sides` are the two faces of each edge, (2, #E); `bend` is the angle there, `size` the extent of each
+    face's body.
     """
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
@@ -165,15 +166,15 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
 
 
 def sharpness(bend: FloatArray) -> FloatArray:
-    """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
+    """From 0 for an edge that is no crease to 1 for a sharp one, which shading shows anyway."""
     between = constants.SHARP_CREASE_ANGLE - constants.CREASE_ANGLE
     return np.asarray(np.clip((np.abs(bend) - constants.CREASE_ANGLE) / between, 0.0, 1.0))
 
 
 def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
-    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones.
+    """The curvature that rounding of coordinates may make at each node: more where edges are short.
 
-    `length` is that of the topology's edges.
+    `length` are the lengths of the topology's edges; `node` is the node, of n, of each vertex.
     """
     turned = constants.COORDINATE_NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
     a, b = node[component.topology.edges].T
@@ -181,11 +182,10 @@ def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: i
 
 
 def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
-    """Which vertices off sharp creases are a tip, as a cone's apex is.
+    """Which vertices off sharp creases are tips, as a cone's apex is.
 
-    On a coarse ball all vertices are as curved, and on soft creases. There a tip stands out from its
-    neighbours.
-    `bent` is the size of the curvature of the vertices, and `ends` are those of the edges.
+    All vertices of a coarse ball are as curved, and on soft creases: there a tip has to stand out from its
+    neighbours. `bent` is the absolute curvature of the vertices; `ends` are the vertices of the edges.
     """
     tip = (bent > constants.TIP_CURVATURE) & ~on_sharp
     unsure = tip & on_soft

@@ -25,9 +25,10 @@ Hiding = ArrayLike | Literal["back"]
 
 
 def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
-    """How well each triangle hides a seam, from -1 to 1; None if it does not matter.
+    """How well each triangle hides a seam, from -1 to 1; None if seams need not be hidden.
 
-    `hide` is a direction, (3,), the weights of the caller's faces, or "back"; `face` is each triangle's.
+    `hide` is a direction, (3,), a weight for each of the caller's faces, or "back". `face` is the caller's
+    face of each triangle.
     """
     if hide is None:
         return None
@@ -54,7 +55,7 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
 
 
 def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
-    """The same of bodies whose details tell where their back is."""
+    """How well triangles hide seams by being on a back, of bodies whose details tell where that is."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made, as_hidden = np.zeros(n_faces), np.log(constants.HIDING_ON_BACK) / np.log(constants.HIDING)
@@ -68,7 +69,7 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
 
 
 def _facing_away(component: Submesh) -> FloatArray:
-    """How far each face looks away from the front, from -1 to 1; all 0 if the body has none."""
+    """How far each face looks away from the front, from -1 to 1; all 0 if the body has no front."""
     nowhere = np.zeros(len(component.F))
     if len(component.F) < constants.MIN_DETAILED_FACES:
         return nowhere
@@ -87,7 +88,7 @@ def _facing_away(component: Submesh) -> FloatArray:
 
 
 def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
-    """Of each vertex: the difference between its curvature, by the edges' bends, and that around it."""
+    """The salience of each vertex: its mean curvature at the fine scale less that at the coarse one."""
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
@@ -126,7 +127,7 @@ def valley_factors(
     smoothing: Smoothing,
     size: float,
 ) -> FloatArray:
-    """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
+    """The factor of a seam's length at each edge: less than 1 in concave valleys."""
     steps = smoothing.steps(constants.SMOOTHING_REACH * size, constants.MAX_SMOOTHING_STEPS)
     turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
     depth = np.maximum(-turned / area * size, 0)
@@ -137,7 +138,7 @@ def valley_factors(
 def hiding_factors(
     component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing, size: float
 ) -> FloatArray:
-    """What a seam's length is multiplied by at each edge, as `hidden` says of the caller's faces."""
+    """The factor of a seam's length at each edge; `hidden` are the `hiding_weights` of the caller's faces."""
     n, double_area = len(component.V), component.measured[0]
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
@@ -148,5 +149,5 @@ def hiding_factors(
 
 
 def hiding_factor_between(hidden: FloatArray) -> FloatArray:
-    """What a seam's length is multiplied by between two faces, or vertices, that hide it so well, (#E, 2)."""
+    """The factor of a seam's length between two faces, or vertices, that hide it so well, (#E, 2)."""
     return np.asarray(constants.HIDING ** -hidden.mean(axis=1))

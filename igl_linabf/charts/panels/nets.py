@@ -1,7 +1,7 @@
-"""Nets: seams through all that is curved at creases. Planes, cylinders and cones are then laid flat exactly.
+"""Nets: seams through all curved vertices at creases, which lay planes, cylinders and cones flat exactly.
 
-Cut along a tree through all of its curved vertices, a surface is developable: a box falls into its net, a
-cylinder into a rectangle and two disks.
+A surface that is cut along a tree through all of its curved vertices is developable: a box falls into its
+net, a cylinder into a rectangle and two disks.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,8 +28,8 @@ Parts = Callable[[Seam], list[Submesh]]
 class Nets:
     """Seams of a surface with creases, and what they cost.
 
-    Creases show anyway. So a seam on a sharp one is cheap, and a length of `trade` times the square root of
-    the area is free: a net is worth more than the few percent of stretch that it saves.
+    Sharp creases show anyway. So a seam on them is cheap, and free up to a length of `trade` times the square
+    root of the area: a net is worth more than the few percent of stretch that it saves.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Nets:
 
     @cached_property
     def _priced(self) -> ClosedSurface:
-        """The surface with lengths as a net is charged for them."""
+        """The surface whose lengths are what a net pays for them."""
         features = self.piece.features
         price = 1 - (1 - constants.SHARP_CREASE_PRICE) * features.sharpness
         return self.piece.with_lengths(features.length * features.hiding * price)
@@ -57,14 +57,14 @@ class Nets:
 
     @cached_property
     def _bent(self) -> FloatArray:
-        """The size of the curvature at each node, beyond what rounding makes; zero at holes."""
+        """The absolute curvature of each node; 0 at holes, and where rounding may make it."""
         size = np.abs(self.piece.curvature)
         size[: self.piece.graph.n_holes] = 0
         return np.where(size > self.piece.noise, size, 0.0)
 
     @cached_property
     def _nodes(self) -> list[IntArray]:
-        """What a net has to go through, for each level that leaves out more than a few of the last one."""
+        """The nodes of the net of each level, of those levels that leave out more than a few nodes."""
         piece = self.piece
         on_crease = np.zeros(piece.graph.n, dtype=bool)
         on_crease[piece.graph.ends[piece.features.sharpness > 0]] = True
@@ -84,7 +84,7 @@ class Nets:
 
     @cached_property
     def _perhaps_cornered(self) -> BoolArray:
-        """These, and the nodes that may be tips."""
+        """The nodes on sharp creases, and those that may be tips."""
         return np.asarray(self._on_sharp | (self._bent > TIP_CURVATURE))
 
     @cached_property
@@ -102,17 +102,17 @@ class Nets:
 
     @cached_property
     def angular(self) -> bool:
-        """Whether most of what is curved is on sharp creases, as corners are, or a tip.
+        """Whether much of the curvature is on sharp creases, as that of corners is, or at tips.
 
-        On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
+        It is not on a smooth surface whose triangles were split into coplanar ones, though these lie flat.
         """
         least = constants.CREASED_CURVATURE_OF_NETS * float(self._bent.sum())
-        if float(self._bent[self._perhaps_cornered].sum()) < least:  # which takes less time to find
+        if float(self._bent[self._perhaps_cornered].sum()) < least:  # of more nodes, which take less time
             return False
         return float(self._bent[self._cornered].sum()) >= least
 
     def expected(self, seam: Seam) -> float:
-        """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
+        """The expected distortion: L2 stretch, and the shear of coarse faces at vertices pressed flat."""
         piece = self.piece
         bent = self._bent.copy()
         bent[piece.graph.ends[seam]] = 0
@@ -129,11 +129,11 @@ class Nets:
         return self.expected(seam) <= 1 + constants.EXACT_NET_DISTORTION
 
     def cost(self, seam: Seam) -> float:
-        """What to expect of it, and its price."""
+        """The expected distortion of a seam, and its price."""
         return self.expected(seam) + self._price(seam)
 
     def _price(self, seam: Seam) -> float:
-        """Of a seam, in units of stretch."""
+        """The price of a seam, in units of L2 stretch."""
         piece = self.piece
         features = piece.features
         length, sharp = (features.length * features.hiding)[seam] / piece.size, features.sharpness[seam]
@@ -141,7 +141,7 @@ class Nets:
         return (float(length @ (1 - sharp)) + hard) / self.trade
 
     def _least_price(self, nodes: IntArray) -> float:
-        """Less than which no tree through these nodes costs: each has an edge, and an edge has two nodes."""
+        """A lower bound of the price of a tree through these nodes: each has an edge, which has two nodes."""
         piece = self.piece
         least = np.full(piece.graph.n, np.inf)
         np.minimum.at(least, piece.graph.ends.ravel(), np.repeat(self._priced.graph.length, 2))
@@ -150,12 +150,12 @@ class Nets:
 
     @cached_property
     def _least_prices(self) -> list[float]:
-        """The same of each level."""
+        """That of the nodes of each level."""
         return [self._least_price(nodes) for nodes in self._nodes]
 
     @cached_property
     def _joined(self) -> dict[int, Seam]:
-        """The nets that are known, by their levels."""
+        """The nets that have been found, by their levels."""
         return {}
 
     def _net(self, level: int) -> Seam:
@@ -164,10 +164,10 @@ class Nets:
         return self._joined[level]
 
     def settled(self, hard: bool) -> Seam | None:
-        """A net that leaves nothing to be stretched, and costs so little that nothing else is to be compared.
+        """An exact net that costs so little that it needs no comparison; None if there is none.
 
         On a hard surface it may cost a little more than the loops that open the handles, which every seam
-        has. If all that is curved is on sharp creases, it may cost more: seams past corners press them flat.
+        has; and still more if all that is curved is on sharp creases, as other seams press corners flat.
         """
         nearly = constants.MAX_CREASED_COST if self.creased else constants.EXPECTED_COST_MARGIN
         most = nearly + self._price(self._loops) if hard else constants.EXACT_NET_DISTORTION
@@ -179,9 +179,9 @@ class Nets:
         return found
 
     def cheaper(self, seam: Seam, gain: float | None, parts: Parts, grow: Grow) -> Seam | None:
-        """The net, with branches of `grow`, that costs least when it is flattened; None if `seam` costs less.
+        """The net, with branches of `grow`, that costs least once it is flattened; None if `seam` costs less.
 
-        With a `gain`, no seam is needed, and one has to save this.
+        With a `gain`, no seam is needed, and a net has to save that much.
         """
         grown = cache(lambda level: grow(self._net(level)))
         levels = range(len(self._nodes)) if self.piece.graph.n <= DIRECT else self._promising(seam, grown)
@@ -199,7 +199,7 @@ class Nets:
     def _cheapest(
         self, levels: Sequence[int], least: float, left: Callable[[int], tuple[Seam, float]]
     ) -> tuple[Seam | None, float]:
-        """The net that costs least, if that is less than `least`; what is `left` is measured if it may be."""
+        """The net that costs least, if less than `least`, and its cost. `left(level)` flattens a net."""
         best = None
         for level in levels:
             net = self._through(level, least - 1)
@@ -212,16 +212,16 @@ class Nets:
         return best, least
 
     def _left(self, level: int, parts: Parts, grown: Grown) -> tuple[Seam, float]:
-        """The net of a level, with branches where they help, and the stretch of its map."""
+        """The net of a level, with branches if it is not exact, and the distortion of its map."""
         net = self._net(level)
         if not self._is_exact(net):
             net = grown(level)
         return net, sketched_distortion(parts(net))
 
     def _promising(self, seam: Seam, grown: Grown) -> list[int]:
-        """The levels of nets that are exact, or with branches are expected to cost clearly less than a seam.
+        """The levels whose nets are worth flattening a large surface, which takes long.
 
-        A large surface takes long to flatten, which only these are worth.
+        They are exact, or are expected to cost clearly less than the seam with their branches.
         """
         cost, margin, promising = self.cost(seam), constants.EXPECTED_COST_MARGIN, list[int]()
         for level in range(len(self._nodes)):
@@ -234,7 +234,7 @@ class Nets:
         return promising
 
     def _through(self, level: int, most: float) -> Seam | None:
-        """The net of a level, unless no net can be had at the price `most`."""
+        """The net of a level; None if no tree through its nodes has a price below `most`."""
         if self._least_prices[level] >= most:
             return None
         net = self._net(level)

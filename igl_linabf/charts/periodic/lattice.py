@@ -1,18 +1,19 @@
-"""Whole numbers near given ones, where some combinations of differences matter more than others."""
+"""Complex integers that are nearest to given numbers by a quadratic form: the closest vector problem."""
 
 import numpy as np
 
 from ..._types import ComplexArray, FloatArray, IntArray
 from . import constants
 
-NEAR = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])
+NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])  # of 0 in the lattice
 
 
 def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
-    """Complex integers q near `wanted` for which the Hermitian form of q - wanted is small.
+    """Complex integers q for which the Hermitian form of q - wanted is small.
 
-    They are chosen one after another, with regard to what is missing to those before (Babai 1986). Those on
-    which most depends come first (Wolniansky et al. 1998), and the best partial choices are kept on the way.
+    They are rounded one after another, each moved by how far those before it are off (Babai 1986). Those that
+    cost most if they are off come first (Wolniansky et al. 1998). The best partial choices are kept: a beam
+    search.
 
     Parameters
     ----------
@@ -26,10 +27,10 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
     chosen, cost = np.zeros((1, len(aim)), dtype=np.complex128), np.zeros(1)
     for j in reversed(range(len(aim))):
         best = aim[j] - (chosen[:, j + 1 :] - aim[j + 1 :]) @ upper[j, j + 1 :] / upper[j, j]
-        tried = np.round(best)[:, None] + NEAR
+        tried = np.round(best)[:, None] + NEIGHBOURHOOD
         costs: FloatArray = cost[:, None] + np.abs(upper[j, j] * (tried - best[:, None])) ** 2
         kept = np.argsort(costs, axis=None, kind="stable")[: constants.BEAM_WIDTH]
-        chosen, cost = chosen[kept // len(NEAR)], costs.ravel()[kept]
+        chosen, cost = chosen[kept // len(NEIGHBOURHOOD)], costs.ravel()[kept]
         chosen[:, j] = tried.ravel()[kept]
     q = np.empty_like(wanted)
     q[order] = chosen[0]
@@ -37,7 +38,7 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
 
 
 def _weakest_first(form: ComplexArray) -> IntArray:
-    """An order whose last one costs most if it is off, however the others fit it; then the one before."""
+    """An order whose last one costs most if it is off, at the best of the others; then the one before it."""
     inverse = np.linalg.inv(form)
     left = np.ones(len(form), dtype=bool)
     order = np.empty(len(form), dtype=np.int64)

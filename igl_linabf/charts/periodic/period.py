@@ -21,8 +21,8 @@ def with_period(
 ) -> Atlas:
     """The atlas with seams that shift by whole periods; its charts stay `gap` apart if they can.
 
-    `pack` packs them with so much more room around each, and `pieces` are their surfaces. They mostly move by
-    less than a period.
+    `pack(room)` packs the charts with that much more room around each: shifts mostly move them by less than a
+    period. `pieces` are the charts' surfaces.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def with_period(
 
 
 def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
-    """Whether the boundaries of two charts are nearer than that."""
+    """Whether the boundaries of two charts are nearer than `gap`."""
     maps = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     rims = [
         shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
@@ -51,7 +51,7 @@ def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
 
 
 def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
-    """The atlas with seams that shift by whole periods."""
+    """The atlas with seams that shift by whole periods; charts may then lie over each other."""
     if not len(atlas.seams):
         return replace(atlas, period=period)
     shifted = Shifted.of(surface, atlas.TC, atlas.FTC)
@@ -75,7 +75,7 @@ def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: floa
 def _moved(
     shifted: Shifted, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
-    """The texture coordinates for a period, and the charts with what is then measured of them."""
+    """The texture coordinates for a period, and the charts with the quality that they then have."""
     TC = shifted.by(period)
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
@@ -86,7 +86,7 @@ def _moved(
 
 
 def _new_flips(moved: Sequence[Chart], charts: Sequence[Chart]) -> str:
-    """In which chart triangles flip that did not before; "" if in none."""
+    """The first chart in which more triangles flip than before, in words; "" if there is none."""
     for i, (now, before) in enumerate(zip(moved, charts, strict=True)):
         if (flips := now.quality.flips - before.quality.flips) > 0:
             return f"{flips} triangles of chart {i} (faces {some(now.faces)}) would flip"

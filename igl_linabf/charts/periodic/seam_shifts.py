@@ -1,4 +1,4 @@
-"""The turns and shifts from one side of a seam to the other, and which shifts can be chosen."""
+"""The turns and shifts from one side of a seam to the other, and which of these shifts can be chosen."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from . import constants
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """Both sides of the seam edges: from the first side to the second one it is turn * z + shift.
+    """Both sides of the seam edges: the first side is brought to the second one by turn * z + shift.
 
     Attributes
     ----------
@@ -58,14 +58,14 @@ class SeamSides:
         return cls(vertex, first, second, turn, (z[second] - turn[:, None] * z[first]).mean(axis=1))
 
 
-Sums = list[tuple[int, complex]]  # shifts of edges, each times a power of i
+Sums = list[tuple[int, complex]]  # of shifts: pairs of a seam edge and a power of i, its factor
 
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """The copies of a seam vertex, each at turns * (the first one) + sums of shifts.
+    """The copies of a seam vertex: copy k lies at turns[k] * (place of the first copy) + sums[k] of shifts.
 
-    `closing` is what it becomes when the way around the vertex is complete; None at the boundary.
+    `closing` are the turn and the sum of the whole way around the vertex; None at the boundary.
     """
 
     vertex: int
@@ -76,12 +76,12 @@ class Fan:
 
     @property
     def turns_back(self) -> bool:
-        """Whether every point comes back, if the shifts around the vertex cancel: it is no cone."""
+        """Whether the turns around the vertex cancel: it is no cone."""
         return self.closing is not None and self.closing[0] == 1
 
 
 def fans_of(sides: SeamSides) -> list[Fan]:
-    """The copies of all seam vertices, from edge to edge around each."""
+    """The copies of all seam vertices, in order around each."""
     ways: dict[int, list[tuple[int, int, bool]]] = {}  # from each copy: edge, the copy across, forward
     copies: dict[int, list[int]] = {}
     for e, (vertices, first, second) in enumerate(
@@ -118,14 +118,14 @@ def fans_of(sides: SeamSides) -> list[Fan]:
 
 @dataclass(frozen=True, eq=False)
 class FreeShifts:
-    """All shifts, by those that can be chosen: those around a vertex that is no cone cancel.
+    """All shifts as functions of those that can be chosen: around a vertex that is no cone they cancel.
 
     Attributes
     ----------
     edges : (#K,) int64
         Those whose shifts can be chosen.
     shifts : (#S, #K) complex128
-        The shifts of all edges: sums of powers of i.
+        The shifts of all edges by those that can be chosen.
     cones : (#C,) int64
         Those whose places the shifts determine.
     places : (#C, #K) complex128
@@ -139,7 +139,7 @@ class FreeShifts:
 
     @classmethod
     def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
-        """Of one seam edge at least."""
+        """The free shifts of one seam edge or more."""
         seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
         own: dict[int, list[Fan]] = {}
         for fan in fans:
@@ -160,10 +160,10 @@ class FreeShifts:
 def _shifts_of_one(
     sides: SeamSides, edges: IntArray, fans: list[Fan]
 ) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
-    """The attributes of `FreeShifts` of a connected seam, of its edges only.
+    """The attributes of `FreeShifts` of one connected seam.
 
-    On a tree of seam edges each vertex that is no cone determines the shift towards the root; all other
-    edges have one that is to be chosen.
+    On a spanning tree of its edges each vertex that is no cone determines the shift of the edge towards the
+    root. The shifts of all other edges can be chosen.
     """
     fan_of = {fan.vertex: fan for fan in fans}
     order, above = _tree(sides, edges, fans)
@@ -196,9 +196,9 @@ def _shifts_of_one(
 
 
 def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
-    """Seam vertices, each after the one above it on a tree, and the edge to that one; -1 at roots.
+    """A spanning tree of a seam: vertices, each after its parent, and the edges to parents; -1 at roots.
 
-    Roots are cones or at the boundary, if there are such on a component of the seam.
+    Roots are cones or on the boundary, if a component of the seam has such vertices.
     """
     beside: dict[int, list[tuple[int, int]]] = {fan.vertex: [] for fan in fans}
     for e, (a, b) in zip(edges.tolist(), sides.vertex[edges].tolist(), strict=True):

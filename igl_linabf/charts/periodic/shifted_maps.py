@@ -20,26 +20,27 @@ from .stiffness import Stiffness, changes, energy
 class Shifted:
     """All ways to shift the seams of a map.
 
-    The sides of a seam edge are at z and i^k z + t. If each t is a vector of the lattice of a period, a
-    texture goes on across. The shifts determine the places of the cones, at which the turns around them leave
-    one point where it is. The displacement of all others is the one of least energy. The lattice vectors are
-    those for which it is small (`nearest_whole`): its quadratic form takes one solve for each shift that can
-    be chosen, whatever the period. If triangles flip, those that change much count more.
+    The sides of a seam edge are at z and i^k z + t. If each shift t is whole periods along both axes, a
+    periodic texture goes on across the seam. The shifts determine the place of each cone: the fixed point of
+    the turns around it. All other points are displaced with the least energy, and the shifts are those whole
+    periods for which this energy is small (`nearest_whole`). As a quadratic form of the shifts, it takes one
+    solve for each shift that can be chosen, whatever the period. If triangles flip, those that change much
+    are weighted more.
 
     Attributes
     ----------
     z : (#TC,) complex128
         The map.
     component : (#V,) int64
-        Of the surface's vertices.
+        The component of each of the surface's vertices.
     sides : SeamSides
     free : FreeShifts
     first : (#V,) complex128
-        The place of each vertex, or of its first copy.
+        The place of each vertex: that of its first copy, if it has several.
     turn : (#TC, #V) complex128
-        The places of all copies by those of the first ones, if no seam shifts.
+        The places of all copies by those of the first copies, if no seam shifts.
     moved : (#TC, #S) complex128
-        What the shifts of the seam edges add to them.
+        What the shifts of the seam edges add to these places.
     corner : (3, #F) int64
         The rows of the triangles.
     """
@@ -55,7 +56,7 @@ class Shifted:
 
     @classmethod
     def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> Shifted:
-        """Of a map with a seam.
+        """The ways to shift a map that has a seam.
 
         Raises
         ------
@@ -100,7 +101,7 @@ class Shifted:
         return coordinates(moved)
 
     def _moved(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
-        """The map with these shifts where they can be chosen, in periods."""
+        """The map whose shifts that can be chosen are q periods."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
         d[cones] = period * (self.free.places @ q) - self.first[cones]
@@ -110,7 +111,7 @@ class Shifted:
         return np.asarray(shifted + self.turn @ d)
 
     def _whole(self, period: float) -> ComplexArray:
-        """The shifts that are chosen, in periods."""
+        """The chosen shifts, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
         for own, form in self._forms:
@@ -119,7 +120,7 @@ class Shifted:
 
     @cached_property
     def _even(self) -> Stiffness:
-        """All triangles count the same."""
+        """The stiffness in which all triangles count the same."""
         return self._with(np.ones(self.corner.shape[1]))
 
     def _with(self, weight: FloatArray) -> Stiffness:
@@ -153,7 +154,7 @@ class Shifted:
 
 
 def _definite(form: ComplexArray, told: float) -> ComplexArray:
-    """A Hermitian form without what rounding made negative, in which each shift costs something by itself."""
+    """A Hermitian form, made positive definite: nothing below zero, and each shift has a cost of its own."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
     size = max(float(values.mean()), told)
     return np.asarray((vectors * (np.maximum(values, 0) + constants.COST_OF_SHIFT * size)) @ vectors.conj().T)

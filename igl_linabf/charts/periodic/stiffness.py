@@ -21,13 +21,13 @@ class Stiffness:
     Attributes
     ----------
     of_copies : (#TC, #TC) complex128
-        By all rows of the map.
+        The energy by the displacements of all rows of the map.
     of_vertices : (#V, #V) complex128
-        By the vertices, whose copies move alike but for their turns.
+        The energy by the displacements of the vertices, whose copies move alike but for their turns.
     inner : (#V,) bool
-        The vertices that are not held.
+        The vertices that are not held in place.
     solve : callable
-        The inverse at these.
+        The inverse of `of_vertices` at these.
     """
 
     of_copies: sparse.csr_array
@@ -37,7 +37,7 @@ class Stiffness:
 
     @classmethod
     def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
-        """`turn` has the copies by the vertices, (#TC, #V)."""
+        """Of an energy and the vertices that are held; `turn` gives copies by vertices, (#TC, #V)."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # its diagonal is real to the last bit
         A = (A + sparse.diags_array(constants.PULL_TO_PLACE * A.diagonal())).tocsr()
@@ -50,7 +50,7 @@ class Stiffness:
 def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
     """The sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2, (#TC, #TC), of displacements d.
 
-    The first is what they add to the distortion of angles, the second the change of scale and direction.
+    The first term is the distortion of angles that they add, the second the change of scale and direction.
     `corner` are the rows of the triangles, (3, #F).
     """
     side, area = _sides_and_areas(z, corner)
