@@ -24,7 +24,7 @@ from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
 from .features import extent
 from .options import MAX_SPLITS_FOR_STRETCH, ChartOptions
-from .seams import MEDIUM
+from .seams import MAX_FACES_OF_MEDIUM_BODY
 from .splitting import (
     REUSED_STRETCH,
     TIP_STRETCH,
@@ -341,7 +341,7 @@ def _worth_of_map(
     piece: Submesh, stretch: float, change: MapMeasure, splits: int, options: ChartOptions
 ) -> IntArray:
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
-    if splits < options.most_splits and len(piece.F) <= MEDIUM:
+    if splits < options.most_splits and len(piece.F) <= MAX_FACES_OF_MEDIUM_BODY:
         seams = _NO_SEAM
         if not splits and stretch > SMALL_STRETCH:  # it was one of many
             seams = options.seams_of(piece, disks=True, gain=DISK_GAIN)

@@ -9,12 +9,8 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from .graph import SHORTER, SeamTopology, SurfaceGraph
-
-MOST_TRIES = 12  # of moving some of these together
-BRANCH_ROUNDS = 3  # of moving branch points, on average
-FEW_ARCS, BESIDE = 6, 2  # at a branch point, of which all pairs are tried; of more, with how many each one
-MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
+from . import constants
+from .graph import SeamTopology, SurfaceGraph
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
@@ -32,10 +28,10 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if len(waiting) > MOST_MOVED:
+    if len(waiting) > constants.MAX_MOVED:
         at = lengths_at(graph, arcs_of(graph, seam), graph.length)
         waiting = longest(waiting, lambda k: float(at[waiting[k]]))
-    for _ in range(BRANCH_ROUNDS * len(waiting)):
+    for _ in range(constants.MOVES_OF_BRANCH_POINT * len(waiting)):
         if not waiting:
             break
         branch = waiting.pop(0)
@@ -58,7 +54,8 @@ def prune_branches(
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
-    for k in np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
+    longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
+    for k in longest_first[: constants.MAX_MOVED].tolist():
         rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
@@ -75,10 +72,10 @@ def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: f
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
     """Those that are moved, in their order; of many by the length of the k-th one."""
-    if len(items) <= MOST_MOVED:
+    if len(items) <= constants.MAX_MOVED:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
-    return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[:MOST_MOVED]).tolist()]
+    return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED]).tolist()]
 
 
 def move_in_groups(
@@ -86,7 +83,7 @@ def move_in_groups(
 ) -> IntArray:
     """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
     waiting = [items]
-    for _ in range(MOST_TRIES):
+    for _ in range(constants.MAX_GROUPS):
         if not waiting:
             break
         group = waiting.pop()
@@ -108,7 +105,7 @@ def _move_branch_point(
     free = len(arcs) == 3 and branch >= graph.n_holes
     for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
         own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = graph.difference(seam, own), graph.length_of(own) / SHORTER
+        rest, length = graph.difference(seam, own), graph.length_of(own) / constants.STRICTLY_SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
         label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
@@ -118,7 +115,7 @@ def _move_branch_point(
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
         centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
         moved = graph.union(rest, ways)
-        shorter = graph.length_of(moved) < graph.length_of(seam) * SHORTER
+        shorter = graph.length_of(moved) < graph.length_of(seam) * constants.STRICTLY_SHORTER
         if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
@@ -127,10 +124,10 @@ def _move_branch_point(
 def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
     """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
-    if len(arcs) > FEW_ARCS:
+    if len(arcs) > constants.MAX_ARCS_OF_ALL_PAIRS:
         at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
         apart = np.linalg.norm(at[:, None] - at, axis=2)
-        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + BESIDE]
+        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + constants.NEAREST_ARCS]
         near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
         pairs = sorted(near, key=lambda pair: float(apart[pair]))
     return [(arcs[i], arcs[j]) for i, j in pairs]

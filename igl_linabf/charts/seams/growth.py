@@ -17,19 +17,15 @@ from ..cut_graphs import (
     open_handles,
     prune_branches,
 )
+from . import constants
 from .symmetry import Mirror, mirrored
-
-MAX_LEAVES = 100  # on a component
-MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
-DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
 
 
 def seam_of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float | None) -> Grown:
     """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
-    trade *= DRAWN_SHORTER
+    trade *= constants.CLUSTER_TRADE_FACTOR
     seam, leaves = grown_seam(coarse, trade, holes)
     seam = if_it_pays(coarse, shorter_seam(coarse, seam, trade)[0], trade, gain)
     return seam, np.intersect1d(leaves, coarse.graph.ends[seam])
@@ -81,7 +77,8 @@ def alike_on_both_sides(
         other = prune_branches(
             surface.graph, other, lambda seam: seam_cost(surface, seam, trade), mirror.image
         )
-    return other if seam_cost(closed, other, trade) < seam_cost(closed, seam, trade) + SYMMETRIC else seam
+    most = seam_cost(closed, seam, trade) + constants.SYMMETRY_COST
+    return other if seam_cost(closed, other, trade) < most else seam
 
 
 def _slit(closed: ClosedSurface, mirror: Mirror | None = None) -> Grown:
@@ -106,7 +103,7 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
     """Add branches one by one, or with mirror images; return the seam of least cost, and its leaves."""
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
-    for _ in range(MAX_LEAVES):
+    for _ in range(constants.MAX_LEAVES):
         if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # no stretch is less than 1
             break
         stretch, u = expected(closed, closed.graph.boundary_nodes(seam))
@@ -116,7 +113,7 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
         leaf = int(np.argmax(np.abs(u) / closed.node_hiding))
-        if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
+        if in_vain == constants.MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = closed.graph.shortest_paths(closed.graph.boundary_nodes(seam))
         way = closed.graph.path_edges(before, [leaf])

@@ -15,10 +15,9 @@ from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, without_stubs
 from ..features import flat_shares
 from ..panels import CREASED_CURVATURE_OF_NETS, FLAT_SHARE_OF_NETS, SHARP_CREASE_PRICE
+from .constants import MAX_UNCUT_CURVATURE
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
-
-FLAT = 1e-9  # radians of curvature that need no seam
 
 
 def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
@@ -123,7 +122,7 @@ class SmallBodies:
         closed = self.closed
         i, j = _spanning_tree(closed.graph.adjacency[0]).coords
         tree = closed.graph.edges_between(i.astype(np.int64), j.astype(np.int64))
-        needed = np.abs(closed.curvature) > FLAT
+        needed = np.abs(closed.curvature) > MAX_UNCUT_CURVATURE
         needed[: closed.graph.n_holes] = True
         return without_stubs(closed.graph, tree, np.flatnonzero(needed))
 

@@ -13,8 +13,7 @@ from ..._types import FloatArray, IntArray
 from ...measures import change_of
 from ...surface import Submesh, complex_positions, connected_labels, signed_double_areas
 from ..features import SHARP, dihedral_angles
-
-ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a map is
+from .constants import MAX_ISOMETRIC_DISTORTION
 
 Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
 
@@ -40,11 +39,11 @@ def is_isometric(piece: Submesh, uv: FloatArray) -> bool:
     flat = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
     with np.errstate(divide="ignore"):
         least = float(double_area @ (double_area / flat)) * float(flat.sum()) / float(double_area.sum()) ** 2
-    if not least < ISOMETRIC**2:  # 1 / s1^2 + 1 / s2^2 >= 2 / (s1 s2) of the singular values
+    if not least < MAX_ISOMETRIC_DISTORTION**2:  # 1 / s1^2 + 1 / s2^2 >= 2 / (s1 s2) of the singular values
         return False
     changed = change_of(piece, uv)
     stretch, shear = changed.mean(changed.squared_stretch) ** 0.5, changed.mean(changed.conformal)
-    return bool(max(stretch, shear) < ISOMETRIC)
+    return bool(max(stretch, shear) < MAX_ISOMETRIC_DISTORTION)
 
 
 def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:

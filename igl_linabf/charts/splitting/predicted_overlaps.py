@@ -13,18 +13,11 @@ from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flatten_piece
 from ..cut_graphs import SurfaceGraph
+from . import constants
 from .crease_cuts import split_at_creases
-from .overlap_seams import MAX_SPLITS, split_overlaps
+from .overlap_seams import split_overlaps
 from .reused_maps import keeps_map
 from .tips import size_and_stretch, tips_of, worth_a_seam
-
-MANY = 300  # disks, beyond which the surface is parted when its map is known
-FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
-AT_ONCE = 3  # overlaps that one seam parts: a map anew shows what is left of the others
-SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
-TIP_ROUNDS = 3  # of seams to the tips of a part
-MOST_BRIDGES = 4  # edges that are missing at each hole and handle
-CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
 def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
@@ -39,7 +32,7 @@ def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
     inner = ~np.isin(key, graph.neighbours[0])  # a diagonal of a polygon
     proper = graph.ends[(graph.ends >= graph.n_holes).all(axis=1)]
     bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
-    if bridges > MOST_BRIDGES * (graph.n_holes + graph.genus):
+    if bridges > constants.MAX_MISSING_EDGES * (graph.n_holes + graph.genus):
         return None
     cleaned, mesh = cleaned_surface(graph.position, F)  # a node beside two holes is in two fans
     if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
@@ -55,17 +48,18 @@ def predicted_seams(
     And those to tips that the maps of the parts would shrink, if they are worth it. With the ends of both.
     """
     none, nodes, number = np.zeros(0, dtype=np.int64), mesh.vertices, 0
-    waiting = [(part, TIP_ROUNDS if trade > 0 else 0, False) for part in mesh.cut_along(graph.ends[seam])]
+    tip_rounds = constants.MAX_COARSE_TIP_ROUNDS if trade > 0 else 0
+    waiting = [(part, tip_rounds, False) for part in mesh.cut_along(graph.ends[seam])]
     tips, ways, walls = none, none, [graph.boundary_nodes(seam)]
     label = np.zeros(len(mesh.F), dtype=np.int64)
-    for _ in range(MAX_SPLITS):
+    for _ in range(constants.MAX_SPLITS):
         smaller = list[tuple[Submesh, int, bool]]()
-        asked = [part for part, *_ in waiting if len(part.F) >= CHIP * len(mesh.F)]
+        asked = [part for part, *_ in waiting if len(part.F) >= constants.MIN_PREDICTED_PART * len(mesh.F)]
         sketches = iter(_sketches(asked))
         for part, rounds, stays in waiting:
             number += 1
             label[part.faces] = number
-            if len(part.F) < CHIP * len(mesh.F):
+            if len(part.F) < constants.MIN_PREDICTED_PART * len(mesh.F):
                 continue
             parts, uv, stays = _parts(part, next(sketches), stays)
             if parts:
@@ -79,7 +73,7 @@ def predicted_seams(
                     walls.append(graph.ends[way].ravel())
                     smaller += [(p, rounds - 1, stays) for p in part.cut_along(graph.ends[way])]
         waiting = smaller
-        if number + len(waiting) > MANY:
+        if number + len(waiting) > constants.MAX_PREDICTED_DISKS:
             return none, none
         if not waiting:
             break
@@ -118,7 +112,7 @@ def _tips(
 ) -> tuple[IntArray, IntArray]:
     """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
     changed = change_of(part, uv)
-    faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
+    faces, saved = tips_of(part.F, len(part.V), changed, constants.COARSE_TIP_AREA_SHARE)
     if not len(faces):
         return faces, faces
     distance, before, _ = graph.shortest_paths(walls)
@@ -137,7 +131,7 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
         right, left = label[sides]
         around = np.append(left[right == chip], right[left == chip])
         around = around[around != chip]
-        if 0 < faces < CHIP * len(label) and len(around):
+        if 0 < faces < constants.MIN_PREDICTED_PART * len(label) and len(around):
             label[label == chip] = np.bincount(around).argmax()
     return label
 
@@ -169,9 +163,10 @@ def _parts(
     if stays or result.holes:
         return [], uv, stays
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    if not len(pairs) or len(np.unique(pairs)) < FEW * len(disk.F) or uv is None:
+    if not len(pairs) or len(np.unique(pairs)) < constants.MIN_PREDICTED_OVERLAP * len(disk.F) or uv is None:
         return [], uv, False
-    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], AT_ONCE)
+    most = constants.MAX_PREDICTED_OVERLAPS
+    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], most)
     _, squared = size_and_stretch(change_of(disk, uv))
     if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one

@@ -15,11 +15,7 @@ from ...flattening import Flattening
 from ...measures import Change, Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
-
-KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
-REUSED_STRETCH = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
-WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
-EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
+from . import constants
 
 
 class KnownMap(NamedTuple):
@@ -68,15 +64,15 @@ def reuse_maps(
     left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
-    large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
-    asked = np.flatnonzero(large | even).tolist()
+    even = apart & (high <= constants.MAX_EXACT_DISTORTION**2 * low)
+    asked = np.flatnonzero((size >= constants.LARGE_PART_SHARE * len(piece.F)) | even).tolist()
     maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
     table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
     whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
     measured = [next(whole) if even[k] else decisive(*entry) for k, entry in zip(asked, table, strict=True)]
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
-        exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
+        exact = max(quality.stretch_l2, quality.conformal_distortion) <= constants.MAX_EXACT_DISTORTION
         if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
             made = flattening_of_part(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
@@ -99,7 +95,10 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    return part >= (KEPT if stretch <= REUSED_STRETCH else WHOLE) * whole
+    least = (
+        constants.LARGE_PART_SHARE if stretch <= constants.REUSED_STRETCH else constants.NEARLY_WHOLE_SHARE
+    )
+    return part >= least * whole
 
 
 def _area_ratios(
