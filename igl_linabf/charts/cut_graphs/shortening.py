@@ -29,8 +29,8 @@ def slide_into_valleys(
 ) -> IntArray:
     """The seam on the shortest paths between points on it, where valleys are shorter.
 
-    With points `STRAIGHTENING_STRIDE` apart, it reaches valleys nearby, and stays where its leaves are. If not
-    all arcs together are accepted, halves of them are tried, and so on.
+    With points `STRAIGHTENING_STRIDE` apart, it reaches valleys nearby, and stays where its leaves are. If
+    not all arcs together are accepted, halves of them are tried, and so on.
     """
     graph, topology = closed.graph, closed.graph.topology_of(seam)
     valleys = replace(graph, length=graph.length * closed.features.valley)

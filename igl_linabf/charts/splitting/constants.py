@@ -31,7 +31,7 @@ MAX_ISOMETRIC_DISTORTION = 1.005
 
 # Share of its faces from which on the largest part of a chart keeps the map. Smaller parts gain by a new map;
 # a higher share flattens anew what gains nothing. benchmarks/constants.py charts.splitting
-LARGE_PART_SHARE = 0.9
+LARGE_PART = 0.9
 
 # L2 stretch up to which it does so. A map of more stretch gains by a new one, with fewer overlaps; with a
 # lower limit, most are flattened in vain. benchmarks/constants.py charts.splitting
@@ -39,7 +39,7 @@ REUSED_STRETCH = 1.3
 
 # Share of the faces from which on a part keeps the map whatever its stretch. Less keeps maps that a cut would
 # relax; at 1 each face cut off flattens the rest again. benchmarks/constants.py charts.splitting
-NEARLY_WHOLE_SHARE = 0.995
+NEARLY_WHOLE = 0.995
 
 # L2 stretch and conformal distortion up to which a part of any size keeps the map: a new one is the same.
 # More keeps what could be better; with less, rounding flattens exact nets again.

@@ -65,7 +65,7 @@ def reuse_maps(
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
     even = apart & (high <= constants.MAX_EXACT_DISTORTION**2 * low)
-    asked = np.flatnonzero((size >= constants.LARGE_PART_SHARE * len(piece.F)) | even).tolist()
+    asked = np.flatnonzero((size >= constants.LARGE_PART * len(piece.F)) | even).tolist()
     maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
     table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
@@ -95,9 +95,7 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    least = (
-        constants.LARGE_PART_SHARE if stretch <= constants.REUSED_STRETCH else constants.NEARLY_WHOLE_SHARE
-    )
+    least = constants.LARGE_PART if stretch <= constants.REUSED_STRETCH else constants.NEARLY_WHOLE
     return part >= least * whole
 
 

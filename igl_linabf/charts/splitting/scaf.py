@@ -108,8 +108,8 @@ def moved_apart(
     bad = np.flatnonzero(~(np.abs(area) > constants.MIN_SCAF_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {constants.MIN_SCAF_AREA:g} of the map's area: its scale varies "
-            "too much for SCAF; cut the surface into more parts"
+            f"faces {some(bad)} have less than {constants.MIN_SCAF_AREA:g} of the map's area: its scale "
+            "varies too much for SCAF; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""
