@@ -16,8 +16,8 @@ Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
 Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
 Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
-Row = tuple[IntArray, IntArray]  # an arc, by arrays
-Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
+ArcArrays = tuple[IntArray, IntArray]  # the same as arrays
+EndedArc = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
@@ -63,7 +63,9 @@ def prune_branches(
     return seam
 
 
-def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
+def lengths_at(
+    graph: SurfaceGraph, arcs: list[ArcArrays], length: FloatArray, most: float = np.inf
+) -> FloatArray:
     """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
@@ -71,7 +73,7 @@ def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: f
 
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """Those that are moved, in their order; of many by the length of the k-th one."""
+    """The longest items, in their order, so many as are moved; `length` is that of the k-th one."""
     if len(items) <= constants.MAX_MOVED:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
@@ -96,7 +98,7 @@ def move_in_groups(
 
 
 def _move_branch_point(
-    graph: SurfaceGraph, seam: IntArray, arcs: list[Ended], branch: int, kept: SeamTopology, cost: Cost
+    graph: SurfaceGraph, seam: IntArray, arcs: list[EndedArc], branch: int, kept: SeamTopology, cost: Cost
 ) -> tuple[IntArray, set[int]]:
     """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
@@ -104,9 +106,10 @@ def _move_branch_point(
     """
     free = len(arcs) == 3 and branch >= graph.n_holes
     for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
-        own = np.concatenate([arc for arc, _ in chosen])
+        own_arcs, own_tips = zip(*chosen, strict=True)
+        own = np.concatenate(own_arcs)
         rest, length = graph.difference(seam, own), graph.length_of(own) / constants.STRICTLY_SHORTER
-        tips = [tip for _, tip in chosen] + [branch] * (not free)
+        tips = [*own_tips, *[branch] * (not free)]
         label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
         if len(set(groups.tolist())) == 3:
@@ -121,7 +124,7 @@ def _move_branch_point(
     return seam, set()
 
 
-def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
+def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
     """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > constants.MAX_ARCS_OF_ALL_PAIRS:
@@ -133,7 +136,7 @@ def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, E
     return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
-def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
+def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -165,10 +168,13 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[Ended]:
+def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = (arc_from(graph, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
-    return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
+    arcs = list[EndedArc]()
+    for step in steps.get(branch, []):
+        edges, nodes = arc_from(graph, steps, set(), branch, step, np.inf)
+        arcs.append((np.array(edges), nodes[-1]))
+    return arcs
 
 
 def arc_from(

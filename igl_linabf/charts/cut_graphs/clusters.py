@@ -18,7 +18,6 @@ from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from . import constants
 from .closed_surface import ClosedSurface, EdgeFeatures
-from .constants import NARROW_CLUSTER_HOPS, WIDE_CLUSTER_HOPS
 from .graph import SurfaceGraph, without_stubs
 from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
@@ -101,7 +100,7 @@ class Contracted:
 
     @classmethod
     def simple(cls, fine: ClosedSurface, hops: int) -> Contracted:
-        """With more roots where clusters go around a thin part: two of them then share one edge at most."""
+        """Contract clusters of which two share one edge at most: more roots part those around a thin part."""
         forest = shortest_path_trees(fine, hops)
         for _ in range(constants.MAX_ROOT_ROUNDS):
             outline = _outline(fine.graph, forest)
@@ -130,7 +129,7 @@ class Contracted:
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
         width = constants.CORRIDOR_WIDTH * mean
         near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, constants.BRANCH_REACH * mean)
+        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,7 @@ class Levels:
         steps: list[Contracted] = []
         while not steps or closed.graph.n > most:
             wide = closed.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contracted.simple(closed, WIDE_CLUSTER_HOPS if wide else NARROW_CLUSTER_HOPS))
+            steps.append(Contracted.simple(closed, constants.CLUSTER_HOPS + wide))
             closed = steps[-1].coarse
         return cls(steps)
 
@@ -176,14 +175,14 @@ def handles_of_clusters(closed: ClosedSurface) -> IntArray:
     """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
     if closed.graph.n <= constants.MAX_DIRECT_NODES:
         return open_handles(closed)
-    step = Contracted.simple(closed, WIDE_CLUSTER_HOPS)
+    step = Contracted.simple(closed, constants.CLUSTER_HOPS + 1)
     met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
     most_met = np.argsort(-met, kind="stable")[: constants.FIRST_BASE_POINTS]
     return shortest_loops(closed.graph, step.roots[most_met].tolist())[0]
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
-    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
+    """The trees of shortest paths to the nearest roots, which are more than `hops` edges apart.
 
     Each hole is a root with no other node.
     """

@@ -44,32 +44,28 @@ MAX_TRACE_STEPS = 6
 MAX_DIRECT_NODES = 8_500
 
 # Nodes from which clusters are wide: their roots are farther apart by one edge. Wide clusters of fewer nodes
-# leave too coarse a surface; narrow ones of more nodes are contracted once more. benchmarks/constants.py
-# charts.cut_graphs
+# leave too coarse a surface; narrow ones of more nodes are contracted once more.
+# benchmarks/constants.py charts.cut_graphs
 MIN_NODES_OF_WIDE_CLUSTERS = 12_000
 
-# Edges between roots of wide clusters, and of others, at least one more than these. More makes clusters
+# Edges between the roots of clusters: more than these, and one more for wide clusters. More makes clusters
 # coarse and their seams worse; less leaves more nodes to each search.
 # tests/charts/cut_graphs/test_clusters.py
-WIDE_CLUSTER_HOPS = 3
-NARROW_CLUSTER_HOPS = 2
+CLUSTER_HOPS = 2
 
 # Radians of curvature up to which nodes become roots in random order; above, those of most curvature come
-# first. More loses the tips of small bumps; less lets noise choose the roots. benchmarks/constants.py
-# charts.cut_graphs
+# first. More loses the tips of small bumps; less lets noise choose the roots.
+# benchmarks/constants.py charts.cut_graphs
 MIN_PEAK_CURVATURE = 0.1
 
 # Rounds that add roots where two clusters have two edges in common. Fewer leave seams around thin parts that
 # no simple mesh has; after these few such pairs are left. tests/charts/cut_graphs/test_clusters.py
 MAX_ROOT_ROUNDS = 4
 
-# Mean distance to roots, times this, is how far a seam of clusters may move to either side when it is pulled
-# tight. Less keeps detours through roots; more takes longer. tests/charts/cut_graphs/test_clusters.py
+# Mean distances to a root that a seam of clusters may move to either side when it is pulled tight; a branch
+# point may move along its arcs by twice as many. Less keeps detours through roots; more takes longer.
+# tests/charts/cut_graphs/test_clusters.py
 CORRIDOR_WIDTH = 3.0
-
-# The same distance, times this, is how far a branch point may look along its arcs. Less keeps branch points
-# near the roots; more takes longer. tests/charts/cut_graphs/test_clusters.py
-BRANCH_REACH = 6.0
 
 # --- handles ---
 
@@ -104,8 +100,8 @@ MAX_ARCS_OF_ALL_PAIRS = 6
 NEAREST_ARCS = 2
 
 # Groups of arcs, or of branch points, that are moved together, until each is accepted or a single one. Fewer
-# give up good moves beside a bad one; each takes a comparison of the whole seam. benchmarks/constants.py
-# charts.cut_graphs
+# give up good moves beside a bad one; each takes a comparison of the whole seam.
+# benchmarks/constants.py charts.cut_graphs
 MAX_GROUPS = 12
 
 # Square roots of the area between points of a seam, which keep their places while it slides into valleys.

@@ -9,7 +9,7 @@ import numpy as np
 from ..._core import lengths, meeting, ways_towards
 from ..._types import BoolArray, IntArray
 from .branches import (
-    Row,
+    ArcArrays,
     arc_from,
     arcs_from,
     arcs_of,
@@ -207,7 +207,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     """Each arc, but those of known edges, by the shortest path that the corridor and the other arcs allow."""
     graph = corridor.graph
 
-    def move(arcs: list[Row], seam: IntArray) -> IntArray | None:
+    def move(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
         blocked, on, old = corridor.blocked_at(graph.ends[seam]), graph.mask_of(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.length_of(edges), corridor.index[nodes]

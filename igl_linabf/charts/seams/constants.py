@@ -53,8 +53,8 @@ MAX_FACES_OF_SMALL_BODY = 100
 # Components from which this is so. Fewer save no time. tests/charts/panels/test_panels.py
 MIN_SMALL_BODIES = 8
 
-# The same two for components that hardly have planes: faces, and components. Nets matter little to these,
-# so that larger ones do. benchmarks/constants.py charts.seams
+# The same two for components that hardly have planes: faces, and components. Nets matter little to these, so
+# that larger ones do. benchmarks/constants.py charts.seams
 MAX_FACES_OF_MEDIUM_BODY = 2_000
 MIN_MEDIUM_BODIES = 100
 

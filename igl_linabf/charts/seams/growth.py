@@ -1,4 +1,4 @@
-"""The seam of one body: it grows leaf by leaf, gets shorter, and is made the same on both sides."""
+"""The seam of one component: it grows leaf by leaf, gets shorter, and is mirrored if that costs little."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def grown_seam(closed: ClosedSurface, trade: float, holes: bool) -> Grown:
 
 
 def shorter_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
-    """The seam with its branch points moved, and what seams cost; to hide it, without idle branches."""
-    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+    """The seam with its branch points moved, and the cost of seams; a hidden one without idle branches."""
+    known: dict[bytes, float] = {}  # one seam is compared with several others
 
     def cost(seam: IntArray) -> float:
         key = seam.tobytes()
@@ -61,7 +61,7 @@ def shorter_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> tuple[I
     return move_branch_points(closed.graph, seam, cost), cost
 
 
-def alike_on_both_sides(
+def symmetric_seam(
     component: Submesh, closed: ClosedSurface, seam: IntArray, trade: float, holes: bool
 ) -> IntArray:
     """A seam that is its own mirror image, if there is a mirror and it costs little more; else the seam."""
@@ -82,9 +82,9 @@ def alike_on_both_sides(
 
 
 def _slit(closed: ClosedSurface, mirror: Mirror | None = None) -> Grown:
-    """A path to open a sphere, between the two points that would shrink most.
+    """A path that opens a sphere, between the two points that would shrink most; and these points.
 
-    With a mirror, between one of them and its image, or in the plane.
+    With a mirror, it leads from one of them to its image, or lies in the plane.
     """
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
     start = int(np.argmin(log_scale(closed, np.array([0]), extra) / closed.node_hiding))

@@ -24,7 +24,7 @@ from ..panels import (
 )
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
 from . import constants
-from .growth import alike_on_both_sides, grown_seam, if_it_pays, seam_of_clusters, shorter_seam, with_branches
+from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam, with_branches
 from .small_bodies import SmallBodies
 
 
@@ -200,8 +200,7 @@ def seams_of(
                 found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
-        found.append(bodies.seams(trade, holes, constants.MAX_LEAVES, constants.MAX_LEAVES_IN_VAIN, gain))
+        found.append(SmallBodies(surface.of_faces(rows), hidden).seams(trade, holes, gain))
     return np.concatenate(found)
 
 
@@ -230,15 +229,16 @@ Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops a
 
 def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Of which components the seams are found together: small ones among many, without handles."""
-    sizes = np.array([len(component.F) for component, _, _ in shapes])
+    components, _, genus = zip(*shapes, strict=True)
+    sizes = np.array([len(component.F) for component in components])
     small = (sizes <= constants.MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= constants.MIN_SMALL_BODIES)
     medium = (sizes > constants.MAX_FACES_OF_SMALL_BODY) & (sizes <= constants.MAX_FACES_OF_MEDIUM_BODY)
     if len(shapes) >= constants.MIN_MEDIUM_BODIES and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
-        for i, (component, _, _) in enumerate(shapes):
+        for i, component in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
         small |= medium & (flat_shares(surface, of) < constants.MAX_FLAT_SHARE_OF_SMOOTH_BODY)
-    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
+    return list((small & (np.array(genus) == 0)).tolist())
 
 
 def _shapes(surface: Submesh) -> list[Shape]:
@@ -332,5 +332,5 @@ def _cheapest_seam(
     most = cost(seam) + constants.VALLEY_COST
     seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not closed.graph.genus:
-        seam = alike_on_both_sides(component, closed, seam, trade, holes)
+        seam = symmetric_seam(component, closed, seam, trade, holes)
     return if_it_pays(closed, seam, trade, gain)

@@ -10,7 +10,7 @@ from .crease_cuts import is_isometric, split_at_creases
 from .local_relayout import relayout_locally
 from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
 from .predicted_overlaps import coarse_mesh, predicted_seams
-from .reused_maps import KnownMap, MapMeasure, reuse_maps
+from .reused_maps import KnownMap, reuse_maps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import seams_to_fine_tips, seams_to_tips
+from .tips import MapMeasure, seams_to_fine_tips, seams_to_tips

@@ -52,8 +52,8 @@ MAX_EXACT_DISTORTION = 1 + 1e-4
 # misses single spikes. tests/charts/splitting/test_predicted_overlaps.py
 TIP_STRETCH = 1.2
 
-# Share of its area that a face at a tip has in the map, at most. Less misses tips; more takes the sides of a
-# limb for them. tests/charts/splitting/test_predicted_overlaps.py
+# Share of its area that a face at a tip has in the map, at most; twice that on a coarse mesh. Less misses
+# tips; more takes the sides of a limb for them. tests/charts/splitting/test_predicted_overlaps.py
 TIP_AREA_SHARE = 1 / 16
 
 # L2 stretch that seams to tips save beyond their price. With less, charts are flattened again for nothing;
@@ -79,14 +79,10 @@ MAX_SHARE_WITHIN_REACH = 0.4
 
 # --- overlaps and tips predicted on clusters ---
 
-# Share of a coarse map's faces that overlap, below which the surface is not cut beforehand: little of the map
-# is made again. Less cuts off slivers; more flattens large maps in vain.
-# tests/charts/splitting/test_predicted_overlaps.py
-MIN_PREDICTED_OVERLAP = 0.02
-
-# Share of the coarse faces below which a part joins a neighbour. Less cuts chips off large charts; more
-# leaves overlaps. tests/charts/cut_graphs/test_clusters.py
-MIN_PREDICTED_PART = 0.02
+# Share of the faces of a coarse mesh that is small: of overlapping ones, below which the surface is not cut
+# beforehand, and of a part, which then joins a neighbour. Less cuts slivers off large charts; more leaves
+# overlaps to maps that are then made again. tests/charts/splitting/test_predicted_overlaps.py
+SMALL_PART = 0.02
 
 # Overlaps that one search separates here. More part what a new map of the parts would not overlap; fewer take
 # more rounds. benchmarks/constants.py charts.splitting
@@ -95,11 +91,6 @@ MAX_PREDICTED_OVERLAPS = 3
 # Disks beyond which nothing is predicted: cuts of so many parts take longer than the map of the whole. Fewer
 # give up bodies of many handles. tests/charts/cut_graphs/test_clusters.py
 MAX_PREDICTED_DISKS = 300
-
-# Share of its area that a tip has in a coarse map, at most; on the surface itself faces shrink about twice as
-# much. Less misses tips; more takes the sides of a limb for them.
-# tests/charts/splitting/test_predicted_overlaps.py
-COARSE_TIP_AREA_SHARE = 1 / 8
 
 # Rounds of seams to the tips of a part. Fewer leave tips that others hid; more find few.
 # tests/charts/splitting/test_predicted_overlaps.py

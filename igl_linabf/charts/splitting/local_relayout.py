@@ -1,7 +1,7 @@
-"""A few faces of a map that lie over others, laid out anew and narrower, so that no seam has to part them.
+"""A few faces of a map that lie over others, laid out narrower, so that no seam has to cut them off.
 
-All other faces stay in their places. `small_charts` lays out a chart of a few faces beside another one in
-the same way; here it is no chart yet, and keeps all its neighbours.
+All other faces keep their places. `small_charts` lays out charts of a few faces in the same way, each beside
+one neighbour; here the faces keep all their neighbours.
 """
 
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tup
         return result, pairs
     low, high = np.sort(label[np.searchsorted(faces, pairs)], axis=1).T
     codes, of = np.unique(low * number + high, return_inverse=True)
-    plan, left = _Plan(piece, result.uv), np.ones(len(pairs), dtype=bool)
+    plan, left = _Relayout(piece, result.uv), np.ones(len(pairs), dtype=bool)
     for k, code in enumerate(codes.tolist()):
         groups = [faces[label == group] for group in {*divmod(code, number)}]
         if plan.makes_room(sorted(groups, key=len)):
@@ -53,7 +53,7 @@ def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tup
     return plan.made(result), pairs[left]
 
 
-class _Plan:
+class _Relayout:
     """A map that is changed at a few faces."""
 
     def __init__(self, piece: Submesh, uv: FloatArray) -> None:
@@ -68,7 +68,7 @@ class _Plan:
         self._left = (constants.MAX_STRETCH_FACTOR**2 - 1) * self._area
 
     def makes_room(self, groups: list[IntArray]) -> bool:
-        """Whether nothing of one group, or of two, overlaps, after as few faces as possible have moved."""
+        """Move as few faces as possible, until one group, or two, overlap no more; whether that succeeds."""
         own, *others = (self._z[self._piece.F[group]] for group in groups)
         if not lie_over(own, np.concatenate([own[:0], *others])):
             return True  # another move was enough
@@ -87,7 +87,7 @@ class _Plan:
                     yield faces
 
     def _moves(self, faces: IntArray) -> bool:
-        """Whether these faces find room, and are not stretched or sheared too much; they are then there."""
+        """Lay out faces where they overlap nothing, if stretch and shear allow it; whether that succeeds."""
         piece = self._piece
         used, F = compact(piece.F[faces], len(self._z))
         free = np.bincount(F.ravel()) == self._faces_at[used]

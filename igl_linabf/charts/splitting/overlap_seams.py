@@ -14,7 +14,6 @@ from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
 from ..features import box_sides
 from . import constants
-from .constants import MAX_OVERLAPS
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
@@ -81,13 +80,13 @@ def seams_of_overlaps(charts: list[Submesh], pairs: IntArray) -> IntArray:
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
-def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
+def split_overlaps(chart: Submesh, pairs: IntArray, most: int = constants.MAX_OVERLAPS) -> list[Submesh]:
     """The parts of a chart cut along these seams, of which each separates so many overlaps at most."""
     return _separated([chart], pairs, most)[1]
 
 
 def _separated(
-    charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
+    charts: list[Submesh], pairs: IntArray, most: int = constants.MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
     seams, parts = list[IntArray](), list[Submesh]()
     waiting = []

@@ -1,18 +1,17 @@
-"""The map of a chart that is split, kept on its largest part, and on all that it lays flat without stretch.
+"""Maps that parts of a chart keep when it is split: its largest part, and all without stretch.
 
-A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
-other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
+The part of a map has only flips of the map, and no overlaps that the cut separates. So the other parts alone
+are flattened again: a cut costs little, and what keeps its map cannot overlap itself anew.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...flattening import Flattening
-from ...measures import Change, Quality, change_of, quality_of_each
+from ...measures import Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
 from . import constants
@@ -30,29 +29,12 @@ class KnownMap(NamedTuple):
     without_tips: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class MapMeasure:
-    """What a map does to a piece, measured when it is asked for."""
-
-    piece: Submesh
-    uv: FloatArray
-
-    @cached_property
-    def at_triangles(self) -> Change:
-        return change_of(self.piece, self.uv)
-
-    @cached_property
-    def stretch(self) -> float:
-        """In L2."""
-        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
-
-
 def reuse_maps(
     piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray, without_tips: bool
 ) -> list[KnownMap | None]:
     """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
 
-    Those that are left in a large part go with its map. So does that it has no tips worth a seam.
+    A large part keeps pairs that are both in it, and the knowledge that no tip is worth a seam.
     """
     kept: list[KnownMap | None] = [None] * len(parts)
     if not result.outcome.good:
@@ -82,7 +64,7 @@ def reuse_maps(
 
 
 def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
-    """The figures of a map that decide what becomes of it. All others are those of no map, of no faces."""
+    """The figures of a map that decide whether a part keeps it; all others are those of no faces."""
     changed = change_of(piece, uv)
     return replace(
         NO_QUALITY,

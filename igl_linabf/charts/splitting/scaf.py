@@ -25,7 +25,7 @@ from ...surface import (
     signed_double_areas,
 )
 from . import constants
-from .reused_maps import MapMeasure
+from .tips import MapMeasure
 
 SCAF = "igl's SCAF"
 

@@ -1,8 +1,8 @@
-"""Charts of a few faces that a split leaves, joined to a neighbour where they lie flat beside it.
+"""Charts of a few faces that a split leaves, joined to a neighbour where they have room beside it.
 
-The neighbour keeps its map. The small chart is laid out beside it as conformally as the seam's vertices
-allow, which stay where they are. Where it would lie over something, it is joined along a part of the seam
-only, or gets narrower.
+The neighbour keeps its map, and so the seam's vertices their places. The small chart is laid out beside it as
+conformally as these allow. Where it would lie over something, it is joined along a part of the seam only, or
+gets narrower.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Made = tuple[Key, Chart, Submesh]
 
 
 def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
-    """The charts, of which small ones are parts of others of the same piece now, where that can be.
+    """The charts, with small ones joined to others of the same piece, where these have room.
 
     The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
     """
@@ -99,7 +99,7 @@ class _Candidate:
         self._matrices = dict[float, ComplexArray]()
 
     def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, ComplexArray]]:
-        """Runs, widths and places: as the chart is where it fits, and then the others, ever narrower."""
+        """Runs, widths and positions: the map itself where it fits along a run; else ever narrower ones."""
         if not runs:
             return
         fits, moved = self._moved(runs)
@@ -116,7 +116,7 @@ class _Candidate:
                     yield run, width, laid_out
 
     def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
-        """The map turned and shifted to the ends of each run, (#R, #V); where the others fit there, too."""
+        """Whether the map, moved to the ends of a run, fits it, for each; and its places there, (#R, #V)."""
         z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
@@ -198,7 +198,7 @@ class _Host:
         return np.asarray(self._z[vertices])
 
     def takes(self, piece: Submesh, z: ComplexArray, run: _Run, width: float, most_stretch: float) -> bool:
-        """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
+        """Join a chart, at this width and these positions, if it has room there; whether it is joined."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
@@ -308,7 +308,7 @@ class _Rims:
 
 
 def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
-    """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
+    """A run of so many edges, and if it is short, its parts: along one, a chart may find room."""
     least, most = 1 if number <= constants.MAX_EDGES_TO_TRY_PARTS else number, number - closed
     return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
