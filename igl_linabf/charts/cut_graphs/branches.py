@@ -28,7 +28,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if len(waiting) > constants.MAX_MOVED:
+    if len(waiting) > constants.MAX_MOVED_ARCS:
         at = lengths_at(graph, arcs_of(graph, seam), graph.length)
         waiting = longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(constants.MOVES_OF_BRANCH_POINT * len(waiting)):
@@ -55,7 +55,7 @@ def prune_branches(
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
-    for k in longest_first[: constants.MAX_MOVED].tolist():
+    for k in longest_first[: constants.MAX_MOVED_ARCS].tolist():
         rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
@@ -74,10 +74,11 @@ def lengths_at(
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
     """The longest items, in their order, so many as are moved; `length` is that of the k-th one."""
-    if len(items) <= constants.MAX_MOVED:
+    if len(items) <= constants.MAX_MOVED_ARCS:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
-    return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED]).tolist()]
+    chosen = np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED_ARCS]
+    return [items[k] for k in np.sort(chosen).tolist()]
 
 
 def move_in_groups(
@@ -85,7 +86,7 @@ def move_in_groups(
 ) -> IntArray:
     """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
     waiting = [items]
-    for _ in range(constants.MAX_GROUPS):
+    for _ in range(constants.MAX_MOVED_GROUPS):
         if not waiting:
             break
         group = waiting.pop()

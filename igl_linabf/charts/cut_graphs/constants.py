@@ -85,13 +85,13 @@ BASE_POINT_ROUNDS = 3
 
 # Branch points, or arcs, that are moved: the longest ones. Fewer leave detours on surfaces of many handles;
 # more take a time that grows with their number. tests/charts/cut_graphs/test_clusters.py
-MAX_MOVED = 24
+MAX_MOVED_ARCS = 24
 
 # Times that each branch point is moved, on average. Fewer leave some where their arcs have moved away; more
 # find few to move. benchmarks/constants.py charts.cut_graphs
 MOVES_OF_BRANCH_POINT = 3
 
-# Arcs at a branch point of which every pair may share a part of their ways. More pairs take longer; with
+# Arcs at a branch point of which every pair may share a part of their ways. More take longer; with
 # fewer, seams from a point of many arcs stay apart. benchmarks/constants.py charts.cut_graphs
 MAX_ARCS_OF_ALL_PAIRS = 6
 
@@ -102,7 +102,7 @@ NEAREST_ARCS = 2
 # Groups of arcs, or of branch points, that are moved together, until each is accepted or a single one. Fewer
 # give up good moves beside a bad one; each takes a comparison of the whole seam.
 # benchmarks/constants.py charts.cut_graphs
-MAX_GROUPS = 12
+MAX_MOVED_GROUPS = 12
 
 # Square roots of the area between points of a seam, which keep their places while it slides into valleys.
 # More lets it leave what it was grown for; less keeps it out of valleys nearby.

@@ -20,7 +20,7 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .constants import MAX_MOVED, MIN_KEPT_PART, STRAIGHTENING_STRIDE, STRICTLY_SHORTER
+from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRAIGHTENING_STRIDE, STRICTLY_SHORTER
 from .graph import SurfaceGraph
 
 
@@ -278,7 +278,7 @@ def _move_branch_points_by(corridor: _Corridor, seam: IntArray, fixed: set[int],
     movable = [
         node for node in steps if node >= graph.n_holes and node not in fixed and len(steps[node]) == 3
     ]
-    if len(movable) > MAX_MOVED:
+    if len(movable) > MAX_MOVED_ARCS:
         at = lengths_at(graph, arcs_of(graph, seam, fixed), corridor.length, reach)
         movable = longest(movable, lambda k: float(at[movable[k]]))
     return move_in_groups(movable, seam, move)

@@ -19,14 +19,13 @@ from .closed_surface import ClosedSurface
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
 
-    What an isometric map has beyond 1 is multiplied by `constants.ISOMETRIC_STRETCH_WEIGHT`.
+    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
     """
     weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
     if not closed.isometric:
         return expected_stretch(closed, u), u
-    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * 0.75 * float(
-        weight @ _trace(closed, fixed, weight) ** 2
-    ), u
+    w = _trace(closed, fixed, weight)
+    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * 0.75 * float(weight @ w**2), u
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:

@@ -50,11 +50,13 @@ MAX_DIRECT_NODES_OF_PART = 4_000
 # tests/charts/panels/test_panels.py
 MAX_FACES_OF_SMALL_BODY = 100
 
-# Components from which this is so. Fewer save no time. tests/charts/panels/test_panels.py
+# Components from which on this is so. Fewer save no time; a higher limit searches each alone.
+# tests/charts/panels/test_panels.py
 MIN_SMALL_BODIES = 8
 
-# The same two for components that hardly have planes: faces, and components. Nets matter little to these, so
-# that larger ones do. benchmarks/constants.py charts.seams
+# The same two for components that hardly have planes, and so no nets: faces, and components. Larger ones gain
+# by a search of their own; with lower limits, hundreds of bodies take minutes.
+# benchmarks/constants.py charts.seams
 MAX_FACES_OF_MEDIUM_BODY = 2_000
 MIN_MEDIUM_BODIES = 100
 

@@ -15,8 +15,8 @@ MAX_OVERLAPS = 6
 # find longer seams on large charts. benchmarks/constants.py charts.splitting
 MAX_SEARCH_NODES = 1 << 19
 
-# Factor on the lengths of edges within a sheet of an overlap. Less lets seams cut sheets in two; more hides
-# other lengths where no other way is open. benchmarks/constants.py charts.splitting
+# Factor on the lengths of edges within a sheet of an overlap. Less lets seams cut sheets in two; more makes
+# other lengths count for nothing where a sheet has to be crossed. benchmarks/constants.py charts.splitting
 BARRIER_COST = 1e3
 
 # Length of seam that one part less is worth, as a share of the diagonal of the bounding box. More takes
@@ -29,17 +29,17 @@ MAX_ISOMETRIC_DISTORTION = 1.005
 
 # --- maps that parts keep ---
 
-# Share of its faces from which on the largest part of a chart keeps the map. Smaller parts gain by a new map;
-# a higher share flattens anew what gains nothing. benchmarks/constants.py charts.splitting
-LARGE_PART = 0.9
+# Share of a chart's faces from which on a part keeps the map. Smaller parts gain by a new map; a higher share
+# flattens anew what gains nothing. benchmarks/constants.py charts.splitting
+MIN_PART_OF_MAP = 0.9
 
-# L2 stretch up to which it does so. A map of more stretch gains by a new one, with fewer overlaps; with a
-# lower limit, most are flattened in vain. benchmarks/constants.py charts.splitting
+# L2 stretch up to which this share holds. Parts of a map of more stretch gain by a new one, with fewer
+# overlaps; with a lower limit, most are flattened in vain. benchmarks/constants.py charts.splitting
 REUSED_STRETCH = 1.3
 
-# Share of the faces from which on a part keeps the map whatever its stretch. Less keeps maps that a cut would
+# The same share for maps of more stretch. Less keeps maps that a cut would
 # relax; at 1 each face cut off flattens the rest again. benchmarks/constants.py charts.splitting
-NEARLY_WHOLE = 0.995
+MIN_PART_OF_STRETCHED_MAP = 0.995
 
 # L2 stretch and conformal distortion up to which a part of any size keeps the map: a new one is the same.
 # More keeps what could be better; with less, rounding flattens exact nets again.
@@ -68,8 +68,8 @@ LAST_LOG_SCALE_CHANGE = 0.06
 # tests/charts/splitting/test_predicted_overlaps.py
 MAX_LOG_SCALE_STEPS = 40
 
-# Distance in space to the boundary, times this, is the reach within which a way to a tip is sought first.
-# Less seeks most ways twice; more seeks them among too many vertices.
+# Distance in space to the boundary, times this, is the reach within which a path to a tip is sought first.
+# Less seeks most paths twice; more seeks them among too many vertices.
 # tests/charts/splitting/test_predicted_overlaps.py
 FIRST_REACH = 2.0
 
@@ -82,7 +82,7 @@ MAX_SHARE_WITHIN_REACH = 0.4
 # Share of the faces of a coarse mesh that is small: of overlapping ones, below which the surface is not cut
 # beforehand, and of a part, which then joins a neighbour. Less cuts slivers off large charts; more leaves
 # overlaps to maps that are then made again. tests/charts/splitting/test_predicted_overlaps.py
-SMALL_PART = 0.02
+MIN_PREDICTED_SHARE = 0.02
 
 # Overlaps that one search separates here. More part what a new map of the parts would not overlap; fewer take
 # more rounds. benchmarks/constants.py charts.splitting
@@ -112,7 +112,7 @@ MAX_RELAYOUT_RINGS = 3
 
 # Factors of the width of faces, from wide to narrow, that are tried until they fit. Narrower ones are sheared
 # beyond use; fewer widths shear more than is needed. tests/charts/splitting/test_splitting.py
-WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)
+RELAYOUT_WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)
 
 # Mean angle distortion (F/3nt) of faces that got narrower. More shears textures visibly; less leaves more
 # charts. tests/charts/splitting/test_splitting.py
@@ -163,7 +163,7 @@ MAX_EDGES_TO_TRY_PARTS = 16
 
 # Tries to join a small chart where it does not fit unchanged. They take as long as flattening a thousand
 # triangles; fewer leave chips. benchmarks/constants.py charts.splitting
-MAX_TRIES = 80
+MAX_JOINING_TRIES = 80
 
 # --- parts moved apart by SCAF ---
 

@@ -105,7 +105,7 @@ class _Relayout:
             rest = self._z[piece.F[self._near(z) & ~within]]
             return None if lie_over(z[F], rest) else z
 
-        z = next((made for width in constants.WIDTHS if (made := laid_out(width)) is not None), None)
+        z = next((made for width in constants.RELAYOUT_WIDTHS if (made := laid_out(width)) is not None), None)
         if z is None:
             return False
         squared, shear = self._measured(part, z)

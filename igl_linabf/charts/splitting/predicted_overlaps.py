@@ -57,12 +57,12 @@ def predicted_seams(
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(constants.MAX_SPLITS):
         smaller = list[tuple[Submesh, int, bool]]()
-        asked = [part for part, *_ in waiting if len(part.F) >= constants.SMALL_PART * len(mesh.F)]
+        asked = [part for part, *_ in waiting if len(part.F) >= constants.MIN_PREDICTED_SHARE * len(mesh.F)]
         sketches = iter(_sketches(asked))
         for part, rounds, stays_whole in waiting:
             number += 1
             label[part.faces] = number
-            if len(part.F) < constants.SMALL_PART * len(mesh.F):
+            if len(part.F) < constants.MIN_PREDICTED_SHARE * len(mesh.F):
                 continue
             parts, uv, stays_whole = _parts(part, next(sketches), stays_whole)
             if parts:
@@ -135,7 +135,7 @@ def _with_small_parts_joined(label: IntArray, sides: IntArray) -> IntArray:
         right, left = label[sides]
         around = np.append(left[right == part], right[left == part])
         around = around[around != part]
-        if 0 < faces < constants.SMALL_PART * len(label) and len(around):
+        if 0 < faces < constants.MIN_PREDICTED_SHARE * len(label) and len(around):
             label[label == part] = np.bincount(around).argmax()
     return label
 
@@ -164,7 +164,7 @@ def _parts(
     if stays_whole or result.holes:
         return [], uv, stays_whole
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    if not len(pairs) or len(np.unique(pairs)) < constants.SMALL_PART * len(disk.F) or uv is None:
+    if not len(pairs) or len(np.unique(pairs)) < constants.MIN_PREDICTED_SHARE * len(disk.F) or uv is None:
         return [], uv, False
     most = constants.MAX_PREDICTED_OVERLAPS
     parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], most)

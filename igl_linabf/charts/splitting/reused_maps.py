@@ -47,7 +47,7 @@ def reuse_maps(
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
     even = apart & (high <= constants.MAX_EXACT_DISTORTION**2 * low)
-    asked = np.flatnonzero((size >= constants.LARGE_PART * len(piece.F)) | even).tolist()
+    asked = np.flatnonzero((size >= constants.MIN_PART_OF_MAP * len(piece.F)) | even).tolist()
     maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
     table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
@@ -77,8 +77,8 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    least = constants.LARGE_PART if stretch <= constants.REUSED_STRETCH else constants.NEARLY_WHOLE
-    return part >= least * whole
+    low = stretch <= constants.REUSED_STRETCH
+    return part >= (constants.MIN_PART_OF_MAP if low else constants.MIN_PART_OF_STRETCHED_MAP) * whole
 
 
 def _area_ratios(

@@ -109,7 +109,8 @@ class _Candidate:
             yield runs[k], 1.0, z
         rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
         others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
-        for width, (run, least) in islice(product(constants.WIDTHS, others), constants.MAX_TRIES):
+        tries = product(constants.RELAYOUT_WIDTHS, others)
+        for width, (run, least) in islice(tries, constants.MAX_JOINING_TRIES):
             if least <= run.host.most_shear(width):
                 laid_out = self._laid_out(run.own, run.at, width)
                 if laid_out is not None:
