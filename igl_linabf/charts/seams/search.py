@@ -287,7 +287,7 @@ def _cheapest_seam(
         closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
     )
     few = closed.graph.n <= MAX_DIRECT_NODES
-    # a net opens every handle, and many lay sheets over each other in it
+    # whether it is a hard-surface body; a net opens every handle, and many lay sheets over each other in it
     hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
     least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
     hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
@@ -306,23 +306,21 @@ def _cheapest_seam(
 
     if closed.graph.n > task.max_direct_nodes:
         levels = Levels.of(closed, constants.MAX_CLUSTERS)
-        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
+        coarse = levels.coarse
+        seam, leaves = seam_of_clusters(coarse, trade, holes, gain)
         if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
             return net
-        if (
-            task.part_overlaps
-            and (mesh := coarse_mesh(levels.coarse.graph, levels.label(closed.node[component.F]))) is not None
-        ):
-            coarse = levels.coarse
+        if not task.part_overlaps:
+            return levels.lift(seam, leaves)
+        mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
+        if mesh is not None:
             more, ends = predicted_seams(coarse.graph, mesh, seam, trade * constants.CLUSTER_TRADE_FACTOR)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
         drawn = levels.lift(seam, leaves)
-        if not task.part_overlaps or trade == 0:
+        if trade == 0:
             return drawn
-        of_clusters = log_scale(
-            levels.coarse, levels.coarse.graph.boundary_nodes(seam), levels.coarse.curvature
-        )
+        of_clusters = log_scale(coarse, coarse.graph.boundary_nodes(seam), coarse.curvature)
         u = of_clusters[levels.label(np.arange(closed.graph.n))]
         return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
     seam = grown_seam(closed, trade, holes)[0]
