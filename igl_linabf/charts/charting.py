@@ -26,7 +26,7 @@ from . import constants
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
 from .features import extent
 from .options import ChartOptions
-from .seams import MEDIUM
+from .seams import MAX_FACES_OF_MEDIUM_BODY
 from .splitting import (
     REUSED_STRETCH,
     TIP_STRETCH,
@@ -339,7 +339,7 @@ def _worth_of_map(
     piece: Submesh, stretch: float, change: MapMeasure, splits: int, options: ChartOptions
 ) -> IntArray:
     """Seams that are worth the stretch that they save of a map, which may be more than was expected."""
-    if splits < options.most_splits and len(piece.F) <= MEDIUM:
+    if splits < options.most_splits and len(piece.F) <= MAX_FACES_OF_MEDIUM_BODY:
         seams = _NO_SEAM
         if not splits and stretch > constants.SOUGHT_STRETCH:  # it was one of many
             seams = options.seams_of(piece, disks=True, gain=constants.DISK_GAIN)

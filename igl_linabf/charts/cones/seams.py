@@ -10,7 +10,7 @@ from ..._types import IntArray
 from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
 from ..cut_graphs import (
-    DIRECT,
+    MAX_DIRECT_NODES,
     ClosedSurface,
     Levels,
     SurfaceGraph,
@@ -35,7 +35,7 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
-    if piece.graph.n <= DIRECT:
+    if piece.graph.n <= MAX_DIRECT_NODES:
         return move_branch_points(piece.graph, open_handles(piece), piece.graph.length_of)
     features = replace(piece.features, valleys=lambda: np.ones(len(piece.edges)))
     levels = Levels.of(replace(piece, features=features), CLUSTERED)

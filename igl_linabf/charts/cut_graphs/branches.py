@@ -9,19 +9,15 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from .graph import SHORTER, SeamTopology, SurfaceGraph
-
-MOST_TRIES = 12  # of moving some of these together
-BRANCH_ROUNDS = 3  # of moving branch points, on average
-FEW_ARCS, BESIDE = 6, 2  # at a branch point, of which all pairs are tried; of more, with how many each one
-MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
+from . import constants
+from .graph import SeamTopology, SurfaceGraph
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
 Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
 Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
-Row = tuple[IntArray, IntArray]  # an arc, by arrays
-Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
+ArcArrays = tuple[IntArray, IntArray]  # the same as arrays
+EndedArc = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
@@ -32,10 +28,10 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if len(waiting) > MOST_MOVED:
+    if len(waiting) > constants.MAX_MOVED_ARCS:
         at = lengths_at(graph, arcs_of(graph, seam), graph.length)
         waiting = longest(waiting, lambda k: float(at[waiting[k]]))
-    for _ in range(BRANCH_ROUNDS * len(waiting)):
+    for _ in range(constants.MOVES_OF_BRANCH_POINT * len(waiting)):
         if not waiting:
             break
         branch = waiting.pop(0)
@@ -58,7 +54,8 @@ def prune_branches(
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
-    for k in np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
+    longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
+    for k in longest_first[: constants.MAX_MOVED_ARCS].tolist():
         rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
@@ -66,7 +63,9 @@ def prune_branches(
     return seam
 
 
-def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
+def lengths_at(
+    graph: SurfaceGraph, arcs: list[ArcArrays], length: FloatArray, most: float = np.inf
+) -> FloatArray:
     """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
@@ -74,11 +73,12 @@ def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: f
 
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """Those that are moved, in their order; of many by the length of the k-th one."""
-    if len(items) <= MOST_MOVED:
+    """The longest items, in their order, so many as are moved; `length` is that of the k-th one."""
+    if len(items) <= constants.MAX_MOVED_ARCS:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
-    return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[:MOST_MOVED]).tolist()]
+    chosen = np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED_ARCS]
+    return [items[k] for k in np.sort(chosen).tolist()]
 
 
 def move_in_groups(
@@ -86,7 +86,7 @@ def move_in_groups(
 ) -> IntArray:
     """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
     waiting = [items]
-    for _ in range(MOST_TRIES):
+    for _ in range(constants.MAX_MOVED_GROUPS):
         if not waiting:
             break
         group = waiting.pop()
@@ -99,7 +99,7 @@ def move_in_groups(
 
 
 def _move_branch_point(
-    graph: SurfaceGraph, seam: IntArray, arcs: list[Ended], branch: int, kept: SeamTopology, cost: Cost
+    graph: SurfaceGraph, seam: IntArray, arcs: list[EndedArc], branch: int, kept: SeamTopology, cost: Cost
 ) -> tuple[IntArray, set[int]]:
     """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
@@ -107,9 +107,10 @@ def _move_branch_point(
     """
     free = len(arcs) == 3 and branch >= graph.n_holes
     for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
-        own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = graph.difference(seam, own), graph.length_of(own) / SHORTER
-        tips = [tip for _, tip in chosen] + [branch] * (not free)
+        own_arcs, own_tips = zip(*chosen, strict=True)
+        own = np.concatenate(own_arcs)
+        rest, length = graph.difference(seam, own), graph.length_of(own) / constants.STRICTLY_SHORTER
+        tips = [*own_tips, *[branch] * (not free)]
         label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
         if len(set(groups.tolist())) == 3:
@@ -118,25 +119,25 @@ def _move_branch_point(
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
         centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
         moved = graph.union(rest, ways)
-        shorter = graph.length_of(moved) < graph.length_of(seam) * SHORTER
+        shorter = graph.length_of(moved) < graph.length_of(seam) * constants.STRICTLY_SHORTER
         if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
 
 
-def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
+def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
     """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
-    if len(arcs) > FEW_ARCS:
+    if len(arcs) > constants.MAX_ARCS_OF_ALL_PAIRS:
         at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
         apart = np.linalg.norm(at[:, None] - at, axis=2)
-        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + BESIDE]
+        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + constants.NEAREST_ARCS]
         near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
         pairs = sorted(near, key=lambda pair: float(apart[pair]))
     return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
-def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
+def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -168,10 +169,13 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[Ended]:
+def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = (arc_from(graph, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
-    return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
+    arcs = list[EndedArc]()
+    for step in steps.get(branch, []):
+        edges, nodes = arc_from(graph, steps, set(), branch, step, np.inf)
+        arcs.append((np.array(edges), nodes[-1]))
+    return arcs
 
 
 def arc_from(

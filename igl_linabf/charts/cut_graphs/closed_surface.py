@@ -12,10 +12,9 @@ from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
 from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
+from .constants import CREASE_DISCOUNT, MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
 from .graph import SurfaceGraph
-from .laplacians import LARGEST_WEIGHT, SMALLEST_WEIGHT, SurfaceLaplacian
-
-CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
+from .laplacians import SurfaceLaplacian
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +119,7 @@ class ClosedSurface:
         vertex = np.empty(n, dtype=np.int64)
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-        weight = np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT)
+        weight = np.clip(cotangent, MIN_BOND_WEIGHT, MAX_BOND_WEIGHT)
         length = seam_lengths(in_space, bend) * seen
         return cls(
             SurfaceGraph(

@@ -16,22 +16,12 @@ import numpy as np
 from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
+from . import constants
 from .closed_surface import ClosedSurface, EdgeFeatures
 from .graph import SurfaceGraph, without_stubs
-from .handles import FIRST_BASES, open_handles, shortest_loops
+from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
-
-DIRECT = 8_500  # nodes up to which seams are found on the surface itself
-DIRECT_HANDLES = 4_000  # the same, of parts with handles of a large surface
-CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
-LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
-REACH = 6.0  # mean distances to a root that a branch point's arcs may move
-WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
-FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
-HOPS, FEW_HOPS = 3, 2
-MORE_ROOTS = 4  # times
-SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +100,9 @@ class Contracted:
 
     @classmethod
     def simple(cls, fine: ClosedSurface, hops: int) -> Contracted:
-        """With more roots where clusters go around a thin part: two of them then share one edge at most."""
+        """Contract clusters of which two share one edge at most: more roots part those around a thin part."""
         forest = shortest_path_trees(fine, hops)
-        for _ in range(MORE_ROOTS):
+        for _ in range(constants.MAX_ROOT_ROUNDS):
             outline = _outline(fine.graph, forest)
             low, high = np.sort(outline.graph.ends, axis=1).T
             # at both edges of such a pair: the ends of the longer one may be roots already
@@ -137,8 +127,9 @@ class Contracted:
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=WIDTH * mean)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, REACH * mean)
+        width = constants.CORRIDOR_WIDTH * mean
+        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
+        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +149,8 @@ class Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
         while not steps or closed.graph.n > most:
-            steps.append(Contracted.simple(closed, HOPS if closed.graph.n >= FAR else FEW_HOPS))
+            wide = closed.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
+            steps.append(Contracted.simple(closed, constants.CLUSTER_HOPS + wide))
             closed = steps[-1].coarse
         return cls(steps)
 
@@ -181,21 +173,23 @@ class Levels:
 
 def handles_of_clusters(closed: ClosedSurface) -> IntArray:
     """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
-    if closed.graph.n <= DIRECT:
+    if closed.graph.n <= constants.MAX_DIRECT_NODES:
         return open_handles(closed)
-    step = Contracted.simple(closed, HOPS)
+    step = Contracted.simple(closed, constants.CLUSTER_HOPS + 1)
     met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
-    return shortest_loops(closed.graph, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
+    most_met = np.argsort(-met, kind="stable")[: constants.FIRST_BASE_POINTS]
+    return shortest_loops(closed.graph, step.roots[most_met].tolist())[0]
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
-    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
+    """The trees of shortest paths to the nearest roots, which are more than `hops` edges apart.
 
     Each hole is a root with no other node.
     """
     graph, holes = closed.graph, np.arange(closed.graph.n_holes)
     by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))
-    peak = np.round(np.log2(np.maximum(np.abs(closed.curvature), LEAST_PEAK))).astype(np.int16)
+    curvature = np.maximum(np.abs(closed.curvature), constants.MIN_PEAK_CURVATURE)
+    peak = np.round(np.log2(curvature)).astype(np.int16)
     order = by_chance[np.argsort(peak[by_chance], kind="stable")][::-1]
     excluded = np.zeros(graph.n, dtype=bool)
     excluded[holes] = True
@@ -317,5 +311,5 @@ def _finite_volumes(
         if hole.any():
             edge = np.asarray(graph.adjacency[0][a[hole], b[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
-    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
+    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), constants.MIN_BOND_WEIGHT, 1)
     return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)

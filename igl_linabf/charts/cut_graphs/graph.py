@@ -12,8 +12,6 @@ from ..._core import meeting, nearest_sources, nodes_on_paths, opened, shortest_
 from ..._core import without_leaves as without_leaf_edges
 from ..._types import BoolArray, FloatArray, IntArray
 
-SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
-
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
 SeamTopology = tuple[int, int, int]  # what a seam goes on to be when it moves
 

@@ -4,28 +4,25 @@ import numpy as np
 
 from ..._core import spanning_forest
 from ..._types import IntArray
+from . import constants
 from .closed_surface import ClosedSurface
-from .graph import SHORTER, SurfaceGraph, without_stubs
-
-FIRST_BASES = 4  # base points for the loops around handles, far from each other
-MOST_BASES = 6  # of a round, evenly along the loops
-BASE_ROUNDS = 3  # of such points
+from .graph import SurfaceGraph, without_stubs
 
 Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
 
 
-def open_handles(closed: ClosedSurface, rounds: int = BASE_ROUNDS) -> IntArray:
+def open_handles(closed: ClosedSurface, rounds: int = constants.BASE_POINT_ROUNDS) -> IntArray:
     """The shortest cut graph made of loops through one point, over several base points."""
     graph, tried = closed.graph, set[int]()
     bases = [int(np.argmax(np.abs(closed.curvature)))]
-    while len(bases) < FIRST_BASES:
+    while len(bases) < constants.FIRST_BASE_POINTS:
         bases.append(int(np.argmax(graph.shortest_paths(np.array(bases))[0])))
     best = shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
-        bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
+        bases = bases[:: -(-len(bases) // constants.MAX_BASE_POINTS) or 1]
         best = shortest_loops(graph, bases, best)
     return best[0]
 
@@ -34,7 +31,7 @@ def shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | None = N
     """The shortest of the cut graphs of loops through each base point, and of one that is known."""
     for base in bases:
         loops = _loops_through(graph, base)
-        if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * SHORTER:
+        if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * constants.STRICTLY_SHORTER:
             best = loops
     assert best is not None
     return best

@@ -11,9 +11,7 @@ from scipy import sparse
 from ..._core import entries, laplacian_entries
 from ..._types import BoolArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
-
-SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
-LARGEST_WEIGHT = 1e6  # of a needle's: beside larger ones double precision would not see the others
+from .constants import MAX_BOND_WEIGHT
 
 
 class DirichletSolver:
@@ -92,7 +90,7 @@ class SurfaceLaplacian:
     @cached_property
     def dirichlet_of_cotangents(self) -> DirichletSolver:
         """The same with the cotangents themselves for weights, if double precision holds them."""
-        if not (np.abs(self.cotangent) < LARGEST_WEIGHT).all():
+        if not (np.abs(self.cotangent) < MAX_BOND_WEIGHT).all():
             return self.dirichlet
         return DirichletSolver(self._matrix(self.cotangent), self._analysis)
 

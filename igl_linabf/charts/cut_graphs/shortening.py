@@ -9,8 +9,7 @@ import numpy as np
 from ..._core import lengths, meeting, ways_towards
 from ..._types import BoolArray, IntArray
 from .branches import (
-    MOST_MOVED,
-    Row,
+    ArcArrays,
     arc_from,
     arcs_from,
     arcs_of,
@@ -21,9 +20,8 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .graph import SHORTER, SurfaceGraph
-
-STRIDE = 0.3  # times the surface's size: points on a seam between which it is rerouted
+from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRAIGHTENING_STRIDE, STRICTLY_SHORTER
+from .graph import SurfaceGraph
 
 
 def slide_into_valleys(
@@ -31,7 +29,7 @@ def slide_into_valleys(
 ) -> IntArray:
     """The seam on the shortest paths between points on it, where valleys are shorter.
 
-    The points are `STRIDE` apart: the seam slides into a valley nearby, and stays where its leaves are. If
+    With points `STRAIGHTENING_STRIDE` apart, it reaches valleys nearby, and stays where its leaves are. If
     not all arcs together are accepted, halves of them are tried, and so on.
     """
     graph, topology = closed.graph, closed.graph.topology_of(seam)
@@ -40,7 +38,7 @@ def slide_into_valleys(
     def move(arcs: list[IntArray], seam: IntArray) -> IntArray | None:
         moved = seam
         for arc in arcs:
-            moved = _straighten(valleys, moved, arc, STRIDE * closed.size)
+            moved = _straighten(valleys, moved, arc, STRAIGHTENING_STRIDE * closed.size)
         if np.array_equal(np.sort(moved), np.sort(seam)):
             return seam
         return moved if graph.topology_of(moved) == topology and accepts(moved) else None
@@ -84,15 +82,12 @@ def _shortest(graph: SurfaceGraph, path: IntArray, taken: BoolArray) -> IntArray
     length, avoid = graph.length_of(path), taken.copy()
     avoid[graph.ends[path]] = False
     distance, before, _ = graph.shortest_paths(np.array([last]), avoid, limit=length)
-    if not distance[first] < length * SHORTER:
+    if not distance[first] < length * STRICTLY_SHORTER:
         return path
     found = graph.path_edges(before, [first])
     taken[graph.ends[path]] = False
     taken[graph.ends[found]] = True
     return found
-
-
-LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 
 
 class _Corridor:
@@ -125,7 +120,8 @@ class _Corridor:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
         number, cycles, sizes = self._pieces
         *new, parts = self.graph.pieces_of(moved)
-        return new == [number, cycles] and len(parts) == len(sizes) and bool((parts >= LEFT * sizes).all())
+        same = new == [number, cycles] and len(parts) == len(sizes)
+        return same and bool((parts >= MIN_KEPT_PART * sizes).all())
 
     def in_place(self, node: int, old: int, new: int, on: BoolArray) -> bool:
         """Whether two edges at a node lie between the same edges of the rest of the seam, a mask.
@@ -211,7 +207,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     """Each arc, but those of known edges, by the shortest path that the corridor and the other arcs allow."""
     graph = corridor.graph
 
-    def move(arcs: list[Row], seam: IntArray) -> IntArray | None:
+    def move(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
         blocked, on, old = corridor.blocked_at(graph.ends[seam]), graph.mask_of(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.length_of(edges), corridor.index[nodes]
@@ -223,7 +219,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
                 on[edges] = False
                 if (
                     not one
-                    and corridor.length_of(new) < length * SHORTER
+                    and corridor.length_of(new) < length * STRICTLY_SHORTER
                     and corridor.in_place(nodes[0], edges[0], new[-1], on)
                     and corridor.in_place(nodes[-1], edges[-1], new[0], on)
                 ):
@@ -256,7 +252,7 @@ def _move_branch_points_by(corridor: _Corridor, seam: IntArray, fixed: set[int],
             blocked = corridor.blocked_at(np.fromiter(steps, dtype=np.int64, count=len(steps)))
             for _, nodes in arms:
                 blocked[corridor.index[nodes[:-1]]] = False
-            limit = corridor.length_of(own) * SHORTER
+            limit = corridor.length_of(own) * STRICTLY_SHORTER
             paths = corridor.steiner_tree(corridor.index[tips], blocked, limit)
             if len(paths[0]):
                 parts = [graph.edges_between(path[:-1], path[1:]) for path in paths]
@@ -282,7 +278,7 @@ def _move_branch_points_by(corridor: _Corridor, seam: IntArray, fixed: set[int],
     movable = [
         node for node in steps if node >= graph.n_holes and node not in fixed and len(steps[node]) == 3
     ]
-    if len(movable) > MOST_MOVED:
+    if len(movable) > MAX_MOVED_ARCS:
         at = lengths_at(graph, arcs_of(graph, seam, fixed), corridor.length, reach)
         movable = longest(movable, lambda k: float(at[movable[k]]))
     return move_in_groups(movable, seam, move)

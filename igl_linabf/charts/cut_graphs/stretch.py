@@ -12,22 +12,20 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import FloatArray, IntArray
+from . import constants
 from .closed_surface import ClosedSurface
-
-MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
-EVEN = 6.0  # times the stretch of isometric maps counts: who wants even texels wants little of it
-STEPS = 6  # of conjugate gradients: the mean of w^2 is then right to a few percent
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
 
-    What an isometric map has beyond 1 is multiplied by `EVEN`.
+    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
     """
     weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
     if not closed.isometric:
         return expected_stretch(closed, u), u
-    return 1 + EVEN * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
+    w = _trace(closed, fixed, weight)
+    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * 0.75 * float(weight @ w**2), u
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
@@ -39,7 +37,7 @@ def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
 def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
     u = closed.laplacian.dirichlet.solve(fixed, -curvature)
-    return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+    return np.clip(u, -constants.MAX_LOG_SCALE, constants.MAX_LOG_SCALE)
 
 
 def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
@@ -54,7 +52,7 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
     solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
-    for _ in range(STEPS):
+    for _ in range(constants.MAX_TRACE_STEPS):
         left = weight * w
         slope = (left - whole @ solve(left))[fixed]
         scaled = slope / weight[fixed]
@@ -66,4 +64,4 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         h = solve(-(whole @ values))
         h[fixed] = step
         w = w + down / float(h @ (weight * h)) * h
-    return np.clip(w, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+    return np.clip(w, -constants.MAX_LOG_SCALE, constants.MAX_LOG_SCALE)

@@ -13,7 +13,13 @@ import numpy as np
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Submesh
 from ..atlas import sketched_distortion
-from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join_terminals
+from ..cut_graphs import (
+    MAX_DIRECT_NODES,
+    ClosedSurface,
+    expected_stretch,
+    handles_of_clusters,
+    join_terminals,
+)
 from ..features import TIP_CURVATURE, apexes
 from . import constants
 
@@ -184,7 +190,8 @@ class Nets:
         With a `gain`, no seam is needed, and a net has to save that much.
         """
         grown = cache(lambda level: grow(self._net(level)))
-        levels = range(len(self._nodes)) if self.piece.graph.n <= DIRECT else self._promising(seam, grown)
+        few = self.piece.graph.n <= MAX_DIRECT_NODES
+        levels = range(len(self._nodes)) if few else self._promising(seam, grown)
         if not levels:
             return None
         left = cache(lambda level: self._left(level, parts, grown))

@@ -4,4 +4,5 @@ In: a component. Out: the edges of its seam. Handles are cut as in Erickson, Whi
 the conformal scale of Sawhney, Crane 2017.
 """
 
-from .search import MEDIUM, TRADE, check_trade, cut, find_seams, seams_of
+from .constants import MAX_FACES_OF_MEDIUM_BODY, TRADE
+from .search import check_trade, cut, find_seams, seams_of

@@ -1,4 +1,4 @@
-"""The seam of one body: it grows leaf by leaf, gets shorter, and is made the same on both sides."""
+"""The seam of one component: it grows leaf by leaf, gets shorter, and is mirrored if that costs little."""
 
 from __future__ import annotations
 
@@ -17,19 +17,15 @@ from ..cut_graphs import (
     open_handles,
     prune_branches,
 )
+from . import constants
 from .symmetry import Mirror, mirrored
-
-MAX_LEAVES = 100  # on a component
-MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
-DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
 
 
 def seam_of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float | None) -> Grown:
     """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
-    trade *= DRAWN_SHORTER
+    trade *= constants.CLUSTER_TRADE_FACTOR
     seam, leaves = grown_seam(coarse, trade, holes)
     seam = if_it_pays(coarse, shorter_seam(coarse, seam, trade)[0], trade, gain)
     return seam, np.intersect1d(leaves, coarse.graph.ends[seam])
@@ -51,8 +47,8 @@ def grown_seam(closed: ClosedSurface, trade: float, holes: bool) -> Grown:
 
 
 def shorter_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
-    """The seam with its branch points moved, and what seams cost; to hide it, without idle branches."""
-    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+    """The seam with its branch points moved, and the cost of seams; a hidden one without idle branches."""
+    known: dict[bytes, float] = {}  # one seam is compared with several others
 
     def cost(seam: IntArray) -> float:
         key = seam.tobytes()
@@ -65,7 +61,7 @@ def shorter_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> tuple[I
     return move_branch_points(closed.graph, seam, cost), cost
 
 
-def alike_on_both_sides(
+def symmetric_seam(
     component: Submesh, closed: ClosedSurface, seam: IntArray, trade: float, holes: bool
 ) -> IntArray:
     """A seam that is its own mirror image, if there is a mirror and it costs little more; else the seam."""
@@ -81,13 +77,14 @@ def alike_on_both_sides(
         other = prune_branches(
             surface.graph, other, lambda seam: seam_cost(surface, seam, trade), mirror.image
         )
-    return other if seam_cost(closed, other, trade) < seam_cost(closed, seam, trade) + SYMMETRIC else seam
+    most = seam_cost(closed, seam, trade) + constants.SYMMETRY_COST
+    return other if seam_cost(closed, other, trade) < most else seam
 
 
 def _slit(closed: ClosedSurface, mirror: Mirror | None = None) -> Grown:
-    """A path to open a sphere, between the two points that would shrink most.
+    """A path that opens a sphere, between the two points that would shrink most; and these points.
 
-    With a mirror, between one of them and its image, or in the plane.
+    With a mirror, it leads from one of them to its image, or lies in the plane.
     """
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
     start = int(np.argmin(log_scale(closed, np.array([0]), extra) / closed.node_hiding))
@@ -106,7 +103,7 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
     """Add branches one by one, or with mirror images; return the seam of least cost, and its leaves."""
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
-    for _ in range(MAX_LEAVES):
+    for _ in range(constants.MAX_LEAVES):
         if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # no stretch is less than 1
             break
         stretch, u = expected(closed, closed.graph.boundary_nodes(seam))
@@ -116,7 +113,7 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
         leaf = int(np.argmax(np.abs(u) / closed.node_hiding))
-        if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
+        if in_vain == constants.MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = closed.graph.shortest_paths(closed.graph.boundary_nodes(seam))
         way = closed.graph.path_edges(before, [leaf])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,15 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import (
-    CLUSTERED,
-    DIRECT,
-    DIRECT_HANDLES,
-    ClosedSurface,
-    Levels,
-    log_scale,
-    slide_into_valleys,
-)
+from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
 from ..features import (
     PLANAR_SHARE,
     CreasedSurface,
@@ -29,25 +23,9 @@ from ..features import (
 )
 from ..panels import FLAT_SHARE_OF_LARGE_NETS, MOST_HANDLES_OF_NETS, Nets, Panels, RoundedPanels, panel_seams
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
-from .growth import (
-    DRAWN_SHORTER,
-    MAX_LEAVES,
-    MAX_LEAVES_IN_VAIN,
-    alike_on_both_sides,
-    grown_seam,
-    if_it_pays,
-    seam_of_clusters,
-    shorter_seam,
-    with_branches,
-)
+from . import constants
+from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam, with_branches
 from .small_bodies import SmallBodies
-
-TRADE = 6.0
-ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
-SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
-MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
-LARGE = 20_000  # faces of a surface of which a part with handles has few nodes for its seam
-SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -100,7 +78,7 @@ def find_seams(
     F: ArrayLike,
     *,
     method: str | Method = "linabf",
-    trade: float = TRADE,
+    trade: float = constants.TRADE,
     holes: bool = False,
     disks: bool = False,
     hide: Hiding | None = None,
@@ -206,8 +184,10 @@ def seams_of(
         if creased is None:
             return np.concatenate(found)
         surface, known = creased.surface, creased.dihedral
-    small = []
-    shapes = _shapes(surface)
+    small, shapes = [], _shapes(surface)
+    is_large = len(shapes) > 1 and len(surface.F) >= constants.MIN_FACES_OF_LARGE_SURFACE
+    most = constants.MAX_DIRECT_NODES_OF_PART if is_large else MAX_DIRECT_NODES
+    task = _Task(trade, holes, part_overlaps, most)
     for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
@@ -216,15 +196,11 @@ def seams_of(
             else:
                 bend = dihedral_angles(component) if known is None or component is not surface else known
                 closed = ClosedSurface.of(component, hidden, isometric, bend)
-                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
-                direct = DIRECT_HANDLES if is_part else DIRECT
-                worth = gain if open_ else None
-                seam = _best(component, closed, trade, holes, worth, part_overlaps, bend, direct)
+                seam = _cheapest_seam(component, closed, bend, gain if open_ else None, task)
                 found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
-        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
+        found.append(SmallBodies(surface.of_faces(rows), hidden).seams(trade, holes, gain))
     return np.concatenate(found)
 
 
@@ -253,15 +229,16 @@ Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops a
 
 def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Of which components the seams are found together: small ones among many, without handles."""
-    sizes = np.array([len(component.F) for component, _, _ in shapes])
-    small = (sizes <= SMALL) & (len(shapes) >= MANY)
-    medium = (sizes > SMALL) & (sizes <= MEDIUM)
-    if len(shapes) >= HUNDREDS and medium.any():
+    components, _, genus = zip(*shapes, strict=True)
+    sizes = np.array([len(component.F) for component in components])
+    small = (sizes <= constants.MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= constants.MIN_SMALL_BODIES)
+    medium = (sizes > constants.MAX_FACES_OF_SMALL_BODY) & (sizes <= constants.MAX_FACES_OF_MEDIUM_BODY)
+    if len(shapes) >= constants.MIN_MEDIUM_BODIES and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
-        for i, (component, _, _) in enumerate(shapes):
+        for i, component in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < SMOOTH)
-    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
+        small |= medium & (flat_shares(surface, of) < constants.MAX_FLAT_SHARE_OF_SMOOTH_BODY)
+    return list((small & (np.array(genus) == 0)).tolist())
 
 
 def _shapes(surface: Submesh) -> list[Shape]:
@@ -284,28 +261,33 @@ def _shapes(surface: Submesh) -> list[Shape]:
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
-def _best(
-    component: Submesh,
-    closed: ClosedSurface,
-    trade: float,
-    holes: bool,
-    gain: float | None,
-    part_overlaps: bool = False,
-    bend: FloatArray | None = None,
-    direct: int = DIRECT,
-) -> IntArray:
-    """The seam that leaves look for, or a net, if there are creases and it costs less.
+@dataclass(frozen=True)
+class _Task:
+    """What seams of components are sought: options of `seams_of`.
 
-    With a `gain`, no seam is needed, and one has to save this. On up to `direct` nodes it is found on the
-    surface itself.
+    On up to `max_direct_nodes` nodes they are found on the component itself, on more on clusters of them.
     """
-    none = np.zeros(0, dtype=np.int64)
+
+    trade: float
+    holes: bool
+    part_overlaps: bool
+    max_direct_nodes: int
+
+
+def _cheapest_seam(
+    component: Submesh, closed: ClosedSurface, bend: FloatArray, gain: float | None, task: _Task
+) -> IntArray:
+    """The seam that grows by leaves, or a net, if there are creases and it costs less.
+
+    With a `gain`, no seam is needed, and one has to save this.
+    """
+    none, trade, holes = np.zeros(0, dtype=np.int64), task.trade, task.holes
     with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
     nets = Nets(
         closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
     )
-    few = closed.graph.n <= DIRECT
-    # a net opens every handle, and many lay sheets over each other in it
+    few = closed.graph.n <= MAX_DIRECT_NODES
+    # whether it is a hard-surface body; a net opens every handle, and many lay sheets over each other in it
     hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
     least_flat = PLANAR_SHARE if few else FLAT_SHARE_OF_LARGE_NETS
     hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
@@ -322,33 +304,31 @@ def _best(
     def cheaper(seam: IntArray) -> IntArray | None:
         return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
 
-    if closed.graph.n > direct:
-        levels = Levels.of(closed, CLUSTERED)
-        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
+    if closed.graph.n > task.max_direct_nodes:
+        levels = Levels.of(closed, constants.MAX_CLUSTERS)
+        coarse = levels.coarse
+        seam, leaves = seam_of_clusters(coarse, trade, holes, gain)
         if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
             return net
-        if (
-            part_overlaps
-            and (mesh := coarse_mesh(levels.coarse.graph, levels.label(closed.node[component.F]))) is not None
-        ):
-            coarse = levels.coarse
-            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * DRAWN_SHORTER)
+        if not task.part_overlaps:
+            return levels.lift(seam, leaves)
+        mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
+        if mesh is not None:
+            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * constants.CLUSTER_TRADE_FACTOR)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
         drawn = levels.lift(seam, leaves)
-        if not part_overlaps or trade == 0:
+        if trade == 0:
             return drawn
-        of_clusters = log_scale(
-            levels.coarse, levels.coarse.graph.boundary_nodes(seam), levels.coarse.curvature
-        )
+        of_clusters = log_scale(coarse, coarse.graph.boundary_nodes(seam), coarse.curvature)
         u = of_clusters[levels.label(np.arange(closed.graph.n))]
         return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
     seam = grown_seam(closed, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net
     seam, cost = shorter_seam(closed, seam, trade)
-    most = cost(seam) + ROUTED
+    most = cost(seam) + constants.VALLEY_COST
     seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not closed.graph.genus:
-        seam = alike_on_both_sides(component, closed, seam, trade, holes)
+        seam = symmetric_seam(component, closed, seam, trade, holes)
     return if_it_pays(closed, seam, trade, gain)

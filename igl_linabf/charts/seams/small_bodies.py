@@ -4,7 +4,6 @@ The bodies do not touch, so that one Laplace system, and one search for shortest
 bodies with creases, seams on these are cheap, as `Nets` has it.
 """
 
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -12,13 +11,10 @@ from scipy import sparse
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
-from ..cut_graphs import ClosedSurface, join_terminals, without_stubs
+from ..cut_graphs import ClosedSurface, join_terminals, log_scale, without_stubs
 from ..features import PLANAR_SHARE, flat_shares
 from ..panels import CREASED_CURVATURE_OF_NETS, SHARP_CREASE_PRICE
-
-LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
-
-FLAT = 1e-9  # radians of curvature that need no seam
+from . import constants
 
 
 def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
@@ -35,26 +31,22 @@ class SmallBodies:
     ----------
     surface : Submesh
         Of all of them.
-    log_scale : callable
-        The logarithm of the scale that takes away a curvature, and is zero at some nodes.
     hidden : (#F,) float64, optional
         As `hiding_weights` returns it.
     """
 
-    def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:
+    def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
         self._surface, self.vertices = surface, surface.vertices
         self.closed = closed = ClosedSurface.of(surface, hidden)
-        self._log_scale = log_scale
         self._of = connected_labels(closed.graph.ends, closed.graph.n)  # the body of each node
         self._n = int(self._of.max()) + 1
         self._area = sum_by(self._of, closed.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, holes: bool, leaves: int, in_vain: int, gain: float) -> IntArray:
+    def seams(self, trade: float, holes: bool, gain: float) -> IntArray:
         """Edges to cut all of them along, by the caller's vertices.
 
-        A body gets up to `leaves`, and no more after `in_vain` of them in a row that do not pay.
         Bodies that need no seam get one only if it saves at least `gain` of L2 stretch beyond its price.
         """
         needed = np.zeros(0, dtype=np.int64)
@@ -63,7 +55,7 @@ class SmallBodies:
         needed = np.concatenate((needed, self._slits()))
         seam = needed
         if trade > 0:
-            seam = self._grown(seam, trade, leaves, in_vain)
+            seam = self._grown(seam, trade)
             cost = self._cost(seam, trade)
             if not holes:
                 net = self._net()
@@ -81,8 +73,8 @@ class SmallBodies:
             return np.zeros(0, dtype=np.int64)
         extra = closed.curvature - 4 * np.pi * closed.area / self._area[self._of]
         first = np.unique(self._of, return_index=True)[1][bare]
-        start = self._least(self._log_scale(closed, np.union1d(first, rims), extra))[bare]
-        end = self._least(self._log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
+        start = self._least(log_scale(closed, np.union1d(first, rims), extra))[bare]
+        end = self._least(log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
         distance, before, _ = closed.graph.shortest_paths(start)
         path = closed.graph.path_edges(before, end)
         # a single edge opens nothing
@@ -91,25 +83,25 @@ class SmallBodies:
         more = closed.graph.path_edges(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
-    def _grown(self, seam: IntArray, trade: float, leaves: int, most_in_vain: int) -> IntArray:
+    def _grown(self, seam: IntArray, trade: float) -> IntArray:
         """Add leaves one by one to each body, and return of its seams the one of least cost."""
         closed = self.closed
         when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
-        for leaf in range(leaves):
+        for leaf in range(constants.MAX_LEAVES):
             # no stretch is less than 1: beyond this length, no seam costs less than the best one
             growing &= 1 + self._length(seam) / trade < least
             if not growing.any():
                 break
             open_nodes = self._open_nodes(seam)
-            u = self._log_scale(closed, open_nodes, closed.curvature)
+            u = log_scale(closed, open_nodes, closed.curvature)
             cost = self._stretch(u) + self._length(seam) / trade
             better = growing & (cost < least)
             in_vain = np.where(better, 0, in_vain + 1)
             best[better], least[better] = leaf, cost[better]
             tip = self._least(-np.abs(u))
-            growing &= (in_vain < most_in_vain) & (u[tip] != 0)
+            growing &= (in_vain < constants.MAX_LEAVES_IN_VAIN) & (u[tip] != 0)
             if not growing.any():
                 break
             _, before, _ = closed.graph.shortest_paths(open_nodes[growing[self._of[open_nodes]]])
@@ -123,7 +115,7 @@ class SmallBodies:
         closed = self.closed
         i, j = _spanning_tree(closed.graph.adjacency[0]).coords
         tree = closed.graph.edges_between(i.astype(np.int64), j.astype(np.int64))
-        needed = np.abs(closed.curvature) > FLAT
+        needed = np.abs(closed.curvature) > constants.MAX_UNCUT_CURVATURE
         needed[: closed.graph.n_holes] = True
         return without_stubs(closed.graph, tree, np.flatnonzero(needed))
 
@@ -145,7 +137,7 @@ class SmallBodies:
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
         """The stretch and shear to expect of each body, and its seam's price."""
         closed, of = self.closed, self._of
-        u = self._log_scale(closed, self._open_nodes(seam), closed.curvature)
+        u = log_scale(closed, self._open_nodes(seam), closed.curvature)
         pressed = np.abs(closed.curvature) / (2 * np.pi)
         pressed[: closed.graph.n_holes] = 0
         pressed[closed.graph.ends[seam]] = 0

@@ -5,15 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..._types import FloatArray, IntArray
+from ..._types import IntArray
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface, SurfaceGraph
-
-SAMPLES = 64  # vertices that are tried first
-NEAR = 1e-3  # times the size: how far a vertex may be from its mirror image
-ALIKE = 0.9  # share of the edges that are edges again in the mirror; diagonals may lie the other way
-DETOUR = 1.5  # times the shortest way to a leaf in the plane may be the one in the plane
-ON_PLANE = 0.7  # times its length counts an edge in the mirror plane
+from . import constants
 
 
 def mirrored_vertices(component: Submesh) -> IntArray | None:
@@ -25,20 +20,16 @@ def mirrored_vertices(component: Submesh) -> IntArray | None:
     middle = weight @ V
     offset = V - middle
     values, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
-    near = NEAR * float(np.sqrt(double_area.sum() / 2))
-    tree, some = scipy.spatial.cKDTree(V), np.linspace(0, len(V) - 1, min(SAMPLES, len(V))).astype(np.int64)
-
-    def images(normal: FloatArray, rows: IntArray | slice) -> IntArray | None:
-        image = V[rows] - 2 * np.outer(offset[rows] @ normal, normal)
-        distance, index = tree.query(image, distance_upper_bound=near)
-        return np.asarray(index, dtype=np.int64) if np.isfinite(distance).all() else None
-
+    near = constants.MIRROR_TOL * float(np.sqrt(double_area.sum() / 2))
+    tree = scipy.spatial.cKDTree(V)
     for axis in range(3):
         gaps = np.abs(np.delete(values, axis) - values[axis])
-        if gaps.min() > NEAR * values[2] and images(axes[:, axis], some) is not None:
-            index = images(axes[:, axis], slice(None))
-            if index is not None and len(np.unique(index)) == len(V):
-                return index
+        if gaps.min() > constants.MIRROR_TOL * values[2]:
+            normal = axes[:, axis]
+            image = V - 2 * np.outer(offset @ normal, normal)
+            distance, index = tree.query(image, distance_upper_bound=near)
+            if np.isfinite(distance).all() and len(np.unique(index)) == len(V):
+                return np.asarray(index, dtype=np.int64)
     return None
 
 
@@ -74,7 +65,7 @@ class Mirror:
             sources = np.flatnonzero(plane & np.isin(np.arange(graph.n), graph.boundary_nodes(seam)))
             if len(sources):
                 distance, before, _ = graph.shortest_paths(sources, np.flatnonzero(~plane))
-                if distance[leaf] < DETOUR * graph.length_of(way):
+                if distance[leaf] < constants.MAX_MIRROR_DETOUR * graph.length_of(way):
                     way = graph.path_edges(before, [leaf])
             return np.concatenate((seam, way))
         longer, image = np.concatenate((seam, way)), self.edge[way]
@@ -108,8 +99,9 @@ def mirrored(component: Submesh, closed: ClosedSurface) -> tuple[ClosedSurface, 
     code = np.minimum(ends[:, 0], ends[:, 1]) * graph.n + np.maximum(ends[:, 0], ends[:, 1])
     place = np.minimum(np.searchsorted(codes, code), len(codes) - 1)
     found = codes[place] == code
-    if np.count_nonzero(found) < ALIKE * len(found):
+    if np.count_nonzero(found) < constants.MIN_MIRRORED_EDGES * len(found):
         return None
     other = np.where(found, graph.length[edges[place]], graph.length)
-    length = (graph.length + other) / 2 * np.where((ends == graph.ends).all(axis=1), ON_PLANE, 1.0)
+    in_plane = (ends == graph.ends).all(axis=1)
+    length = (graph.length + other) / 2 * np.where(in_plane, constants.MIRROR_LENGTH_FACTOR, 1.0)
     return closed.with_lengths(length), Mirror(image, np.where(found, edges[place], -1))

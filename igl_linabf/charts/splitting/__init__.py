@@ -4,13 +4,13 @@ In: a chart with its map. Out: seams that split it; small charts joined to neigh
 SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
-from .bijective import move_parts_apart
 from .bisection import bisect
+from .constants import MAX_SPLITS, REUSED_STRETCH, TIP_STRETCH
 from .crease_cuts import is_isometric, split_at_creases
 from .local_relayout import relayout_locally
-from .overlap_seams import MAX_SPLITS, seams_of_overlaps, separating_seams, split_overlaps
+from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
 from .predicted_overlaps import coarse_mesh, predicted_seams
-from .reused_maps import REUSED_STRETCH, KnownMap, MapMeasure, reuse_maps
-from .scaf import make_bijective
+from .reused_maps import KnownMap, reuse_maps
+from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import TIP_STRETCH, seams_to_fine_tips, seams_to_tips
+from .tips import MapMeasure, seams_to_fine_tips, seams_to_tips

@@ -1,8 +1,8 @@
-"""Overlapping parts of an isometric map, cut apart along creases.
+"""Cuts along creases, where an isometric map overlaps itself.
 
-Between creases lie regions: planes, cylinders, cones. In an isometric map they keep their places, whichever
-creases are cut. So they are put together again, those with the longest common crease first, as long as
-nothing of the one lies over the other.
+Creases bound regions: planes, cylinders, cones. An isometric map lays each out in the same place, whichever
+creases are cut. So all creases are cut at first. Then regions are merged, those with the longest common
+crease first, unless one lies over the other.
 """
 
 from heapq import heapify, heappop, heappush
@@ -13,8 +13,7 @@ from ..._types import FloatArray, IntArray
 from ...measures import change_of
 from ...surface import Submesh, complex_positions, connected_labels, signed_double_areas
 from ..features import SHARP_CREASE_ANGLE, dihedral_angles
-
-ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a map is
+from .constants import MAX_ISOMETRIC_DISTORTION
 
 Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
 
@@ -25,26 +24,26 @@ def split_at_creases(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Su
         return []
     region, sides, length = _regions(piece)
     number = int(region.max()) + 1
-    over = np.unique(_codes(region[pairs], number))
+    over = np.unique(_pair_codes(region[pairs], number))
     if not len(over):
         return []
-    touching, of = np.unique(_codes(region[sides], number), return_inverse=True)
+    touching, of = np.unique(_pair_codes(region[sides], number), return_inverse=True)
     common = np.bincount(of, length, minlength=len(touching))
     ends, apart = (np.column_stack(np.divmod(code, number)).tolist() for code in (touching, over))
-    return piece.divided(_joined(number, ends, common.tolist(), apart)[region])
+    return piece.divided(_merged(number, ends, common.tolist(), apart)[region])
 
 
 def is_isometric(piece: Submesh, uv: FloatArray) -> bool:
-    """Whether stretch and shear are one, nearly; by areas alone most maps are told that are not."""
+    """Whether L2 stretch and conformal distortion are nearly 1; ratios of areas rule out most maps."""
     double_area = piece.measured[0]
     flat = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
     with np.errstate(divide="ignore"):
         least = float(double_area @ (double_area / flat)) * float(flat.sum()) / float(double_area.sum()) ** 2
-    if not least < ISOMETRIC**2:  # 1 / s1^2 + 1 / s2^2 >= 2 / (s1 s2) of the singular values
+    if not least < MAX_ISOMETRIC_DISTORTION**2:  # 1 / s1^2 + 1 / s2^2 >= 2 / (s1 s2) of the singular values
         return False
     changed = change_of(piece, uv)
     stretch, shear = changed.mean(changed.squared_stretch) ** 0.5, changed.mean(changed.conformal)
-    return bool(max(stretch, shear) < ISOMETRIC)
+    return bool(max(stretch, shear) < MAX_ISOMETRIC_DISTORTION)
 
 
 def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
@@ -60,15 +59,15 @@ def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
     return region, faces[between], np.linalg.norm(piece.V[a] - piece.V[b], axis=1)
 
 
-def _codes(pairs: IntArray, number: int) -> IntArray:
-    """Of the pairs of two different regions: a number that is that of the same two in any order."""
+def _pair_codes(pairs: IntArray, number: int) -> IntArray:
+    """A number for each pair of two different regions, the same in either order."""
     a, b = pairs.T
     code = np.minimum(a, b) * number + np.maximum(a, b)
     return np.asarray(code[a != b])
 
 
-def _joined(number: int, touching: list[list[int]], common: list[float], over: list[list[int]]) -> IntArray:
-    """The group of each region: regions that touch, and of which none lies over another one."""
+def _merged(number: int, touching: list[list[int]], common: list[float], over: list[list[int]]) -> IntArray:
+    """The group of each region, when those that touch are merged, unless one lies over another."""
     lengths: Lengths = [{} for _ in range(number)]
     apart: list[set[int]] = [set() for _ in range(number)]
     for (a, b), length in zip(touching, common, strict=True):
@@ -82,7 +81,7 @@ def _joined(number: int, touching: list[list[int]], common: list[float], over: l
     while waiting:
         length, a, b = heappop(waiting)
         if lengths[a].get(b) != -length or b in apart[a]:
-            continue  # joined meanwhile, or by a longer crease; or to be kept apart
+            continue  # merged meanwhile, or their crease got longer; or one lies over the other
         if len(lengths[a]) + len(apart[a]) < len(lengths[b]) + len(apart[b]):
             a, b = b, a
         for other, more in lengths[b].items():

@@ -1,7 +1,7 @@
-"""A few faces of a map that lie over others, laid out anew and narrower, so that no seam has to part them.
+"""A few faces of a map that lie over others, laid out narrower, so that no seam has to cut them off.
 
-All other faces stay in their places. `small_charts` lays out a chart of a few faces beside another one in
-the same way; here it is no chart yet, and keeps all its neighbours.
+All other faces keep their places. `small_charts` lays out charts of a few faces in the same way, each beside
+one neighbour; here the faces keep all their neighbours.
 """
 
 from collections.abc import Iterator
@@ -24,10 +24,7 @@ from ...surface import (
     signed_double_areas,
 )
 from ..atlas import scaled_to_surface
-from .small_charts import DENSE, LARGE, PRESSED, STRETCHED, WIDTHS
-
-RINGS = 3  # around faces that overlap, that are laid out with them where they alone find no room
-MOST = 16  # groups of connected faces that overlap: of more, seams part them
+from . import constants
 
 
 def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
@@ -44,11 +41,11 @@ def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tup
     faces = np.unique(pairs)
     label = face_components(piece.F[faces], len(piece.V))
     number = int(label.max()) + 1
-    if number > MOST:
+    if number > constants.MAX_OVERLAPPING_GROUPS:
         return result, pairs
     low, high = np.sort(label[np.searchsorted(faces, pairs)], axis=1).T
     codes, of = np.unique(low * number + high, return_inverse=True)
-    plan, left = _Plan(piece, result.uv), np.ones(len(pairs), dtype=bool)
+    plan, left = _Relayout(piece, result.uv), np.ones(len(pairs), dtype=bool)
     for k, code in enumerate(codes.tolist()):
         groups = [faces[label == group] for group in {*divmod(code, number)}]
         if plan.makes_room(sorted(groups, key=len)):
@@ -56,7 +53,7 @@ def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tup
     return plan.made(result), pairs[left]
 
 
-class _Plan:
+class _Relayout:
     """A map that is changed at a few faces."""
 
     def __init__(self, piece: Submesh, uv: FloatArray) -> None:
@@ -67,10 +64,11 @@ class _Plan:
         self._box = self._around(piece.topology.corner)
         self._faces_at = np.bincount(piece.F.ravel())
         self._area = float(piece.measured[0].sum())
-        self._left = (STRETCHED**2 - 1) * self._area  # of squared stretch times area, that moves may add
+        # squared stretch times area that moves may still add
+        self._left = (constants.MAX_STRETCH_FACTOR**2 - 1) * self._area
 
     def makes_room(self, groups: list[IntArray]) -> bool:
-        """Whether nothing of one group, or of two, overlaps, after as few faces as possible have moved."""
+        """Move as few faces as possible, until one group, or two, overlap no more; whether that succeeds."""
         own, *others = (self._z[self._piece.F[group]] for group in groups)
         if not lie_over(own, np.concatenate([own[:0], *others])):
             return True  # another move was enough
@@ -79,21 +77,21 @@ class _Plan:
     def _with_rings(self, groups: list[IntArray]) -> Iterator[IntArray]:
         """The groups, and then with rings of faces around them."""
         F, area = self._piece.F, self._piece.measured[0]
-        for ring in range(RINGS + 1):
+        for ring in range(constants.MAX_RELAYOUT_RINGS + 1):
             for k, faces in enumerate(groups):
                 if ring:
                     near = np.zeros(len(self._z), dtype=bool)
                     near[F[faces]] = True
                     groups[k] = faces = np.flatnonzero(near[F].any(axis=1))
-                if area[faces].sum() < LARGE * self._area:
+                if area[faces].sum() < constants.MAX_AREA_OF_SMALL_CHART * self._area:
                     yield faces
 
     def _moves(self, faces: IntArray) -> bool:
-        """Whether these faces find room, and are not stretched or sheared too much; they are then there."""
+        """Lay out faces where they overlap nothing, if stretch and shear allow it; whether that succeeds."""
         piece = self._piece
         used, F = compact(piece.F[faces], len(self._z))
         free = np.bincount(F.ravel()) == self._faces_at[used]
-        if not 0 < np.count_nonzero(free) <= min(DENSE, len(free) - 2):
+        if not 0 < np.count_nonzero(free) <= min(constants.MAX_DENSE_VERTICES, len(free) - 2):
             return False
         part = Submesh(piece.V[used], F, piece.faces[faces], piece.vertices[used], piece.n_given)
         cot = np.divide(part.measured[1], part.measured[0])
@@ -107,12 +105,12 @@ class _Plan:
             rest = self._z[piece.F[self._near(z) & ~within]]
             return None if lie_over(z[F], rest) else z
 
-        z = next((made for width in WIDTHS if (made := laid_out(width)) is not None), None)
+        z = next((made for width in constants.RELAYOUT_WIDTHS if (made := laid_out(width)) is not None), None)
         if z is None:
             return False
         squared, shear = self._measured(part, z)
         added = squared - self._measured(part, before)[0]
-        if not (shear <= PRESSED and added <= self._left):
+        if not (shear <= constants.MAX_NARROWED_SHEAR and added <= self._left):
             return False
         self._z[used], self._left = z, self._left - max(added, 0.0)
         self._moved |= within

@@ -1,8 +1,10 @@
-"""Overlaps of a map, and tips that it shrinks, foreseen on the clusters of a surface; and seams for them.
+"""Overlaps of a map, and tips that it shrinks, predicted on a coarse mesh; and seams for them.
 
-Clusters are the vertices of a coarse mesh, whose map is much like the one of the surface. Where it overlaps,
-the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
+Clusters of a surface are the vertices of the coarse mesh, whose map is much like that of the surface. Where
+it overlaps, the surface is cut before it is flattened: seams are found as usual, among far fewer triangles.
 """
+
+from contextlib import suppress
 
 import numpy as np
 
@@ -13,24 +15,17 @@ from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flatten_piece
 from ..cut_graphs import SurfaceGraph
+from . import constants
 from .crease_cuts import split_at_creases
-from .overlap_seams import MAX_SPLITS, split_overlaps
+from .overlap_seams import split_overlaps
 from .reused_maps import keeps_map
 from .tips import size_and_stretch, tips_of, worth_a_seam
 
-MANY = 300  # disks, beyond which the surface is parted when its map is known
-FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
-AT_ONCE = 3  # overlaps that one seam parts: a map anew shows what is left of the others
-SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
-TIP_ROUNDS = 3  # of seams to the tips of a part
-MOST_BRIDGES = 4  # edges that are missing at each hole and handle
-CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
-
 
 def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
-    """The triangles of a closed surface, from the nodes at the corners of those that it came from.
+    """The mesh of clusters: the triangles whose `corners`, (#F, 3), are three different nodes.
 
-    Holes are open. None if the triangles are no oriented manifold, or many edges are missing.
+    Holes are open. None if it is no oriented manifold, or lacks many edges of the graph.
     """
     different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= graph.n_holes).all(axis=1)
     F = corners[different]
@@ -38,8 +33,8 @@ def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
     key = np.minimum(tail, head) * graph.n + np.maximum(tail, head)
     inner = ~np.isin(key, graph.neighbours[0])  # a diagonal of a polygon
     proper = graph.ends[(graph.ends >= graph.n_holes).all(axis=1)]
-    bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
-    if bridges > MOST_BRIDGES * (graph.n_holes + graph.genus):
+    missing = len(proper) - len(np.unique(key[~inner]))  # between two holes, or around a thin handle
+    if missing > constants.MAX_MISSING_EDGES * (graph.n_holes + graph.genus):
         return None
     cleaned, mesh = cleaned_surface(graph.position, F)  # a node beside two holes is in two fans
     if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
@@ -50,36 +45,38 @@ def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
 def predicted_seams(
     graph: SurfaceGraph, mesh: Submesh, seam: IntArray, trade: float
 ) -> tuple[IntArray, IntArray]:
-    """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam.
+    """Edges to cut besides a seam, and their ends.
 
-    And those to tips that the maps of the parts would shrink, if they are worth it. With the ends of both.
+    They separate sheets that would lie over each other in the maps of the disks that the seam leaves. Others
+    lead to tips that these maps would shrink, where that is worth their length.
     """
     none, nodes, number = np.zeros(0, dtype=np.int64), mesh.vertices, 0
-    waiting = [(part, TIP_ROUNDS if trade > 0 else 0, False) for part in mesh.cut_along(graph.ends[seam])]
-    tips, ways, walls = none, none, [graph.boundary_nodes(seam)]
+    tip_rounds = constants.MAX_COARSE_TIP_ROUNDS if trade > 0 else 0
+    waiting = [(part, tip_rounds, False) for part in mesh.cut_along(graph.ends[seam])]
+    tips, ways, sources = none, none, [graph.boundary_nodes(seam)]
     label = np.zeros(len(mesh.F), dtype=np.int64)
-    for _ in range(MAX_SPLITS):
+    for _ in range(constants.MAX_SPLITS):
         smaller = list[tuple[Submesh, int, bool]]()
-        asked = [part for part, *_ in waiting if len(part.F) >= CHIP * len(mesh.F)]
+        asked = [part for part, *_ in waiting if len(part.F) >= constants.MIN_PREDICTED_SHARE * len(mesh.F)]
         sketches = iter(_sketches(asked))
-        for part, rounds, stays in waiting:
+        for part, rounds, stays_whole in waiting:
             number += 1
             label[part.faces] = number
-            if len(part.F) < CHIP * len(mesh.F):
+            if len(part.F) < constants.MIN_PREDICTED_SHARE * len(mesh.F):
                 continue
-            parts, uv, stays = _parts(part, next(sketches), stays)
+            parts, uv, stays_whole = _parts(part, next(sketches), stays_whole)
             if parts:
                 shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)
-                walls.append(shared[times > 1])
+                sources.append(shared[times > 1])
                 smaller += [(p, rounds, False) for p in parts]
             elif uv is not None and rounds:
-                new, way = _tips(graph, np.concatenate(walls), part, uv, trade)
+                new, way = _seams_to_coarse_tips(graph, np.concatenate(sources), part, uv, trade)
                 if len(new):
                     tips, ways = np.append(tips, new), np.append(ways, way)
-                    walls.append(graph.ends[way].ravel())
-                    smaller += [(p, rounds - 1, stays) for p in part.cut_along(graph.ends[way])]
+                    sources.append(graph.ends[way].ravel())
+                    smaller += [(p, rounds - 1, stays_whole) for p in part.cut_along(graph.ends[way])]
         waiting = smaller
-        if number + len(waiting) > MANY:
+        if number + len(waiting) > constants.MAX_PREDICTED_DISKS:
             return none, none
         if not waiting:
             break
@@ -87,10 +84,10 @@ def predicted_seams(
     inside = mesh.cuttable_edges
     ends = nodes[mesh.topology.edges[inside]]
     edge, sides = graph.edges_between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
-    of = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])
+    of = _with_small_parts_joined(label, sides[:, ~np.isin(edge, seam)])
     for _ in range(2):
         right, left = of[sides]
-        more = _up_to_holes(graph, seam, np.setdiff1d(edge[right != left], seam))
+        more = _joined_to_holes(graph, seam, np.setdiff1d(edge[right != left], seam))
         parts = mesh.cut_along(graph.ends[np.append(seam, more)])
         unsound = [part.faces for part in parts if len(part.topology.loops) != 1 or part.topology.genus]
         if not unsound:
@@ -98,12 +95,12 @@ def predicted_seams(
                 tips, np.intersect1d(graph.ends[more], graph.boundary_nodes(seam))
             )
         faces = np.concatenate(unsound)
-        of[faces] = label[faces]  # chips that close a ring stay apart
+        of[faces] = label[faces]  # small parts that close a ring stay apart
     return none, none
 
 
-def _up_to_holes(graph: SurfaceGraph, seam: IntArray, more: IntArray) -> IntArray:
-    """Edges that part a coarse mesh, with those from its boundary to the holes."""
+def _joined_to_holes(graph: SurfaceGraph, seam: IntArray, more: IntArray) -> IntArray:
+    """The edges `more`, with those that join their loose ends to holes: the coarse mesh leaves these out."""
     if not graph.n_holes:
         return more
     number = np.bincount(graph.ends[np.append(seam, more)].ravel(), minlength=graph.n)
@@ -113,15 +110,16 @@ def _up_to_holes(graph: SurfaceGraph, seam: IntArray, more: IntArray) -> IntArra
     return np.union1d(more, np.intersect1d(np.flatnonzero(at_hole), graph.neighbours[1]))
 
 
-def _tips(
-    graph: SurfaceGraph, walls: IntArray, part: Submesh, uv: FloatArray, trade: float
+def _seams_to_coarse_tips(
+    graph: SurfaceGraph, sources: IntArray, part: Submesh, uv: FloatArray, trade: float
 ) -> tuple[IntArray, IntArray]:
-    """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
+    """Nodes at tips of a part that are worth a seam from some sources, and the edges of these seams."""
     changed = change_of(part, uv)
-    faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
+    # on the surface itself faces shrink about twice as much
+    faces, saved = tips_of(part.F, len(part.V), changed, 2 * constants.TIP_AREA_SHARE)
     if not len(faces):
         return faces, faces
-    distance, before, _ = graph.shortest_paths(walls)
+    distance, before, _ = graph.shortest_paths(sources)
     corners = part.vertices[part.F[faces]]
     tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
     size, total = size_and_stretch(changed)
@@ -129,49 +127,47 @@ def _tips(
     return chosen, graph.path_edges(before, chosen)
 
 
-def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
-    """The label of each face, small parts having that of the neighbour with which they share most edges."""
+def _with_small_parts_joined(label: IntArray, sides: IntArray) -> IntArray:
+    """The label of each face; a small part takes that of the neighbour with which it shares most edges."""
     label = label.copy()
-    for chip in np.argsort(np.bincount(label), kind="stable").tolist():
-        faces = int((label == chip).sum())
+    for part in np.argsort(np.bincount(label), kind="stable").tolist():
+        faces = int((label == part).sum())
         right, left = label[sides]
-        around = np.append(left[right == chip], right[left == chip])
-        around = around[around != chip]
-        if 0 < faces < CHIP * len(label) and len(around):
-            label[label == chip] = np.bincount(around).argmax()
+        around = np.append(left[right == part], right[left == part])
+        around = around[around != part]
+        if 0 < faces < constants.MIN_PREDICTED_SHARE * len(label) and len(around):
+            label[label == part] = np.bincount(around).argmax()
     return label
 
 
 def _sketches(disks: list[Submesh]) -> list[Flattening | None]:
     """Quick maps of disks, of small ones side by side; None where there is none."""
     results = flatten_together([(disk.V, disk.F) for disk in disks], Rough())
-    return [_sketch(disk) if known is None else known for disk, known in zip(disks, results, strict=True)]
-
-
-def _sketch(disk: Submesh) -> Flattening | None:
-    try:
-        return flatten_piece(disk, Rough())
-    except (MeshError, SingularSystemError):
-        return None
+    for k, disk in enumerate(disks):
+        if results[k] is None:
+            with suppress(MeshError, SingularSystemError):
+                results[k] = flatten_piece(disk, Rough())
+    return results
 
 
 def _parts(
-    disk: Submesh, result: Flattening | None, stays: bool
+    disk: Submesh, result: Flattening | None, stays_whole: bool
 ) -> tuple[list[Submesh], FloatArray | None, bool]:
     """The parts of a disk whose map overlaps; this map, if no triangle flips; whether the disk stays whole.
 
-    There are no parts if it is sound, or if the largest part keeps the map: nothing is gained by cutting
-    before. Then it stays so when it is cut to tips.
+    A disk without overlaps has no parts. Nor has one whose largest part would keep its map: to cut it before
+    it is flattened gains nothing. Such a disk stays whole also when it is cut to tips.
     """
     if result is None:
-        return [], None, stays
+        return [], None, stays_whole
     uv = None if len(result.flipped) else result.uv
-    if stays or result.holes:
-        return [], uv, stays
+    if stays_whole or result.holes:
+        return [], uv, stays_whole
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    if not len(pairs) or len(np.unique(pairs)) < FEW * len(disk.F) or uv is None:
+    if not len(pairs) or len(np.unique(pairs)) < constants.MIN_PREDICTED_SHARE * len(disk.F) or uv is None:
         return [], uv, False
-    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], AT_ONCE)
+    most = constants.MAX_PREDICTED_OVERLAPS
+    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], most)
     _, squared = size_and_stretch(change_of(disk, uv))
     if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one

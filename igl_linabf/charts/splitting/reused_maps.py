@@ -1,25 +1,20 @@
-"""The map of a chart that is split, kept on its largest part, and on all that it lays flat without stretch.
+"""Maps that parts of a chart keep when it is split: its largest part, and all without stretch.
 
-A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
-other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
+The part of a map has only flips of the map, and no overlaps that the cut separates. So the other parts alone
+are flattened again: a cut costs little, and what keeps its map cannot overlap itself anew.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...flattening import Flattening
-from ...measures import Change, Quality, change_of, quality_of_each
+from ...measures import Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
-
-KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
-REUSED_STRETCH = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
-WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
-EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
+from . import constants
 
 
 class KnownMap(NamedTuple):
@@ -34,29 +29,12 @@ class KnownMap(NamedTuple):
     without_tips: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class MapMeasure:
-    """What a map does to a piece, measured when it is asked for."""
-
-    piece: Submesh
-    uv: FloatArray
-
-    @cached_property
-    def at_triangles(self) -> Change:
-        return change_of(self.piece, self.uv)
-
-    @cached_property
-    def stretch(self) -> float:
-        """In L2."""
-        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
-
-
 def reuse_maps(
     piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray, without_tips: bool
 ) -> list[KnownMap | None]:
     """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
 
-    Those that are left in a large part go with its map. So does that it has no tips worth a seam.
+    A large part keeps pairs that are both in it, and the knowledge that no tip is worth a seam.
     """
     kept: list[KnownMap | None] = [None] * len(parts)
     if not result.outcome.good:
@@ -68,15 +46,15 @@ def reuse_maps(
     left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
-    large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
-    asked = np.flatnonzero(large | even).tolist()
+    even = apart & (high <= constants.MAX_EXACT_DISTORTION**2 * low)
+    asked = np.flatnonzero((size >= constants.MIN_PART_OF_MAP * len(piece.F)) | even).tolist()
     maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
     table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
     whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
     measured = [next(whole) if even[k] else decisive(*entry) for k, entry in zip(asked, table, strict=True)]
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
-        exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
+        exact = max(quality.stretch_l2, quality.conformal_distortion) <= constants.MAX_EXACT_DISTORTION
         if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
             made = flattening_of_part(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
@@ -86,7 +64,7 @@ def reuse_maps(
 
 
 def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
-    """The figures of a map that decide what becomes of it. All others are those of no map, of no faces."""
+    """The figures of a map that decide whether a part keeps it; all others are those of no faces."""
     changed = change_of(piece, uv)
     return replace(
         NO_QUALITY,
@@ -99,7 +77,8 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    return part >= (KEPT if stretch <= REUSED_STRETCH else WHOLE) * whole
+    low = stretch <= constants.REUSED_STRETCH
+    return part >= (constants.MIN_PART_OF_MAP if low else constants.MIN_PART_OF_STRETCHED_MAP) * whole
 
 
 def _area_ratios(

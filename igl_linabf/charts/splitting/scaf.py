@@ -1,6 +1,7 @@
-"""A flat map that overlaps itself, made injective without a cut."""
+"""Overlapping parts of a map moved apart without a cut, by igl's SCAF."""
 
 import warnings
+from dataclasses import replace
 
 import igl
 import igl.triangle
@@ -9,14 +10,24 @@ from numpy.typing import ArrayLike
 
 from ..._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..._types import FloatArray
-from ...errors import MeshError, OutcomeWarning, is_number, some, stack_level
+from ...errors import FallbackWarning, MeshError, OutcomeWarning, is_number, some, stack_level
+from ...flattening import Flattening, Outcome
 from ...layouts import on_circle
 from ...linalg import Solvers
 from ...measures import overlapping_pairs_of_chart
-from ...surface import Submesh, Topology, check_planar, complex_positions, coordinates, signed_double_areas
+from ...surface import (
+    Submesh,
+    Topology,
+    check_planar,
+    complex_positions,
+    coordinates,
+    flipped_faces,
+    signed_double_areas,
+)
+from . import constants
+from .tips import MapMeasure
 
 SCAF = "igl's SCAF"
-MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle is out of range
 
 
 def make_bijective(
@@ -94,11 +105,11 @@ def moved_apart(
     """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
-    bad = np.flatnonzero(~(np.abs(area) > MIN_AREA * total))
+    bad = np.flatnonzero(~(np.abs(area) > constants.MIN_SCAF_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map's scale varies too "
-            "much for SCAF; cut the surface into more parts"
+            f"faces {some(bad)} have less than {constants.MIN_SCAF_AREA:g} of the map's area: its scale "
+            "varies too much for SCAF; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""
@@ -159,6 +170,43 @@ def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
     turn = np.vdot(z, w - middle)
     z = z * (turn / np.abs(turn) if turn else 1.0) + middle
     return coordinates(z)
+
+
+def move_parts_apart(
+    piece: Submesh, result: Flattening, before: MapMeasure
+) -> tuple[Flattening, float] | None:
+    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
+
+    `before` is the map measured. On long strips SCAF stops far from it, and a seam is better.
+    """
+    timeout = constants.SCAF_SECONDS + constants.SCAF_SECONDS_PER_FACE * len(piece.F)
+    try:  # overlaps and flips that are left are told by the atlas
+        uv, _ = moved_apart(result.uv, piece.topology, timeout=timeout)
+    except MeshError as error:
+        _tell(piece, str(error))
+        return None
+    corner = piece.topology.corner
+    areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
+    uv *= np.sqrt(areas[0] / areas[1])
+    after = MapMeasure(piece, uv)
+    if not after.stretch <= constants.MAX_SCAF_STRETCH_FACTOR * before.stretch:
+        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
+        return None
+    shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
+    message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
+    flipped = flipped_faces(complex_positions(uv), corner)
+    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
+    apart = replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)
+    return apart, shear[1] - shear[0]
+
+
+def _tell(piece: Submesh, why: str) -> None:
+    """Warn that parts of a chart cannot be moved apart."""
+    warnings.warn(
+        f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
 
 
 if __name__ == "__main__":

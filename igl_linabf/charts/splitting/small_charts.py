@@ -1,8 +1,8 @@
-"""Charts of a few faces that a split leaves, joined to a neighbour where they lie flat beside it.
+"""Charts of a few faces that a split leaves, joined to a neighbour where they have room beside it.
 
-The neighbour keeps its map. The small chart is laid out beside it as conformally as the seam's vertices
-allow, which stay where they are. Where it would lie over something, it is joined along a part of the seam
-only, or gets narrower.
+The neighbour keeps its map, and so the seam's vertices their places. The small chart is laid out beside it as
+conformally as these allow. Where it would lie over something, it is joined along a part of the seam only, or
+gets narrower.
 """
 
 from __future__ import annotations
@@ -22,26 +22,14 @@ from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
-
-FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
-NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
-STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
-FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
-EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
-EVEN = 1e-8  # the same, up to which nobody sees it
-SHEARED = 10.0  # times its mean angle distortion that the small one may have
-PRESSED = 0.25  # angle distortion of one that gets narrower
-SHORT = 16  # edges of a run beside a neighbour, of which parts are tried
-MOST_TRIES = 80  # of joining one where it does not fit: they take as long as flattening a thousand triangles
-DENSE = 64  # vertices up to which a matrix with all entries is solved sooner than a sparse one
-WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the small one beside the seam, of what it is on the surface
+from . import constants
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
 Made = tuple[Key, Chart, Submesh]
 
 
 def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
-    """The charts, of which small ones are parts of others of the same piece now, where that can be.
+    """The charts, with small ones joined to others of the same piece, where these have room.
 
     The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
     """
@@ -51,9 +39,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     area = [float(piece.measured[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
-        parted
-        and ((len(piece.F) <= FEW and a < LARGE * whole) or (len(piece.F) <= MANY and a < NEGLIGIBLE * whole))
-        and len(piece.topology.loops) == 1
+        parted and len(piece.topology.loops) == 1 and _is_small(len(piece.F), a, whole)
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
     if not any(small):
@@ -76,6 +62,13 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
         joined[i] = key, replace(chart, quality=quality), piece
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
+
+
+def _is_small(faces: int, area: float, whole: float) -> bool:
+    """Whether a chart of so many faces, and this part of the whole area, may join a neighbour."""
+    if faces <= constants.MAX_FACES_OF_SMALL_CHART:
+        return area < constants.MAX_AREA_OF_SMALL_CHART * whole
+    return faces <= constants.MAX_FACES_OF_NEGLIGIBLE_CHART and area < constants.NEGLIGIBLE_AREA * whole
 
 
 class _Run(NamedTuple):
@@ -106,7 +99,7 @@ class _Candidate:
         self._matrices = dict[float, ComplexArray]()
 
     def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, ComplexArray]]:
-        """Runs, widths and places: as the chart is where it fits, and then the others, ever narrower."""
+        """Runs, widths and positions: the map itself where it fits along a run; else ever narrower ones."""
         if not runs:
             return
         fits, moved = self._moved(runs)
@@ -116,14 +109,15 @@ class _Candidate:
             yield runs[k], 1.0, z
         rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
         others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
-        for width, (run, least) in islice(product(WIDTHS, others), MOST_TRIES):
+        tries = product(constants.RELAYOUT_WIDTHS, others)
+        for width, (run, least) in islice(tries, constants.MAX_JOINING_TRIES):
             if least <= run.host.most_shear(width):
                 laid_out = self._laid_out(run.own, run.at, width)
                 if laid_out is not None:
                     yield run, width, laid_out
 
     def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
-        """The map turned and shifted to the ends of each run, (#R, #V); where the others fit there, too."""
+        """Whether the map, moved to the ends of a run, fits it, for each; and its places there, (#R, #V)."""
         z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
@@ -131,7 +125,7 @@ class _Candidate:
         turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
         moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
         off = vertices.max(np.abs(moved[vertices.repeat(np.arange(len(runs))), own] - to))
-        return apart & (off <= FITS * np.abs(moved - start[:, None]).max(axis=1)), moved
+        return apart & (off <= constants.FIT_TOL * np.abs(moved - start[:, None]).max(axis=1)), moved
 
     def _least_shear(self, runs: list[_Run]) -> list[float]:
         """The least mean angle distortion of any map with the vertices of a run held, for each.
@@ -160,7 +154,7 @@ class _Candidate:
         None if the piece is too thin for that.
         """
         topology = self._piece.topology
-        if topology.n > DENSE:
+        if topology.n > constants.MAX_DENSE_VERTICES:
             try:
                 return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
             except NotPositiveDefiniteError:
@@ -195,16 +189,17 @@ class _Host:
     def most_shear(self, width: float) -> float:
         """The mean angle distortion that a chart joined to it may have at this width."""
         own = self._chart.quality.angle_distortion
-        if own <= EXACT:
-            return EVEN if width == 1 else -1.0  # it is isometric: what does not fit shears too much
-        return max(SHEARED * own, EVEN) if width == 1 else PRESSED
+        if own <= constants.ISOMETRIC_SHEAR:
+            return constants.INVISIBLE_SHEAR if width == 1 else -1.0  # narrower, it is not isometric
+        widest = max(constants.MAX_SHEAR_FACTOR * own, constants.INVISIBLE_SHEAR)
+        return widest if width == 1 else constants.MAX_NARROWED_SHEAR
 
     def at(self, vertices: IntArray) -> ComplexArray:
         """Where these are in its map."""
         return np.asarray(self._z[vertices])
 
     def takes(self, piece: Submesh, z: ComplexArray, run: _Run, width: float, most_stretch: float) -> bool:
-        """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
+        """Join a chart, at this width and these positions, if it has room there; whether it is joined."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
@@ -219,7 +214,7 @@ class _Host:
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
         stretch = np.sqrt(squared * flat_area) / area
-        if not stretch <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
+        if not stretch <= min(constants.MAX_STRETCH_FACTOR * self._chart.quality.stretch_l2, most_stretch):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
@@ -314,8 +309,8 @@ class _Rims:
 
 
 def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
-    """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
-    least, most = 1 if number <= SHORT else number, number - closed
+    """A run of so many edges, and if it is short, its parts: along one, a chart may find room."""
+    least, most = 1 if number <= constants.MAX_EDGES_TO_TRY_PARTS else number, number - closed
     return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 

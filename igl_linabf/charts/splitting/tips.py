@@ -1,16 +1,18 @@
-"""Seams to the tips that a map shrinks: those that clusters show, and spikes of a few faces."""
+"""Seams to the tips that a map shrinks: before there is one, by its expected scale, and in a given one."""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ..._core import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
 from ..._types import BoolArray, FloatArray, IntArray
-from ...measures import Change
+from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import CREASE_DISCOUNT, MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
 from ..features import HIDING, Smoothing, face_normals, hiding_factors
-
-STILL, MOST_STEPS = 0.06, 40  # change of a log scale that is the last one, and steps at most
+from . import constants
 
 
 def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trade: float) -> IntArray:
@@ -22,11 +24,11 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
     on = graph.boundary_nodes(seam)
     u = _log_scale(piece, on, u)
     stretch = expected_stretch(piece, u)
-    if not stretch > TIP_STRETCH:
+    if not stretch > constants.TIP_STRETCH:
         return none
     area = piece.area / piece.area.sum()
     scale = float(area @ np.exp(2 * u))
-    shrunk = np.exp(2 * u) < SHRUNK * scale
+    shrunk = np.exp(2 * u) < constants.TIP_AREA_SHARE * scale
     tip = connected_labels(graph.ends[shrunk[graph.ends].all(axis=1)], graph.n)
     more = np.where(shrunk, area * (scale * np.exp(-2 * u) - 1), 0.0)
     saved: FloatArray = np.bincount(tip, more).astype(np.float64)
@@ -42,13 +44,13 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
     price, total = distance[leaf] / unit, stretch**2
     chosen = worth_a_seam(saved[tips], price, total)
     left = np.sqrt(max(total - saved[tips[chosen]].sum(), 1.0))
-    if stretch - left - price[chosen].sum() < WORTH:
+    if stretch - left - price[chosen].sum() < constants.MIN_TIP_GAIN:
         return none
     return graph.path_edges(before, leaf[chosen])
 
 
 def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
-    """`log_scale` with zero at the nodes `on`, by steps from `u` until none of them changes much."""
+    """`log_scale` with zero at the nodes `on`, by conjugate gradients from `u`, to a coarse tolerance."""
     lower, free = piece.laplacian.lower, np.ones(piece.graph.n, dtype=bool)
     free[on] = False
     diagonal = lower.data[lower.indptr[:-1]]
@@ -59,28 +61,38 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
     u = np.where(free, u, 0.0)
     left = np.where(free, -piece.curvature, 0.0) - flow(u)
     scaled = left / diagonal
-    way, down = scaled.copy(), np.einsum("i,i->", left, scaled)
-    for _ in range(MOST_STEPS):
-        across = flow(way)
-        against = np.einsum("i,i->", way, across)
+    direction, down = scaled.copy(), np.einsum("i,i->", left, scaled)
+    for _ in range(constants.MAX_LOG_SCALE_STEPS):
+        across = flow(direction)
+        against = np.einsum("i,i->", direction, across)
         if not against > 0:
             break
         by = down / against
-        u += by * way
+        u += by * direction
         left -= by * across
-        if by * max(way.max(), -way.min()) <= STILL:
+        if by * max(direction.max(), -direction.min()) <= constants.LAST_LOG_SCALE_CHANGE:
             break
         scaled = left / diagonal
         last, down = down, np.einsum("i,i->", left, scaled)
-        way = scaled + down / last * way
+        direction = scaled + down / last * direction
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
-SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
-TIP_STRETCH = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
-FIRST_WAY = 2.0  # times the distance in space: ways that are sought at first
-NEARLY_ALL = 0.4  # share of the vertices, from which on ways are sought among all
-WORTH = 0.008  # L2 stretch that seams have to save beyond their price: the chart is flattened again
+@dataclass(frozen=True, eq=False)
+class MapMeasure:
+    """What a map does to a piece, measured when it is asked for."""
+
+    piece: Submesh
+    uv: FloatArray
+
+    @cached_property
+    def at_triangles(self) -> Change:
+        return change_of(self.piece, self.uv)
+
+    @cached_property
+    def stretch(self) -> float:
+        """In L2."""
+        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 
 def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
@@ -105,7 +117,7 @@ def size_and_stretch(changed: Change) -> tuple[float, float]:
 
 
 def worth_a_seam(saved: FloatArray, price: FloatArray, total: float) -> IntArray:
-    """Which tips are worth the price of a seam to each, in L2 stretch; `total` is the whole's, squared."""
+    """The tips whose seam saves more L2 stretch than its price; `total` is the squared stretch of the map."""
     chosen: list[int] = []
     for k in range(len(saved)):
         left = max(total - saved[k], 1.0)  # which is a map without stretch
@@ -122,10 +134,10 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
-    if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
+    if trade == 0 or not constants.TIP_STRETCH**2 < total < np.inf:
         return none
-    faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
-    if not saved.sum() / (np.sqrt(total) + 1) >= WORTH:  # not even with seams for nothing
+    faces, saved = tips_of(piece.F, len(piece.V), changed, constants.TIP_AREA_SHARE)
+    if not saved.sum() / (np.sqrt(total) + 1) >= constants.MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     interior = piece.topology.interior
     leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
@@ -137,19 +149,20 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     worth = (saved / 2 > shortest * apart / unit) & (leaves >= 0)
     leaves, saved, apart = leaves[worth], saved[worth], apart[worth]
     # of sqrt(total) - sqrt(left), where left is 1 at least
-    if not np.maximum(saved / (np.sqrt(total) + 1) - shortest * apart / unit, 0).sum() >= WORTH:
+    gains = saved / (np.sqrt(total) + 1) - shortest * apart / unit
+    if not np.maximum(gains, 0).sum() >= constants.MIN_TIP_GAIN:
         return none
     farthest = np.minimum(np.sqrt(total) - 1, saved / 2) * unit  # whose price is all that each can save
-    length, before = _ways_from_the_rim(piece, leaves, hidden, shortest, apart, farthest)
+    length, before = _paths_from_boundary(piece, leaves, hidden, shortest, apart, farthest)
     chosen = worth_a_seam(saved, length / unit, total)
     left = np.sqrt(max(total - saved[chosen].sum(), 1.0))
-    if np.sqrt(total) - left - length[chosen].sum() / unit < WORTH:
+    if np.sqrt(total) - left - length[chosen].sum() / unit < constants.MIN_TIP_GAIN:
         return none
     passed = nodes_on_paths(before, leaves[chosen])
     return piece.vertices[np.column_stack((passed, before[passed]))]
 
 
-def _ways_from_the_rim(
+def _paths_from_boundary(
     piece: Submesh,
     leaves: IntArray,
     hidden: FloatArray | None,
@@ -157,20 +170,21 @@ def _ways_from_the_rim(
     apart: FloatArray,
     farthest: FloatArray,
 ) -> tuple[FloatArray, IntArray]:
-    """The lengths of the shortest ways from the boundary to some vertices, and the vertex before each.
+    """The lengths of the shortest paths from the boundary to some vertices, and each vertex's predecessor.
 
-    What is farther than `farthest` may be given as longer. Ways are sought near the vertices first, which are
-    so far `apart` from the boundary in space. No way is shorter than `shortest` times its span in space.
+    `apart` are the distances of these in space from the boundary. No path is shorter than `shortest` times
+    its span in space: so paths are sought near the vertices first. What is longer than `farthest` may be
+    given as longer still.
     """
     rim, near = np.flatnonzero(~piece.topology.interior), np.zeros(len(piece.V), dtype=bool)
-    sought = np.minimum(FIRST_WAY * apart, farthest)
+    sought = np.minimum(constants.FIRST_REACH * apart, farthest)
     for leaf, reach in zip(leaves.tolist(), (sought / shortest).tolist(), strict=True):
         near |= np.linalg.norm(piece.V - piece.V[leaf], axis=1) <= reach
-        if np.count_nonzero(near) > NEARLY_ALL * len(near):
+        if np.count_nonzero(near) > constants.MAX_SHARE_WITHIN_REACH * len(near):
             near[:] = True
             break
     while True:
-        ends, length = _edges_near(piece, near, hidden)
+        ends, length = _edges_within(piece, near, hidden)
         indptr, indices, edge = shortest_pairs(ends, length, len(piece.V))
         distance, before, _ = nearest_sources(indptr, indices, length[edge], rim, near, float(farthest.max()))
         if near.all() or ((distance[leaves] <= sought) | (sought >= farthest)).all():
@@ -178,7 +192,7 @@ def _ways_from_the_rim(
         near[:] = True
 
 
-def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> tuple[IntArray, FloatArray]:
+def _edges_within(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> tuple[IntArray, FloatArray]:
     """The edges, by their vertices, between two that are near; and their lengths for a seam."""
     topology = piece.topology
     inside = piece.cuttable_edges

@@ -11,8 +11,10 @@ from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Contracted, Levels, shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contracted, Levels, shortest_path_trees
+from igl_linabf.charts.features import dihedral_angles
 from igl_linabf.charts.seams import search as seams
+from igl_linabf.charts.seams.constants import MAX_CLUSTERS
 from igl_linabf.charts.seams.growth import grown_seam, seam_cost
 from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
@@ -35,7 +37,7 @@ def surface(name: str) -> Submesh:
 def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Subdivided until seams are sought on clusters."""
     V, F = load(name)
-    while len(V) <= seams.DIRECT:
+    while len(V) <= seams.MAX_DIRECT_NODES:
         V, F = igl.upsample(V, F, 1)
     return V, F
 
@@ -103,8 +105,10 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     part = Submesh.checked_manifold(*fine(name))
     piece, costs = ClosedSurface.of(part), []
     for direct in (piece.graph.n, piece.graph.n - 1):
-        monkeypatch.setattr(seams, "DIRECT", direct)
-        costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
+        monkeypatch.setattr(seams, "MAX_DIRECT_NODES", direct)
+        task = seams._Task(6.0, False, False, direct)
+        seam = seams._cheapest_seam(part, piece, dihedral_angles(part), None, task)
+        costs.append(seam_cost(piece, seam, 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 
@@ -151,7 +155,7 @@ def test_large_bodies_of_many_handles_fall_into_sound_charts(
 ) -> None:
     V, F = level_set(body, reach, points)
     whole = Submesh.checked_manifold(V, F)
-    assert len(V) > seams.DIRECT
+    assert len(V) > seams.MAX_DIRECT_NODES
     assert whole.topology.genus == handles
     assert bool(whole.topology.loops) == (body is schwarz)
     atlas = unwrap(V, F, strict=True, progress=False)
@@ -175,7 +179,7 @@ def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
     whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
     assert whole.topology.genus == 81
     piece = ClosedSurface.of(whole)
-    levels = Levels.of(piece, CLUSTERED)
+    levels = Levels.of(piece, MAX_CLUSTERS)
     assert len(levels.coarse.graph.neighbours[0]) == len(levels.coarse.graph.ends)
     mesh = coarse_mesh(levels.coarse.graph, levels.label(piece.node[whole.F]))
     assert mesh is not None

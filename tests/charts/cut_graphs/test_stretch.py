@@ -11,7 +11,8 @@ from conftest import bumps, load
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.stretch import EVEN, expected
+from igl_linabf.charts.cut_graphs.constants import ISOMETRIC_STRETCH_WEIGHT
+from igl_linabf.charts.cut_graphs.stretch import expected
 from igl_linabf.surface import Submesh
 
 
@@ -37,7 +38,7 @@ def test_it_is_that_of_the_isometric_map(surface: Callable[[], tuple[np.ndarray,
     whole = ClosedSurface.of(Submesh.checked_manifold(V, F), isometric=True)
     stretch, _ = expected(whole, np.arange(whole.graph.n_holes))
     made = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2 - 1
-    assert 0.65 < (stretch - 1) / EVEN / made < 1.5
+    assert 0.65 < (stretch - 1) / ISOMETRIC_STRETCH_WEIGHT / made < 1.5
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj", "pial"])
@@ -50,7 +51,7 @@ def test_even_seams_are_worth_more_to_the_isometric_map(name: str) -> None:
         seams = find_seams(V, F, method=method)
         atlas = unwrap(V, F, seams, "isometric")
         length = np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum() / size
-        return EVEN * (atlas.quality.stretch_l2 - 1) + length / 6
+        return ISOMETRIC_STRETCH_WEIGHT * (atlas.quality.stretch_l2 - 1) + length / 6
 
     assert cost("isometric") < cost("linabf") * 1.02
     F_cut = cut(V, F, find_seams(V, F, method="isometric"))[1]

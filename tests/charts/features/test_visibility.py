@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 from igl_linabf import MeshError, MeshWarning, Seams, clean, find_seams, texture_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.shortening import slide_into_valleys
+from igl_linabf.charts.seams import TRADE
 from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
-from igl_linabf.charts.seams.search import TRADE
 from igl_linabf.io import read_texture, write_mesh
 from igl_linabf.surface import Submesh, face_components
 

@@ -9,10 +9,11 @@ import pytest
 from igl_linabf import flatten, unwrap
 from igl_linabf.charts.atlas.pieces import flatten_piece
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels
+from igl_linabf.charts.cut_graphs.clusters import Levels
 from igl_linabf.charts.cut_graphs.stretch import log_scale
 from igl_linabf.charts.seams import search as seams
-from igl_linabf.charts.splitting import predicted_overlaps, tips
+from igl_linabf.charts.seams.constants import MAX_CLUSTERS
+from igl_linabf.charts.splitting import constants, predicted_overlaps, tips
 from igl_linabf.charts.splitting.tips import seams_to_fine_tips
 from igl_linabf.flattening import Sketch
 from igl_linabf.measures import change_of, overlapping_pairs
@@ -77,7 +78,7 @@ def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: floa
     poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
     start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
     seam = piece.graph.path_edges(piece.graph.shortest_paths(np.array([start]))[1], ends)
-    coarse = Levels.of(piece, CLUSTERED)
+    coarse = Levels.of(piece, MAX_CLUSTERS)
     on = coarse.label(piece.graph.boundary_nodes(seam))
     u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.graph.n))]
     more = seams_to_fine_tips(piece, seam, u, 6.0)
@@ -102,6 +103,6 @@ def test_ways_to_tips_that_are_sought_nearby_are_the_shortest(
     spiked = Submesh.checked(V * (1 + 0.8 * np.exp((V @ tip - 1) / 0.005))[:, None], F)
     uv = flatten(spiked.V, spiked.F).uv
     near = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
-    monkeypatch.setattr(tips, "NEARLY_ALL", 0.0)
+    monkeypatch.setattr(constants, "MAX_SHARE_WITHIN_REACH", 0.0)
     everywhere = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
     assert len(near) and sorted(near.tolist()) == sorted(everywhere.tolist())

@@ -11,7 +11,7 @@ from overlapping_surfaces import spiral
 
 from igl_linabf import FallbackWarning, Flattening, Seams, find_seams, flatten, overlaps, quality, unwrap
 from igl_linabf.charts import options
-from igl_linabf.charts.splitting import bijective as bijectively
+from igl_linabf.charts.splitting import constants
 from igl_linabf.surface import Submesh
 
 
@@ -38,8 +38,8 @@ def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
 
 def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = spiral()
-    monkeypatch.setattr(bijectively, "WAITED", 0.0)
-    monkeypatch.setattr(bijectively, "PER_FACE", 1e-9)
+    monkeypatch.setattr(constants, "SCAF_SECONDS", 0.0)
+    monkeypatch.setattr(constants, "SCAF_SECONDS_PER_FACE", 1e-9)
     with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
         atlas = unwrap(V, F, Seams(bijective=True))
     assert atlas.splits
