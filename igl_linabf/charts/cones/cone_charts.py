@@ -117,8 +117,7 @@ def _settled(found: ComponentCones) -> ComponentCones:
     """Quarter cones that were found, moved where closed paths then turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
-    thin = piece.laplacian.thin_share > constants.MAX_THIN_SHARE_FOR_MOVES
-    if quarters is None or not place.paths or thin:
+    if quarters is None or not place.paths or piece.laplacian.thin_share > constants.MAX_THIN_SHARE:
         return found
     angles = holonomy_angles_of(
         component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
@@ -265,10 +264,8 @@ def _known(chosen: ComponentCones) -> KnownLaplacian | None:
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
-    even = (
-        piece.graph.n >= constants.MIN_NODES_FOR_KNOWN_FACTOR
-        and piece.laplacian.thin_share <= constants.MAX_THIN_SHARE_FOR_KNOWN_FACTOR
-    )
+    large = piece.graph.n >= constants.MIN_KNOWN_FACTOR_NODES
+    even = large and piece.laplacian.thin_share <= constants.MAX_KNOWN_FACTOR_THIN_SHARE
     return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
 
 

@@ -91,7 +91,7 @@ ESTIMATED_PAIRS = 150
 # Share of edges whose cotangents sum to zero or less, above which cones stay, since what is expected of moves
 # does not come true among needles. More moves cones to worse places; less distorts handles.
 # benchmarks/constants.py charts.cones
-MAX_THIN_SHARE_FOR_MOVES = 0.2
+MAX_THIN_SHARE = 0.2
 
 # Log stretch that missing quarter turns have to cost, for cones to move. Less takes time for what does not
 # show; more distorts handles. benchmarks/constants.py charts.cones
@@ -148,11 +148,11 @@ HANDLE_CLUSTERS = 1_000
 # Nodes from which on the factor that gave the cones their angles preconditions the first step of linear
 # ABF. With less, a factor of the step's own metric takes little time and saves steps; with more, it takes
 # longer. benchmarks/cones.py --speed
-MIN_NODES_FOR_KNOWN_FACTOR = 5_000
+MIN_KNOWN_FACTOR_NODES = 5_000
 
 # Share of edges whose cotangents sum to zero or less, up to which it does. With more, it needs many
 # iterations; a lower limit takes time for the other factor. benchmarks/cones.py --speed
-MAX_THIN_SHARE_FOR_KNOWN_FACTOR = 0.15
+MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
 
 # Residual of the angle sums, radians, above which no map has these cones, and flips are not a matter of the
 # layout. More calls that a bad map; less refuses cones whose map is only not exact.

@@ -102,9 +102,8 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     """Charts on pages of this side, on so many at most or as many as it takes; None if they do not fit."""
     if charts.least_side > side * spacing.inner:
         return None
-    return _on_pages(
-        charts, charts.placed_by_shape(), charts.turns(constants.COARSE_TURNS), side, spacing, pages
-    )
+    turns = charts.turns(constants.COARSE_TURNS)
+    return _on_pages(charts, charts.placed_by_shape(), turns, side, spacing, pages)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:

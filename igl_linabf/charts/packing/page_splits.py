@@ -209,9 +209,8 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: b
 
 def _expected_page(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
     """The area of a page that has room for convex hulls of these areas, and for rectangles so long."""
-    return np.asarray(
-        np.maximum(constants.PAGE_PER_HULL * hulls, constants.PAGE_PER_DIAGONAL**2 * diagonals**2)
-    )
+    square = constants.PAGE_PER_DIAGONAL**2 * diagonals**2
+    return np.asarray(np.maximum(constants.PAGE_PER_HULL * hulls, square))
 
 
 def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
