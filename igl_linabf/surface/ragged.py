@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partialmethod
 
@@ -98,13 +98,3 @@ def index_and_rank(count: IntArray) -> tuple[IntArray, IntArray]:
     """Each index `count` times, and the rank of each time: of 2, 0, 1 these are 0 0 2 and 0 1 0."""
     index = np.repeat(np.arange(len(count)), count)
     return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
-
-
-def batches(sizes: IntArray, largest: int) -> Iterator[tuple[int, int]]:
-    """Runs `first, end` of items whose sizes sum up to `largest` at most; a larger item is alone."""
-    reached, first = np.cumsum(sizes), 0
-    while first < len(sizes):
-        before = int(reached[first - 1]) if first else 0
-        end = max(first + 1, int(np.searchsorted(reached, before + largest, side="right")))
-        yield first, end
-        first = end

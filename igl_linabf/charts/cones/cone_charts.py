@@ -25,18 +25,15 @@ from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
+from . import constants
+from .constants import QUARTER_TURN
 from .moves import ConeMoves
 from .options import Cones
-from .placement import CONE_TRADE, ConeComponent, cone_angles_of, find_on_component
-from .quantisation import QUARTER_TURN, QuantisedCurvatures, quantise_holonomy
+from .placement import ConeComponent, cone_angles_of, find_on_component
+from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import seam_through
 
-FEW_THIN = 0.15  # share of edges across which cotangents are negative
-COARSE = 1_000  # nodes below which there are hardly any to move to
-THIN = 0.2  # and share of such edges above which what is expected of moves does not come true
-ASTRAY = 0.5  # residual above which flips are no matter of the layout: the cones do not have their angles
-SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
@@ -80,7 +77,7 @@ class SurfaceCones:
         """The cones on a component."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
-            own = find_on_component(place, self.vertices, CONE_TRADE)
+            own = find_on_component(place, self.vertices, constants.CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
             return _settled(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
@@ -99,13 +96,13 @@ class ComponentCones:
     own : (#C,) int64
         The component's vertices.
     sums : (#C,) float64
-        Their angle sums.
+        Their angle sums, radians.
     scale : ConeScale or None
-        What these follow from, if there are cones and their sums are not given.
+        From which the sums follow; None if they are given, or there is no cone.
     quarters : QuantisedCurvatures or None
-        Those, if they are in quarter turns that may be exchanged.
+        The curvatures, if they are in quarter turns that may still be exchanged.
     columns : SchurColumns or None
-        The columns of the closing rows of `place.paths`, if they are known.
+        Those of the holonomy constraints of `place.paths`, if they are known.
     """
 
     place: ConeComponent
@@ -117,19 +114,17 @@ class ComponentCones:
 
 
 def _settled(found: ComponentCones) -> ComponentCones:
-    """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
+    """Quarter cones that were found, moved where closed paths then turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
-    if quarters is None or piece.graph.n < COARSE or piece.laplacian.thin_share > THIN:
+    if quarters is None or not place.paths or piece.laplacian.thin_share > constants.MAX_THIN_SHARE:
         return found
-    if not place.paths:
-        return found
-    told = holonomy_angles_of(
+    angles = holonomy_angles_of(
         component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
     )
-    if told is None:
+    if angles is None:
         return found
-    holonomy, columns = told
+    holonomy, columns = angles
     found = replace(found, columns=columns)
     by_node = np.zeros((piece.graph.n, len(place.paths)))
     by_node[piece.graph.n_holes :] = holonomy.by_vertex[place.inner]
@@ -237,17 +232,17 @@ def _flattened(
         return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
 
     checked = perf_counter() - start
-    turned = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
+    prescribed = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
     try:
         made = flatten_with_cones(
-            mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
+            mesh, component.topology, _asked(chosen), paths, prescribed, method, _known(chosen)
         )
     except SingularSystemError as error:
         raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
     except DivergedError as error:
         raise MeshError(_none_found(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
-    if not made.outcome.good and missing > ASTRAY and len(made.attempts) > 1:
+    if not made.outcome.good and missing > constants.MAX_ANGLE_RESIDUAL and len(made.attempts) > 1:
         raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
@@ -269,7 +264,8 @@ def _known(chosen: ComponentCones) -> KnownLaplacian | None:
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
-    even = piece.graph.n >= SMALL and piece.laplacian.thin_share <= FEW_THIN
+    large = piece.graph.n >= constants.MIN_KNOWN_FACTOR_NODES
+    even = large and piece.laplacian.thin_share <= constants.MAX_KNOWN_FACTOR_THIN_SHARE
     return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
 
 

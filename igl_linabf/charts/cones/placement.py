@@ -1,4 +1,4 @@
-"""Cones: the few vertices that keep all curvature when the rest of a surface is flattened."""
+"""Where cones are placed: one by one, where the conformal scale is farthest from 1; and their angles."""
 
 from __future__ import annotations
 
@@ -15,23 +15,11 @@ from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
-from .quantisation import QUARTER_TURN, QuantisedCurvatures
+from . import constants
+from .constants import CONE_TRADE, MAX_QUARTERS, QUARTER_TURN
+from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import along_handles, paths_across, seam_through
-
-CONE_TRADE = 30.0
-SINGLY = 100  # cones that are found one by one where there are few handles; then several at once
-AT_ONCE = 16  # one of so many that are there already
-MOST_VALUES = 200_000_000  # of Green's functions that are kept
-LEAST_NODES = 8  # to each cone
-IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
-USABLE = 3.0  # stretch and price together above which more are tried all the same: limbs come one by one
-NARROW = np.pi / 3  # angle of a cone below which another one helps it
-WIDE = 0.75 * np.pi  # angle of a triangle at a cone above which another one helps it
-MOST_QUARTERS = 3  # of curvature at a cone
-QUARTERS_OF_TRIANGLE = 4 / 3  # quarter turns that a triangle at a cone may take, so that it has 120 degrees
-MOST_OF_TRIANGLE = 5 / 3  # where a few cones with many triangles would else take what all others may not
-STRETCHED = 1.0  # growth of the log stretch by that, from which on it is the lesser evil
 
 
 def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float = CONE_TRADE) -> IntArray:
@@ -136,12 +124,12 @@ class ConeComponent:
     @property
     def enough(self) -> int:
         """Number of cones that are found one by one: few surfaces need more."""
-        return max(SINGLY, 2 * abs(self.component.topology.characteristic))
+        return max(constants.SINGLE_CONES, 2 * abs(self.component.topology.characteristic))
 
     @property
     def limit(self) -> int:
         """Number of cones at most, if they are to be found."""
-        return max(self.enough, min(MOST_VALUES // self.piece.graph.n, len(self.inner) // LEAST_NODES))
+        return max(self.enough, constants.MAX_GREEN_VALUES // self.piece.graph.n)
 
     def vertices(self, nodes: IntArray) -> IntArray:
         """The component's vertices of nodes that are no holes."""
@@ -166,7 +154,7 @@ def find_on_component(place: ConeComponent, n: int | None, trade: float) -> IntA
 
 
 def _grown(place: ConeComponent, n: int | None, trade: float) -> IntArray:
-    """Add cones one by one; return the nodes of those of least cost, or the first `n`."""
+    """The nodes of the first `n` cones; or of as many as cost least by stretch and number."""
     if n is not None:
         return _first(place, n)
     best, least, smallest, in_vain = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
@@ -177,12 +165,14 @@ def _grown(place: ConeComponent, n: int | None, trade: float) -> IntArray:
         if len(scale.nodes) >= place.fewest:
             cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale)
             # a few limbs without cones hide all that others save
-            spread = scale.spread if many and scale.stretch >= USABLE else np.inf
+            spread = scale.spread if many and scale.stretch >= constants.TOLERABLE_STRETCH else np.inf
             in_vain = 0 if cost < least or spread < smallest else in_vain + 1
             smallest = min(smallest, spread)
             if cost < least:
                 best, least = scale.nodes, cost
-        if (many or least < USABLE) and in_vain >= (SINGLY if many and np.isinf(cost) else IN_VAIN):
+        if (many or least < constants.TOLERABLE_STRETCH) and in_vain >= (
+            constants.SINGLE_CONES if many and np.isinf(cost) else constants.MAX_IDLE_CONES
+        ):
             break
     return best if np.isfinite(least) else _first(place, len(scale.nodes))
 
@@ -239,7 +229,7 @@ def _further(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
         return np.zeros(0, dtype=np.int64)
     strain = _strain(place, scale)
     strained = len(strain) > 0 and strain.max() > 0
-    alone = len(scale.nodes) < place.enough or scale.stretch < USABLE
+    alone = len(scale.nodes) < place.enough or scale.stretch < constants.TOLERABLE_STRETCH
     if alone and not strained:
         return np.array([np.argmax(far)])
     away, _, source = place.piece.graph.shortest_paths(scale.nodes)
@@ -249,7 +239,7 @@ def _further(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
     order = np.argsort(far, kind="stable")
     farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
     farthest[source[order]] = order  # of the nodes nearest to each cone, where the scale is worst
-    tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // AT_ONCE)
+    tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // constants.CONES_PER_NEW_CONE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
     by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
     helped = by_strain[strain[by_strain] > 0][: room // 2]
@@ -270,7 +260,7 @@ def _price(place: ConeComponent, scale: ConeScale) -> float:
     """What strained cones cost: as much as usable stretch; or all, if no triangles have such angles."""
     if not _possible(place, scale):
         return np.inf
-    return USABLE if (_strain(place, scale) > 0).any() else 0.0
+    return constants.TOLERABLE_STRETCH if (_strain(place, scale) > 0).any() else 0.0
 
 
 def _possible(place: ConeComponent, scale: ConeScale) -> bool:
@@ -285,27 +275,29 @@ def _within(angle: FloatArray, around: IntArray) -> BoolArray:
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
-def least_quarters(around: IntArray, of_triangle: float = QUARTERS_OF_TRIANGLE) -> IntArray:
+def least_quarters(around: IntArray, of_triangle: float = constants.QUARTERS_PER_TRIANGLE) -> IntArray:
     """The least curvature of a cone of so many triangles, in quarter turns."""
     least = 4 - np.floor(of_triangle * around).astype(np.int64)
-    return np.asarray(np.minimum(least, MOST_QUARTERS))
+    return np.asarray(np.minimum(least, MAX_QUARTERS))
 
 
 def _quarters_of(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
     """The cones in quarter turns, with triangles as wide as little stretch asks for."""
     around = place.valence[scale.nodes]
-    turns = QuantisedCurvatures(scale, least_quarters(around), MOST_QUARTERS)
-    enough = np.log(scale.stretch) + STRETCHED
+    turns = QuantisedCurvatures(scale, least_quarters(around))
+    enough = np.log(scale.stretch) + constants.WIDENING_LOG_STRETCH
     if turns.log_stretch <= enough:
         return turns
-    wider = replace(turns, least=least_quarters(around, MOST_OF_TRIANGLE))
-    return wider if wider.log_stretch < turns.log_stretch - STRETCHED else turns
+    wider = replace(turns, least=least_quarters(around, constants.QUARTERS_PER_WIDE_TRIANGLE))
+    return wider if wider.log_stretch < turns.log_stretch - constants.WIDENING_LOG_STRETCH else turns
 
 
 def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
     """By how much each cone's angle is too narrow, or too wide for the faces at it; radians."""
     angle = 2 * np.pi - scale.curvature
-    return np.maximum(NARROW - angle, angle - WIDE * place.valence[scale.nodes])
+    return np.maximum(
+        constants.MIN_CONE_ANGLE - angle, angle - constants.MAX_ANGLE_AT_CONE * place.valence[scale.nodes]
+    )
 
 
 def cone_angles_of(

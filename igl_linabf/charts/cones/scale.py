@@ -1,4 +1,4 @@
-"""The conformal scale of a surface with cones: where the next cone helps most, and which angles they have."""
+"""The conformal scale of a surface with cones: it tells where the next cone helps most, and their angles."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
+        """With no cone but the ground: on a closed surface `first`, or where u is farthest from its mean."""
         if piece.graph.n_holes:
             first = -1
         elif first is None:

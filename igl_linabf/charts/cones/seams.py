@@ -18,8 +18,7 @@ from ..cut_graphs import (
     move_branch_points,
     open_handles,
 )
-
-CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
+from .constants import HANDLE_CLUSTERS
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -38,7 +37,7 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     if piece.graph.n <= MAX_DIRECT_NODES:
         return move_branch_points(piece.graph, open_handles(piece), piece.graph.length_of)
     features = replace(piece.features, valleys=lambda: np.ones(len(piece.edges)))
-    levels = Levels.of(replace(piece, features=features), CLUSTERED)
+    levels = Levels.of(replace(piece, features=features), HANDLE_CLUSTERS)
     graph, handles = levels.coarse.graph, open_handles(levels.coarse)
     return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 

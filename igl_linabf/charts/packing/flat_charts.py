@@ -1,4 +1,4 @@
-"""Charts with their maps, which are cut further: the cells that stay whole, and the edges between them."""
+"""Charts with their maps, which are cut further: polygons, which stay whole, and the edges between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ from ..._core import lengths, narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import scaled_to_surface, uv_of_part
-from .outlines import Outline, extents
+from .constants import HULL_DIRECTIONS, MIN_MAP_AREA
+from .outlines import Outline, rectangles
 
-OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
-
-LEAST = 1e-12  # of the area of a surface is what a map of it has
+_angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
+OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # directions, (2, HULL_DIRECTIONS)
 
 
 @dataclass(frozen=True, eq=False)
-class Flat:
-    """A chart with its map.
+class FlatChart:
+    """A chart, or a part of one, with its map.
 
     Attributes
     ----------
     piece : Submesh
     uv : (#V, 2) float64
     parent : int
-        The chart that it is a part of.
+        The number of the chart.
     """
 
     piece: Submesh
@@ -36,44 +36,44 @@ class Flat:
 
     @cached_property
     def z(self) -> ComplexArray:
-        """The map."""
+        """The map, (#V,)."""
         return complex_positions(self.uv)
 
     @cached_property
     def centre(self) -> FloatArray:
-        """Of the cells, in the map."""
+        """Of the polygons in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
         return centres(self.piece.polygon_labels, (a + b + c) / 3)
 
     @cached_property
     def sides(self) -> IntArray:
-        """The cells (2, #C) on both sides of each edge that may be cut."""
-        cell, inside = self.piece.polygon_labels, self.piece.cuttable_edges
-        return np.asarray(cell[self.piece.topology.sides[:, inside] % len(self.piece.F)])
+        """The polygons on both sides of each edge between two of them, (2, #E)."""
+        polygon, inside = self.piece.polygon_labels, self.piece.cuttable_edges
+        return np.asarray(polygon[self.piece.topology.sides[:, inside] % len(self.piece.F)])
 
     @cached_property
     def ends(self) -> IntArray:
-        """The vertices (#C, 2) of these edges; the first cell is on the left."""
+        """The vertices of these edges, (#E, 2); the first polygon is on the left."""
         return np.asarray(self.piece.topology.edges[self.piece.cuttable_edges])
 
     @cached_property
     def lengths(self) -> FloatArray:
-        """Of these edges, on the surface."""
+        """Of these edges on the surface, (#E,)."""
         return lengths(self.piece.V, self.ends)
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
-        """The vertices (#R, 2) of the edges at the boundary, and the cell on the left of each."""
+        """The vertices of the boundary edges, (#B, 2), and the polygon on the left of each."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
         return topology.edges[at], self.piece.polygon_labels[topology.sides[0, at] % len(self.piece.F)]
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(2, #cells) float64. Of the cells on the surface, and in the map."""
+        """Of the polygons on the surface and in the map, (2, #P)."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
-        cell = self.piece.polygon_labels
-        return np.stack([np.bincount(cell, double) / 2 for double in (self.piece.measured[0], mapped)])
+        polygon = self.piece.polygon_labels
+        return np.stack([np.bincount(polygon, double) / 2 for double in (self.piece.measured[0], mapped)])
 
     @property
     def area(self) -> float:
@@ -82,92 +82,90 @@ class Flat:
 
     @cached_property
     def hull(self) -> float:
-        """The area of the convex hull of those points that are farthest out in some directions."""
+        """The area of the convex hull of those points of the map that are farthest out in some directions."""
         rim = self.uv[self.rim[0][:, 0]]
         x, y = rim[(rim @ OUTWARDS).argmax(axis=0)].T
         return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
     @cached_property
-    def diameter(self) -> float:
-        """The diagonal of the upright rectangle around the map."""
+    def diagonal(self) -> float:
+        """Of the upright rectangle around the map."""
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
-    def parts(self, side: BoolArray) -> list["Flat"]:
-        """The chart cut between its cells of two sides, each part as large as its surface.
+    def parts(self, side: BoolArray) -> list["FlatChart"]:
+        """The chart cut between its polygons of two sides, (#P,); each part at the scale of its own area.
 
-        They are in the order of their first faces, as those of `Cells.outlines`.
+        They are in the order of their first faces, as those of `PolygonGroups.outlines`.
         """
         piece = self.piece
         parts = sorted(piece.divided(side[piece.polygon_labels]), key=lambda part: int(part.faces[0]))
         return [
-            Flat(part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent)
+            FlatChart(part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent)
             for part in parts
         ]
 
-    def cells(self) -> "Cells":
-        """All of them."""
-        cells = np.arange(len(self.centre))
-        return Cells(self, cells, self.centre, np.ones(len(self.sides[0]), dtype=bool))
+    def polygons(self) -> "PolygonGroups":
+        """Each a group of its own."""
+        polygons = np.arange(len(self.centre))
+        return PolygonGroups(self, polygons, self.centre, np.ones(len(self.sides[0]), dtype=bool))
+
+    def groups(self, squares: int) -> "PolygonGroups":
+        """The connected polygons in each square of a grid, so many along the chart; if these are fewer."""
+        centre, sides = self.centre, self.sides
+        if len(centre) <= squares**2:
+            return self.polygons()
+        square = np.floor(centre / (np.ptp(centre, axis=0).max() / squares)).astype(np.int64)
+        same = (square[sides[0]] == square[sides[1]]).all(axis=1)
+        group = connected_labels(sides[:, same].T, len(centre))
+        return PolygonGroups(self, group, centres(group, centre), ~same)
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """A chart's cells, or groups of connected ones.
+class PolygonGroups:
+    """Groups of connected polygons of a chart.
 
     Attributes
     ----------
-    chart : Flat
-    of : (#cells,) int64
-        The group of each cell.
+    chart : FlatChart
+    of : (#P,) int64
+        The group of each polygon.
     centre : (#G, 2) float64
         Of the groups, in the map.
-    between : (#C,) bool
-        Which edges that may be cut have two groups.
+    between : (#E,) bool
+        Which of the chart's edges are between two groups.
     """
 
-    chart: Flat
+    chart: FlatChart
     of: IntArray
     centre: FloatArray
     between: BoolArray
 
-    @classmethod
-    def grouped(cls, chart: Flat, squares: int) -> "Cells":
-        """Connected cells in one square of a grid, so many along the chart, are one, if they are many."""
-        centre, sides = chart.centre, chart.sides
-        if len(centre) <= squares**2:
-            return chart.cells()
-        square = np.floor(centre / (np.ptp(centre, axis=0).max() / squares)).astype(np.int64)
-        same = (square[sides[0]] == square[sides[1]]).all(axis=1)
-        of = connected_labels(sides[:, same].T, len(centre))
-        return cls(chart, of, centres(of, centre), ~same)
-
     @cached_property
     def sides(self) -> IntArray:
-        """The groups on both sides of these edges."""
+        """The groups on both sides of each of these edges, (2, #between)."""
         return np.asarray(self.of[self.chart.sides[:, self.between]])
 
     @cached_property
     def lengths(self) -> FloatArray:
-        """Of these edges, on the surface."""
+        """Of these edges on the surface, (#between,)."""
         return np.asarray(self.chart.lengths[self.between])
 
     @cached_property
     def outer(self) -> BoolArray:
-        """The groups at the boundary."""
+        """Which groups are at the boundary, (#G,)."""
         outer = np.zeros(len(self.centre), dtype=bool)
         outer[self.of[self.chart.rim[1]]] = True
         return outer
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(2, #G) float64. On the surface, and in the map."""
+        """Of the groups on the surface and in the map, (2, #G)."""
         return np.stack([np.bincount(self.of, area) for area in self.chart.areas])
 
     def outlines(self, beyond: BoolArray) -> list[list[Outline]]:
-        """For each of several cuts, (#cuts, #G) the groups on one side, those of the parts that it leaves.
+        """The outlines of the parts that several cuts leave; `beyond`, (#cuts, #G), is one side of each.
 
-        Each part is as large as its surface, turned to its narrowest rectangle, its lower left corner at 0. A
-        cut that leaves a part without area in the map has none.
+        They are as those of `whole_outlines`: a cut that leaves a part without area in the map has none.
         """
         n, cuts = len(self.centre), len(beyond)
         cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
@@ -176,10 +174,10 @@ class Cells:
         by, edge = np.nonzero(cut)
         ends[by, edge, 1] = ends[by, edge, 0]  # an edge that is cut joins nothing
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
-        rim, cell = self.chart.rim
+        rim, polygon = self.chart.rim
         seam = self.chart.ends[self.between][edge]
         around = np.concatenate((np.tile(rim, (cuts, 1)), seam, seam[:, ::-1]))
-        at_rim = self.of[cell] + n * np.arange(cuts)[:, None]
+        at_rim = self.of[polygon] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
@@ -189,10 +187,10 @@ class Cells:
         return [_all_or_none(made[i:j]) for i, j in pairwise(begin)]
 
 
-def whole_outlines(charts: Sequence[Flat]) -> list[Outline]:
-    """Those of whole charts, each as large as its surface and turned to its narrowest rectangle.
+def whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
+    """The outlines of charts, each at the scale of its own area, turned to its narrowest rectangle.
 
-    None at all if one has no area in the map.
+    The rectangle's lower left corner is at the origin. If a chart has no area in the map, there are none.
     """
     sides = Ragged.of_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
@@ -206,12 +204,12 @@ def _all_or_none(outlines: list[Outline | None]) -> list[Outline]:
 
 
 def _outlines(ends: ComplexArray, sides: Ragged, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:
-    """Outlines of the sides (2, #S), part by part, with their own areas instead of those in the map."""
-    kept = mapped > LEAST * own
+    """The outlines of parts with these sides, (2, #S), of their own areas and those in the map."""
+    kept = mapped > MIN_MAP_AREA * own
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
     start, end = ends * sides.repeat(scale)
     turn = sides.repeat(narrowest_turns(start, sides.start))
-    low = sides.repeat(extents(start * turn, sides)[0])
+    low = sides.repeat(rectangles(start * turn, sides)[0])
     weight = np.ones(len(start), dtype=np.int64)
     rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))
     each = zip(*rows, own.tolist(), kept.tolist(), strict=True)

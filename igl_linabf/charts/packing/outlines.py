@@ -1,4 +1,4 @@
-"""Charts as outlines and as masks, the cells of a page that a chart touches; and how far charts reach."""
+"""Charts as outlines, as the rectangles around them, and as masks: the cells of a page that they touch."""
 
 from __future__ import annotations
 
@@ -10,35 +10,27 @@ import numpy as np
 
 from ..._core import drawn, placed, taken_cells
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Ragged, batches
+from ...surface import Ragged
 
 
-def extents(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
-    """Lower left corners of the rectangles around charts, and their extents."""
-    low, high = (function(z.real) + 1j * function(z.imag) for function in (charts.min, charts.max))
-    return low, high - low
-
-
-def areas(double: FloatArray, faces: Ragged) -> FloatArray:
-    """The area of each chart, by twice the signed areas of its faces."""
-    return np.asarray(faces.sum(np.abs(double))) / 2
-
-
-AT_ONCE = 100_000  # sides of turned charts that are drawn at once
+def rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
+    """Lower left corners of the upright rectangles around charts, and width + i height."""
+    low = charts.min(z.real) + 1j * charts.min(z.imag)
+    return low, charts.max(z.real) + 1j * charts.max(z.imag) - low
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The sides of a chart's triangles that do not cancel out.
+    """The boundary edges of a chart in the plane: those sides of its triangles that do not cancel out.
 
     Attributes
     ----------
     start, end : (#S,) complex128
         The chart lies on their left.
     weight : (#S,) int64
-        How often each counts; 1 in an oriented manifold.
+        How many triangles lie on its left, less those on its right; 1 in an oriented manifold.
     area : float
-        The chart's.
+        Of the chart.
     """
 
     start: ComplexArray
@@ -49,19 +41,17 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """The cells that a chart touches in several directions, each within the smallest rectangle of cells.
+    """The cells that a chart touches at several turns, each mask within the smallest rectangle of cells.
 
     Attributes
     ----------
     turns : (#M,) complex128
-        The directions.
     shapes : (#M, 2) int64
-        Their rows and columns.
+        Rows and columns.
     origin : (#M,) complex128
-        What of the chart comes to a mask's lower left corner.
+        The point of the turned chart that comes to the mask's lower left corner.
     blocks : (#B, 4) int64
-        Row, first column, length and number of rows of runs of cells; equal ones in a row are one. They
-        are what the chart touches; the largest come first.
+        The cells as blocks: first row, first column, columns, rows. The largest come first.
     start : (#M + 1,) int64
         Mask k has the blocks from start[k] to start[k + 1].
     """
@@ -80,12 +70,15 @@ NO_MASKS = Masks(
     np.empty((0, 4), np.int64),
     np.zeros(1, np.int64),
 )
-NONE_KNOWN = np.empty((0, 4), np.int64)  # places
+NO_PLACES = np.empty((0, 4), np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """The masks of several charts one after the other, as `Masks` has those of one.
+class ChartMasks:
+    """The masks of several charts, one chart after another, in the arrays that `Masks` has for one.
+
+    A chart's *place* is four numbers: its mask, and the page, column and row of the cell where this mask's
+    lower left corner is. All are -1 if there was no room for the chart.
 
     Attributes
     ----------
@@ -102,8 +95,8 @@ class Row:
     start: IntArray
 
     @classmethod
-    def of(cls, masks: Sequence[Masks]) -> Row:
-        """That of these charts."""
+    def of(cls, masks: Sequence[Masks]) -> ChartMasks:
+        """Those of these charts."""
         first = Ragged.of_sizes([len(one.turns) for one in masks])
         reached = Ragged.of_sizes([len(one.blocks) for one in masks]).start
         masks = masks or (NO_MASKS,)  # of no chart
@@ -118,11 +111,20 @@ class Row:
             start,
         )
 
-    def placed(
-        self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
+    def place(
+        self, side: int, pages: int, spans: IntArray, known: IntArray = NO_PLACES
     ) -> tuple[IntArray, IntArray]:
-        """`placed` of charts in the order of their spans."""
-        return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
+        """Place charts one after another, each at one of the masks of its span, on so many pages at most.
+
+        A page has `side` cells along it. The places of the first charts may be `known`.
+
+        Returns
+        -------
+        places : (#spans, 4) int64
+        extents : (#pages, 2) int64
+            Cells from the left and from below that the charts of each page take.
+        """
+        return placed(side, pages, spans, self.shapes, self.blocks, self.start, known)
 
     def taken(self, side: int, places: IntArray) -> BoolArray:
         """The cells (#pages, side, side) that charts at these places take."""
@@ -151,21 +153,13 @@ def outlines(
 def masks_of(
     outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
 ) -> list[Masks]:
-    """The cells that charts, turned and widened by half a gap (in cells) to all four sides, touch.
+    """The cells that charts touch, turned by each of their turns and widened by half a gap to all four sides.
 
-    Charts whose masks share no cell are at least the gap apart, in u or in v.
+    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells.
     """
-    made: list[Masks] = []
-    sides = np.array([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
-    for first, end in batches(sides, AT_ONCE):
-        made += _together(outlines[first:end], turns[first:end], cells_per_unit, gap)
-    return made
-
-
-def _together(
-    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
-) -> list[Masks]:
-    half = gap / 2 * (1 + 1e-9) + 1e-9
+    if not outlines:
+        return []
+    half = gap / 2 * (1 + 1e-9) + 1e-9  # against rounding
     number = [len(by) for by in turns]
     sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
@@ -175,7 +169,7 @@ def _together(
     shapes, low, blocks, begin = drawn(start, end, weight, sides.start, by, of, half)
     origin, reached = low / cells_per_unit, begin.tolist()
     made = []
-    for directions, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
+    for own_turns, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
         own = blocks[reached[i] : reached[j]]
-        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
+        made.append(Masks(own_turns, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
     return made

@@ -14,17 +14,15 @@ from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
-from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
-from .outlines import areas, extents, outlines
+from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
+from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing
-
-UDIM_ROW = 10  # pages side by side
-ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
 
 
 @dataclass(frozen=True, eq=False)
 class PackedChart:
-    """A chart on its page: `ratio * (u + iv) + shift` of what it was.
+    """A chart on its page: the point u + iv of what it was is at `ratio * (u + iv) + shift`.
 
     Attributes
     ----------
@@ -92,20 +90,20 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
 
 @dataclass(frozen=True)
 class Wish:
-    """What is asked of a packing.
+    """What a caller asks of the packing, in units of the charts.
 
     Attributes
     ----------
     spacing : Spacing
     side : float or None
-        Of a page, in units of the charts; None: as short as it can be.
+        Of a page; None: as short as it can be.
     pages : int or None
         At most; None: as many as it takes.
     resolution : int or None
     upright : bool
         Turn several charts by quarter turns only.
     unit : float
-        The length of the charts' units in the caller's.
+        Units of the charts to a unit of the caller.
     """
 
     spacing: Spacing
@@ -138,7 +136,6 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
         return []
     z, area, turn, origin, vertices, charts = _prepared(maps, wish)
     layout = _layout(charts, wish)
-    # the layout's own turn, then to the page; the gaps only become wider
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
     low, scale = _fitted(z, layout, vertices, wish)
     page = layout.page
@@ -158,7 +155,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
 
 def pack_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[PackedChart], bool]:
     """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
-    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW
+    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= MAX_MOVED_CHARTS
 
 
 def fill_of(placed: Sequence[PackedChart]) -> float:
@@ -169,18 +166,39 @@ def fill_of(placed: Sequence[PackedChart]) -> float:
 def _prepared(
     maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
 ) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
-    """Vertices of the turned charts, their corners at 0; areas, turns, what came to 0; parts; charts."""
-    vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
-    F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
-    z, area = _checked(maps, F, vertices, faces)
+    """Charts turned to their narrowest rectangles, and moved so that these begin at the origin.
+
+    Returns
+    -------
+    z : (#V,) complex128
+        The vertices of all charts, one chart after another.
+    area : (#C,) float64
+    turn : (#C,) complex128
+    origin : (#C,) complex128
+        The point of the turned chart that came to the origin.
+    vertices : Ragged
+        A row of `z` for each chart.
+    charts : Charts
+    """
+    positions, triangles = zip(*maps, strict=True)
+    vertices, faces = Ragged.of_sizes(list(map(len, positions))), Ragged.of_sizes(list(map(len, triangles)))
+    F = np.concatenate(triangles) + faces.repeat(vertices.start[:-1])[:, None]
+    z = complex_positions(np.concatenate(positions))
+    area = np.asarray(faces.sum(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))))) / 2
+    extent = rectangles(z, vertices)[1]
+    size = np.maximum(extent.real, extent.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise MeshError(f"chart {i} has no area (its {len(triangles[i])} faces lie on a line): leave it out")
     if len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
         turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
     z = z * vertices.repeat(turn)
-    origin, extent = extents(z, vertices)
+    origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), area, wish.upright)
     return z, area, turn, origin, vertices, charts
 
 
@@ -212,13 +230,17 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
 
 
 def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:
-    """What comes to the pages' lower left corners, for each chart; and the scale."""
+    """For each chart, the point that comes to its page's lower left corner; and the scale.
+
+    Pages of a given side have that scale. Others are as large as their charts, which leaves gaps no narrower
+    than they were.
+    """
     spacing = wish.spacing
     if wish.side is not None:
         inset = (spacing.gap / 2 - spacing.border) * wish.side
         return np.full(len(vertices), complex(inset, inset)), 1 / wish.side
     n = int(layout.page.max()) + 1
-    lows, highs = extents(z, vertices)
+    lows, highs = rectangles(z, vertices)
     highs += lows
     low = np.full((n, 2), np.inf)
     high = np.full((n, 2), -np.inf)
@@ -228,30 +250,16 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tu
     return (low @ [1, 1j] - complex(spacing.border, spacing.border) / scale)[layout.page], scale
 
 
-def _checked(
-    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Ragged, faces: Ragged
-) -> tuple[ComplexArray, FloatArray]:
-    """The charts' vertices and areas."""
-    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
-    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
-    extent = extents(z, vertices)[1]
-    size = np.maximum(extent.real, extent.imag)
-    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
-    if flat.any():
-        i = int(np.argmax(flat))
-        raise MeshError(f"chart {i} has no area (its {len(maps[i][1])} faces lie on a line): leave it out")
-    return z, area
-
-
 def _squarest_turn(z: ComplexArray) -> complex:
-    """The turn of a single chart to the least square."""
+    """The turn of a single chart that makes the upright square around it smallest."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
     hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
-    turns = np.concatenate((turns[:: -(-len(turns) // len(ALL_TURNS))], ALL_TURNS))
-    turned = hull[:: -(-len(hull) // 2000), None] * turns
-    cost = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
-    return complex(turns[int(cost.argmin())])
+    quarter = np.exp(0.5j * np.pi * np.arange(SINGLE_CHART_TURNS) / SINGLE_CHART_TURNS)
+    turns = np.concatenate((turns[:: -(-len(turns) // SINGLE_CHART_TURNS)], quarter))
+    turned = hull[:: -(-len(hull) // MAX_HULL_POINTS), None] * turns
+    square = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
+    return complex(turns[int(square.argmin())])

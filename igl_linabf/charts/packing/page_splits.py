@@ -1,8 +1,8 @@
-"""Charts cut further for their pages: those larger than a page, and those of many limbs where that pays.
+"""Charts cut further for their pages: those larger than a page, and those with limbs where that pays.
 
-Charts that cover a share f of a page need 1 / f as many texels as they use. `trade` is the seam length that
-lowering this by one is worth, as it is for the L2 stretch. The parts keep the chart's map, each at the scale
-of its own area: so what is packed is what was tried.
+A page costs its area over that of the charts, and a seam its length over the square root of the surface's
+area. `trade` is the seam length that lowering the page's cost by 1 is worth, as it is for the L2 stretch. The
+parts keep the chart's map, each at the scale of its own area: so what is packed is what was tried.
 """
 
 from dataclasses import dataclass, replace
@@ -15,24 +15,10 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ...surface import Submesh, complex_positions
 from ..atlas import Chart, flattening_of_part
-from .flat_charts import OUTWARDS, Cells, Flat, whole_outlines
+from . import constants
+from .flat_charts import OUTWARDS, FlatChart, whole_outlines
 from .packing import Wish
-from .trial_pages import Drawn, TrialPage
-
-MOST_TRIAL_CHARTS, SMALL = 30, 1 / 400  # that are tried on a page; of more, those with this share of the area
-MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
-DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
-TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
-SHORTER = 0.8  # of the edges that a line crosses is how long the seam beside it is expected to be
-HOPE = 1.1  # times the cost that a seam may have is what the line beside it may have
-FULL = 0.77  # of a page, which charts do not cover more of
-LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
-SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
-GRID = 64  # squares along a chart, of which connected cells are taken as one to look for lines
-BAND = 0.04  # of the chart's width: within it the shortest seam is sought
-MIDDLE = 0.15  # the same, where a chart is halved that is larger than a page
-FITS = 0.98  # of a page's side is what cells of a grid leave to a chart
-UNITS = 1 << 20  # of length: flows are integers
+from .trial_pages import TrialChart, TrialPage
 
 Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
 
@@ -43,26 +29,27 @@ class _State:
 
     Attributes
     ----------
-    charts : list of Flat
-    drawn : list of Drawn
+    charts : list of FlatChart
+    tried : list of TrialChart
+        The same on the trial page.
     size : float
         The area of the page that they take, over their own.
     worth : float
-        What the cuts gain.
+        What the cuts save of the page, as seam length, less their own.
     """
 
-    charts: list[Flat]
-    drawn: list[Drawn]
+    charts: list[FlatChart]
+    tried: list[TrialChart]
     size: float
     worth: float
 
 
 def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) -> tuple[Charts, float]:
-    """The charts, some of them cut along short seams; what a trial's page is over their area if none is.
+    """The charts, some of them cut along short seams; and the size of a trial page with all of them whole.
 
-    One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
-    Of many charts only the largest ones are looked at: the others go into gaps. A chart of which a part would
-    have more than `most_stretch` alone stays whole.
+    One cut alone may not pay where two do, so one more is tried before the best ones so far are taken. Of
+    many charts only the largest ones are looked at, since the others go into gaps. A chart stays whole if a
+    part would have a stretch of more than `most_stretch`. The size is infinite if no cut is tried.
     """
     if trade == 0:
         return done, np.inf
@@ -72,28 +59,28 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
     outlines = whole_outlines(charts)
     if not outlines:
-        return done, np.inf  # one has no area to be packed
-    drawn = page.drawn(outlines)
-    state = _State(charts, drawn, page.size(drawn), 0.0)
-    best, idle = state, 0
-    for _ in range(MOST_CUTS):
-        after = _best_cut(state, page, trade, best.worth, idle == MOST_IDLE)
+        return done, np.inf
+    tried = page.charts(outlines)
+    state = best = _State(charts, tried, page.size(tried), 0.0)
+    for _ in range(constants.MAX_PAGE_CUTS):
+        after = _best_cut(state, page, trade, best.worth, last=state is not best)
         if after is None:
             break
-        state, idle = after, idle + 1
+        state = after
         if state.worth > best.worth:
-            best, idle = state, 0
-        if idle > MOST_IDLE:
-            break
+            best = state
     parts = sorted([*best.charts, *others], key=lambda chart: chart.parent)
-    return _within(done, _parted(done, parts), parts, most_stretch), page.least_size(drawn)
+    return _within(done, _parted(done, parts), parts, most_stretch), page.least_size(tried)
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:
-    """Charts that fit on pages of the side that is asked for: larger ones are halved along short seams."""
+    """Charts that fit on pages of the side that is asked for: larger ones are halved along short seams.
+
+    A chart that no line parts stays as it is.
+    """
     assert wish.side is not None
-    most = FITS * wish.side * wish.spacing.inner
-    waiting, small = _flat(done), list[Flat]()
+    most = constants.MAX_CHART_SIDE * wish.side * wish.spacing.inner
+    waiting, small = _flat(done), list[FlatChart]()
     while waiting:
         chart = waiting.pop()
         z = chart.z
@@ -103,7 +90,8 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         longest = max(wide, high)
         if longest > most:
             along -= (along.min() + along.max()) / 2
-            parts = chart.parts(_shortest_between(along, MIDDLE * longest, chart.sides, chart.lengths))
+            band = constants.HALVING_BAND * longest
+            parts = chart.parts(_shortest_between(along, band, chart.sides, chart.lengths))
         if longest <= most or len(parts) == 1:
             small.append(chart)
         else:
@@ -111,24 +99,24 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
     return _parted(done, sorted(small, key=lambda chart: (chart.parent, int(chart.piece.faces[0]))))
 
 
-def _flat(done: Charts) -> list[Flat]:
-    return [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
+def _flat(done: Charts) -> list[FlatChart]:
+    return [FlatChart(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
 
 
-def _largest(charts: list[Flat]) -> tuple[list[Flat], list[Flat]]:
+def _largest(charts: list[FlatChart]) -> tuple[list[FlatChart], list[FlatChart]]:
     """The largest charts, in their order, and the others."""
-    if len(charts) <= MOST_TRIAL_CHARTS:
+    if len(charts) <= constants.MOST_TRIAL_CHARTS:
         return charts, []
     size = np.array([chart.piece.measured[0].sum() for chart in charts])
     is_large = np.zeros(len(charts), dtype=bool)
-    is_large[np.argsort(-size, kind="stable")[:MOST_TRIAL_CHARTS]] = True
-    is_large &= size > SMALL * size.sum()
+    is_large[np.argsort(-size, kind="stable")[: constants.MOST_TRIAL_CHARTS]] = True
+    is_large &= size > constants.MIN_SHAPED_AREA * size.sum()
     return [chart for chart in charts if is_large[chart.parent]], [
         chart for chart in charts if not is_large[chart.parent]
     ]
 
 
-def _parted(done: Charts, parts: list[Flat]) -> Charts:
+def _parted(done: Charts, parts: list[FlatChart]) -> Charts:
     """The charts as they are, or their parts, with their maps."""
     numbers = np.bincount([part.parent for part in parts])
     new = [part for part in parts if numbers[part.parent] > 1]
@@ -148,8 +136,8 @@ def _parted(done: Charts, parts: list[Flat]) -> Charts:
     ]
 
 
-def _within(done: Charts, made: Charts, parts: list[Flat], most_stretch: float) -> Charts:
-    """What is made of the charts, but for those that are left whole for the stretch of their parts."""
+def _within(done: Charts, made: Charts, parts: list[FlatChart], most_stretch: float) -> Charts:
+    """The parts that are made of the charts; those charts whole of which a part has too much stretch."""
     whole: Charts = []
     for parent, group in groupby(zip(parts, made, strict=True), key=lambda pair: pair[0].parent):
         own = [entry for _, entry in group]
@@ -158,7 +146,7 @@ def _within(done: Charts, made: Charts, parts: list[Flat], most_stretch: float) 
     return whole
 
 
-def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Chart:
+def _part_of(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
     result = flattening_of_part(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
     return replace(
@@ -167,71 +155,79 @@ def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Char
 
 
 def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
-    """The charts after one more cut; None if none could be worth more than the best so far.
+    """The charts after one more cut; None if none could be worth more than the best ones so far.
 
-    The `last` one must be worth more itself; others may also lead on.
+    The `last` cut must be worth more itself; others may also lead on.
 
-    First it is asked how far out the parts reach that many lines leave, then what page those of the best
-    lines take, and last the same for the shortest seams beside the very best ones.
+    The chart that wastes most of the page is cut. For many lines across it, the convex hulls of the parts
+    tell what page they may take. The parts of the best lines are packed; and last those of the shortest
+    seams beside the very best lines.
     """
     charts, size = state.charts, state.size
-    areas, hulls, wide = np.array([(chart.area, chart.hull, chart.diameter) for chart in charts]).T
-    k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
+    areas, hulls, diagonals = np.array([(chart.area, chart.hull, chart.diagonal) for chart in charts]).T
+    k = int(np.argmax(_expected_page(hulls, diagonals) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))
-    cells = Cells.grouped(chart, GRID)
-    normal, at, bands = _lines_across(cells.centre)
-    hull, widest, cut = divisions(
-        cells.centre, cells.sides.T, cells.lengths, cells.outer, normal, at, OUTWARDS
+    groups = chart.groups(constants.LINE_GRID)
+    normal, at, bands = _lines_across(groups.centre)
+    hull, diagonal, crossed = divisions(
+        groups.centre, groups.sides.T, groups.lengths, groups.outer, normal, at, OUTWARDS
     )
     hull += np.delete(hulls, k).sum()
-    widest = np.maximum(widest, np.delete(wide, k).max(initial=0.0))
-    pages = np.maximum(np.maximum(LOOSE * hull, SHORTEST**2 * widest**2) / page.area, 1.0)
-    seams = SHORTER * cut / unit
-    lines = np.argsort(trade * pages + cut / unit, kind="stable")[:TRIED]
-    lines = lines[state.worth + trade * (size - 1 / FULL) - seams[lines] > best]
+    diagonal = np.maximum(diagonal, np.delete(diagonals, k).max(initial=0.0))
+    pages = np.maximum(_expected_page(hull, diagonal) / page.area, 1.0)
+    seams = constants.SEAM_PER_LINE * crossed / unit
+    lines = np.argsort(trade * pages + crossed / unit, kind="stable")[: constants.MAX_PACKED_LINES]
+    lines = lines[state.worth + trade * (size - 1 / constants.BEST_FILL) - seams[lines] > best]
     if not len(lines):
         return None
     most = state.worth + trade * size - best if last else np.inf
-    others = [*state.drawn[:k], *state.drawn[k + 1 :]]
-    parted = cells.outlines(normal[lines] @ cells.centre.T > at[lines, None])
-    parts, rough = page.each_drawn(parted), HOPE * most
-    sought = lines[_cheapest(page, others, parts, seams[lines], trade, SOUGHT, rough)[0]]
-    if not len(sought):
+    others = [*state.tried[:k], *state.tried[k + 1 :]]
+    parts = page.charts_of_each(groups.outlines(normal[lines] @ groups.centre.T > at[lines, None]))
+    hoped = constants.LINE_TOLERANCE * most
+    chosen, _ = _cheapest(page, others, parts, seams[lines], trade, constants.MAX_SEAM_LINES, hoped)
+    if not len(chosen):
         return None
     sides = np.stack(
         [
             _shortest_between(chart.centre @ normal[i] - at[i], bands[i], chart.sides, chart.lengths)
-            for i in sought.tolist()
+            for i in lines[chosen].tolist()
         ]
     )
     seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
-    parts = page.each_drawn(chart.cells().outlines(sides))
+    parts = page.charts_of_each(chart.polygons().outlines(sides))
     chosen, costs = _cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):
         return None
     i, cost = int(chosen[0]), float(costs[0])
     return _State(
         [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]],
-        [*state.drawn[:k], *parts[i], *state.drawn[k + 1 :]],
+        [*state.tried[:k], *parts[i], *state.tried[k + 1 :]],
         (cost - float(seams[i])) / trade,
         state.worth + trade * size - cost,
     )
 
 
+def _expected_page(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
+    """The area of a page that has room for convex hulls of these areas, and for rectangles so long."""
+    square = constants.PAGE_PER_DIAGONAL**2 * diagonals**2
+    return np.asarray(np.maximum(constants.PAGE_PER_HULL * hulls, square))
+
+
 def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Normals and offsets of lines across points, in several directions; bands in which seams are sought."""
-    angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    """Normals and offsets of lines across points; half the widths of the bands in which seams are sought."""
+    directions, number = constants.LINE_DIRECTIONS, constants.LINES_ACROSS
+    angle = np.pi * np.arange(directions) / directions
     normal = np.column_stack((np.cos(angle), np.sin(angle)))
     along = points @ normal.T
     low, width = along.min(axis=0), np.ptp(along, axis=0)
-    at = low[:, None] + width[:, None] * (np.arange(OFFSETS) + 1) / (OFFSETS + 1)
-    return np.repeat(normal, OFFSETS, axis=0), at.ravel(), np.repeat(BAND * width, OFFSETS)
+    at = low[:, None] + width[:, None] * (np.arange(number) + 1) / (number + 1)
+    return np.repeat(normal, number, axis=0), at.ravel(), np.repeat(constants.SEAM_BAND * width, number)
 
 
 def _cheapest(
     page: TrialPage,
-    others: list[Drawn],
-    several: list[list[Drawn]],
+    others: list[TrialChart],
+    several: list[list[TrialChart]],
     seams: FloatArray,
     trade: float,
     number: int,
@@ -250,7 +246,17 @@ def _cheapest(
 
 
 def _shortest_between(along: FloatArray, band: float, sides: IntArray, length: FloatArray) -> BoolArray:
-    """Cells on one side of the shortest seam in a band around a line: a minimum cut."""
+    """Polygons on one side of the shortest seam in a band around a line: a minimum cut.
+
+    Parameters
+    ----------
+    along : (#P,) float64
+        Signed distances of the polygons from the line.
+    band : float
+        Distance up to which a polygon may come to either side.
+    sides, length
+        As of `FlatChart`: polygons on both sides of each edge, and its length.
+    """
     within = np.abs(along) <= band
     m = int(np.count_nonzero(within))
     node = np.where(along < 0, m, m + 1)  # what is beyond the band is one node on each side
@@ -260,5 +266,6 @@ def _shortest_between(along: FloatArray, band: float, sides: IntArray, length: F
     node[within] = np.arange(m)
     ends = node[sides]
     apart = ends[0] != ends[1]
-    capacity = np.maximum(np.rint(length[apart] / length.max() * UNITS).astype(np.int64), 1)
+    # flows are integers: a millionth of the longest edge is their unit
+    capacity = np.maximum(np.rint(length[apart] / length.max() * (1 << 20)).astype(np.int64), 1)
     return np.asarray(behind_least_cut(ends[:, apart].T, capacity, m + 2, m, m + 1)[node])

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import is_number
-
-PADDING = 2.0  # texels, where none are asked for
-MARGIN = 0.005  # of the side between two charts, where no resolution is given
-WIDEST = 0.1  # of the side between two charts
+from .constants import DEFAULT_MARGIN, DEFAULT_PADDING, MAX_GAP
 
 
 @dataclass(frozen=True)
@@ -89,19 +86,19 @@ class Packing:
     """
 
     resolution: int | None = None
-    padding: float = PADDING
+    padding: float = DEFAULT_PADDING
     texel_density: float | None = None
     pages: int | None = None
-    margin: float = MARGIN
+    margin: float = DEFAULT_MARGIN
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
-        if not is_number(self.margin, 0, WIDEST):
+        if not is_number(self.margin, 0, MAX_GAP):
             raise ValueError(
-                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST}"
+                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {MAX_GAP}"
             )
         if resolution is None:
-            if not (is_number(padding) and padding == PADDING):
+            if not (is_number(padding) and padding == DEFAULT_PADDING):
                 raise ValueError(
                     f"padding is {padding!r}, and texels need a resolution: give the texels along a page's "
                     "side, too, or a margin instead"
@@ -111,12 +108,12 @@ class Packing:
                 raise ValueError(
                     f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
                 )
-            if self.margin != MARGIN:
+            if self.margin != DEFAULT_MARGIN:
                 raise ValueError(
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "
                     "give padding instead"
                 )
-            most = WIDEST * resolution
+            most = MAX_GAP * resolution
             if not is_number(padding, 0, most):
                 raise ValueError(
                     f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"

@@ -1,4 +1,4 @@
-"""A coarse page on which charts are tried again and again: what stays the same is drawn once."""
+"""A page on a coarse grid, on which charts are packed again and again: their masks are drawn once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,23 +9,15 @@ import numpy as np
 
 from ..._types import IntArray
 from ...surface import Ragged, coordinates
-from .layout_search import ROOM, SHARE, turns_of
-from .outlines import Masks, Outline, Row, extents, masks_of
+from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, TRIAL_GRID
+from .layout_search import turns_of
+from .outlines import ChartMasks, Masks, Outline, masks_of, rectangles
 from .spacing import Spacing
-
-DIRECTIONS = 8  # of charts
-CELLS = 96  # along the side of the page that charts are expected to take
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
-    """A chart as it is drawn on a page.
-
-    Attributes
-    ----------
-    masks : Masks
-    area : float
-    """
+class TrialChart:
+    """A chart as it is packed on a trial page."""
 
     masks: Masks
     area: float
@@ -33,12 +25,11 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class TrialPage:
-    """A page of one scale for charts of this area.
+    """A page for charts of this area, whatever parts they are cut into.
 
     Attributes
     ----------
     area : float
-        Of all charts.
     spacing : Spacing
     upright : bool
         Turn charts by quarter turns only.
@@ -50,59 +41,67 @@ class TrialPage:
 
     @property
     def _cells(self) -> float:
-        """Along a unit of the charts' lengths."""
-        return CELLS / float(np.sqrt(self.area / SHARE))
+        """Cells to a unit of the charts: the grid is that of the page which they are expected to take."""
+        return TRIAL_GRID / float(np.sqrt(self.area / EXPECTED_FILL))
 
-    def drawn(self, outlines: Sequence[Outline]) -> list[Drawn]:
-        """Charts, turned to their narrowest rectangles."""
+    def charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
+        """Of outlines that are turned to their narrowest rectangles."""
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
-        sizes = coordinates(extents(np.concatenate([outline.start for outline in outlines]), sides)[1])
+        sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
-        turns = turns_of(areas, sizes, self.area, DIRECTIONS, self.upright)
-        masks = masks_of(outlines, turns, self._cells, self.spacing.gap * CELLS)
-        return [Drawn(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
+        turns = turns_of(areas, sizes, self.area, COARSE_TURNS, self.upright)
+        masks = masks_of(outlines, turns, self._cells, self.spacing.gap * TRIAL_GRID)
+        return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
-    def each_drawn(self, several: Sequence[Sequence[Outline]]) -> list[list[Drawn]]:
-        """The same of several lists of charts."""
-        made = self.drawn([outline for outlines in several for outline in outlines])
+    def charts_of_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
+        """Of several lists of outlines."""
+        made = self.charts([outline for outlines in several for outline in outlines])
         start = Ragged.of_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
-    def size(self, charts: Sequence[Drawn]) -> float:
-        """The page's area over that of the charts, the largest ones placed first."""
+    def size(self, charts: Sequence[TrialChart]) -> float:
+        """The area of the page that charts take, over their own; the largest ones are placed first."""
         return next(self.sizes([], [charts]))(np.inf)
 
-    def least_size(self, charts: Sequence[Drawn]) -> float:
+    def least_size(self, charts: Sequence[TrialChart]) -> float:
         """The least `size` with the largest charts by area, by length or by rectangle placed first."""
-        row, boxes = Row.of([chart.masks for chart in charts]), np.array([c.masks.shapes[0] for c in charts])
+        masks = ChartMasks.of([chart.masks for chart in charts])
+        boxes = np.array([chart.masks.shapes[0] for chart in charts])
         keys = np.array([chart.area for chart in charts]), boxes.max(axis=1), boxes.prod(axis=1)
         least = np.inf
         for order in sorted({tuple(np.argsort(-key, kind="stable").tolist()) for key in keys}):
-            least = min(least, self._size(row, row.spans[list(order)], least))
+            least = min(least, self._size(masks, masks.spans[list(order)], least))
         return least
 
     def sizes(
-        self, others: Sequence[Drawn], several: Sequence[Sequence[Drawn]]
+        self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:
-        """For each of several lists of charts, `size` with the others; infinite if not below a limit."""
+        """`size` of each of several lists of charts beside others, as functions of a limit.
+
+        Where the size is not below the limit, they return infinity, the sooner the lower it is.
+        """
         charts = [*others, *(chart for own in several for chart in own)]
-        row, areas = Row.of([chart.masks for chart in charts]), np.array([chart.area for chart in charts])
+        masks = ChartMasks.of([chart.masks for chart in charts])
+        areas = np.array([chart.area for chart in charts])
         first = len(others)
         for own in several:
             which = np.append(np.arange(len(others)), np.arange(first, first + len(own)))
-            spans = row.spans[which[np.argsort(-areas[which], kind="stable")]]
+            spans = masks.spans[which[np.argsort(-areas[which], kind="stable")]]
             first += len(own)
-            yield partial(self._size, row, spans)
+            yield partial(self._size, masks, spans)
 
-    def _size(self, row: Row, spans: IntArray, most: float) -> float:
-        gap, inner = self.spacing.gap * CELLS, self.spacing.inner * self._cells * float(np.sqrt(self.area))
-        limit = np.ceil(gap + inner * np.sqrt(max(most, 0.0))) - 1
-        room = ROOM * CELLS
-        while limit >= 1:
-            places, extents = row.placed(int(min(room, limit)), 1, spans)
+    def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
+        gap = self.spacing.gap * TRIAL_GRID
+        inner = (
+            self.spacing.inner * self._cells * float(np.sqrt(self.area))
+        )  # of a page as large as its charts
+        most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
+        room = GROWING_ROOM * TRIAL_GRID
+        while most >= 1:
+            places, extents = masks.place(int(min(room, most)), 1, spans)
             if places[-1, 0] >= 0:
                 return float(((extents.max() - gap) / inner) ** 2)
-            if room >= limit:
+            if room >= most:
                 break
-            room *= ROOM
+            room *= GROWING_ROOM
         return np.inf

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, Packing, Seams, find_seams, unwrap
 from igl_linabf.charts import pack
-from igl_linabf.charts.packing.flat_charts import Cells, Flat
+from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.layout_search import largest_layout
 from igl_linabf.charts.packing.outlines import masks_of
 from igl_linabf.charts.packing.packing import PackedChart, Wish, _prepared
@@ -311,12 +311,12 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
     place = np.random.default_rng(0).permutation(len(V))
     V, F = V[np.argsort(place)], place[F]
     bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
-    chart = Flat(Submesh.checked(bent, F), V * [2, 1], 0)
+    chart = FlatChart(Submesh.checked(bent, F), V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
-    for cells in (chart.cells(), Cells.grouped(chart, 6)):
-        sides = np.array([cells.centre @ normal > at for normal, at in lines])
-        for side, outlines in zip(sides, cells.outlines(sides), strict=True):
-            parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
+    for groups in (chart.polygons(), chart.groups(6)):
+        sides = np.array([groups.centre @ normal > at for normal, at in lines])
+        for side, outlines in zip(sides, groups.outlines(sides), strict=True):
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.of])]
             *_, packed = _prepared(parts, Wish.of(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
@@ -324,7 +324,7 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
                 assert len(outline.start) == len(other.start)
                 extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
                 assert np.allclose(np.sort(extent), np.sort(size))  # it may stand on another side
-    assert len(Cells.grouped(chart, 6).centre) < len(F) / 2
+    assert len(chart.groups(6).centre) < len(F) / 2
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
