@@ -4,10 +4,9 @@ In: symmetric matrices by their lower triangles. Out: factors, solutions. A patt
 values are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
 """
 
-from .cholesky import Cholesky
 from .cholmod import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .constants import MAX_CG_STEPS
-from .factors import Analysis, Factor, NotPositiveDefiniteError, real_form, solve_complex
+from .factors import Analysis, Cholesky, Factor, NotPositiveDefiniteError, real_form, solve_complex
 from .gradients import conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .solvers import SolverName, Solvers

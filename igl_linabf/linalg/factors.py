@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, Solve
+from .. import _core
+from .._types import ComplexArray, FloatArray, IntArray, Solve
 
 
 class NotPositiveDefiniteError(ArithmeticError):
@@ -58,6 +59,29 @@ class Analysis(ABC):
         ------
         NotPositiveDefiniteError
         """
+
+
+class Cholesky(Analysis):
+    """The core's analysis of P A P^T = L L^T, ordered by minimum degree.
+
+    Its factor is made by supernodes, by as many threads as there are cores.
+    """
+
+    name = "supernodal Cholesky"
+
+    def __init__(self, indptr: IntArray, indices: IntArray, block: int = 1) -> None:
+        self._symbolic = _core.Symbolic(indptr, indices, block)
+
+    @property
+    def bytes(self) -> int:
+        """What a factor takes."""
+        return self._symbolic.bytes
+
+    def factor(self, values: FloatArray) -> Factor:
+        made = self._symbolic.factor(np.asarray(values, dtype=np.float64))
+        if made.bad_row >= 0:
+            raise NotPositiveDefiniteError(made.bad_row)
+        return Factor(self.name, made.solve)
 
 
 def real_form(values: ComplexArray) -> FloatArray:

@@ -11,9 +11,8 @@ from scipy import sparse
 from .._types import IntArray
 from ..errors import MemoryLimitError
 from . import memory
-from .cholesky import Cholesky
 from .cholmod import HOW_TO_GET, Cholmod, has_cholmod
-from .factors import Analysis, Factor, real_form
+from .factors import Analysis, Cholesky, Factor, real_form
 
 SolverName = Literal["auto", "cholmod", "direct"]
 
