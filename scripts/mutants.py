@@ -2,7 +2,7 @@
 
     python scripts/mutants.py [ROOM ...]
 
-A mutant is a small fault in the code: a sign, a bound, a line left out. A line `# ROOM: what is wrong | TESTS`
+A mutant is a small fault in the code: a sign, a bound, a line left out. The line `# ROOM: fault | TESTS`
 stands above its patch and names the tests that should fail. Prints each mutant with the test that found
 it. Ends with 1 if one survives: no test asserts that property then, or the code does nothing.
 
