@@ -149,7 +149,8 @@ def abf(
     tol : float
         The iterations end when both the largest relative change of an angle that another step would bring,
         and the largest residual, are at most this; at least 1e-10. They end earlier where all further steps
-        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt is accurate to five digits.
+        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt of the angles is accurate to
+        five digits, or to 1e-10. A map whose areas differ by 20 orders of magnitude or more rounds them.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 

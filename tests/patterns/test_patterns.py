@@ -14,7 +14,7 @@ from nasty_meshes import NASTY
 
 from igl_linabf import MeshError, MeshWarning, linabf, unwrap, write_pattern
 from igl_linabf.cli import main
-from igl_linabf.patterns import Pattern
+from igl_linabf.patterns import Pattern, pattern_of
 
 pytest.importorskip("svgwrite")
 ezdxf = pytest.importorskip("ezdxf")
@@ -221,3 +221,13 @@ def test_what_unwrap_repairs_can_be_drawn(tmp_path: Path, name: str) -> None:
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
     assert pattern.pieces == len(atlas.charts)
     assert all(len(line) >= 3 for line in pattern.outlines)
+
+
+def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
+    square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
+    strip = square * [4, 1, 1] + [200, 0, 0]
+    F = np.array([[0, 1, 2], [0, 2, 3]])
+    # the square is halved one way and grows by a tenth the other; the strip makes up for its area
+    flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
+    made = pattern_of(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
+    assert made.error == pytest.approx(0.5)
