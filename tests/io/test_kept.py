@@ -1,21 +1,21 @@
-"""docs/kept.md: each of its cells holds, and it has all of them. `python tests/io/test_kept.py` prints its tables again."""
+"""docs/kept.md: each of its cells holds, and it has all of them.
+
+Run as a script, this file prints the tables of the page again.
+"""
 
 from __future__ import annotations
 
-import sys
 import warnings
 from pathlib import Path
 
 import pytest
 
-sys.path[:0] = [str(Path(__file__).parents[1])]  # where it is run as a script
-from conftest import ROOT
 from kept import Cell, tables
 from kept_of_text_formats import CELLS as TEXT_FORMATS
 
 from igl_linabf import MeshError, MeshWarning
 
-PAGE = ROOT / "docs" / "kept.md"
+PAGE = Path(__file__).parents[2] / "docs" / "kept.md"
 CELLS = [*TEXT_FORMATS]
 
 
