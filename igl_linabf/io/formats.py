@@ -147,7 +147,9 @@ def _with_names_for(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
 
     made = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
     given, new = ([*(of.parts or ((),))[0], *(of.materials or ((),))[0]] for of in (extras, made))
-    others = [ascii(name) for name, own in zip(given, new, strict=True) if name != own]
+    others = [
+        " ".join(_as_unicode(name).split()) for name, own in zip(given, new, strict=True) if name != own
+    ]
     if others:
         others = [f"names as they are ({some(others)})"]
     return replace(mesh, extras=made), others
