@@ -218,7 +218,7 @@ def ply(
     rows: tuple[str, str, str] = ("", "", ""),
     quads: bool = False,
 ) -> bytes:
-    """A tetrahedron, or a box of quadrangles, with more properties, their numbers in each row, and elements."""
+    """A tetrahedron, or a box of quadrangles, with more properties, their numbers in rows, and elements."""
     if quads:
         V = [f"{x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1)]
         F = ["0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"]
