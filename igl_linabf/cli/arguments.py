@@ -66,6 +66,10 @@ SHARED: Mapping[str, Argument] = {
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
+    "force": switch(
+        "replace files that are there already and that -o does not name: MTL and PNG beside OBJ, pictures, "
+        "files in a folder"
+    ),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }

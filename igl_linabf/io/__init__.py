@@ -20,7 +20,9 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
+from .formats import files_beside as files_beside
 from .formats import write_atomically as write_atomically
 from .mesh_file import MeshFile
 from .parsing import Extras

@@ -13,6 +13,7 @@ from ..._types import IntArray
 from ...errors import MeshError
 from ..materials import Material, as_gltf, linear, without_images
 from ..mesh_file import MeshFile
+from ..parsing import as_bytes
 from ..vertex_splits import single_precision, split_vertices
 from .ngons import EXTENSION, fans
 from .scene import DTYPES, Component, Filter, Target
@@ -87,7 +88,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     materials += [as_gltf(Material())] * bool((material < 0).any())
     polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
     description = {
-        "asset": {"version": "2.0", "generator": "igl_linabf"},
+        "asset": {"version": "2.0", "generator": "igl_linabf", **_comments(mesh)},
         **({"extensionsUsed": [EXTENSION]} if polygons else {}),
         "scene": 0,
         "scenes": [{"nodes": list(range(len(nodes)))}],
@@ -96,6 +97,12 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
         "materials": materials,
     }
     write_gltf(temporary, description, buffer, mesh.image)
+
+
+def _comments(mesh: MeshFile) -> dict[str, Any]:
+    """What the file says to people, where glTF has room for it."""
+    lines = [as_bytes(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
+    return {"extras": {"comments": lines}} if lines else {}
 
 
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
