@@ -21,7 +21,11 @@ from .files import (
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import detect_suffix as detect_suffix
+from .formats import lies_flat as lies_flat
+from .formats import object_frames as object_frames
+from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
+from .materials import corner_colours as corner_colours
 from .mesh_file import MeshFile
 from .parsing import Extras
 from .pictures import write_image

@@ -10,8 +10,13 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from .._runtime import replacing
+from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, stack_level
 from .external import (
+    FreeSurferFile,
+    GiftiFile,
+    ThreeMfFile,
+    VtpFile,
     parse_3mf,
     parse_freesurfer,
     parse_gifti,
@@ -26,7 +31,7 @@ from .gltf import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, materials_beside, parse_obj, save_obj
 from .off import parse_off
-from .parsing import Damaged, plain_text
+from .parsing import Damaged, Extras, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
@@ -43,6 +48,7 @@ PATHS: dict[str, Callable[[Path], MeshFile]] = {
     ".gltf": parse_gltf,
     ".3mf": parse_3mf,
     ".gii": parse_gifti,
+    ".gii.gz": parse_gifti,
     ".vtp": parse_vtp,
     **dict.fromkeys(SURFACES, parse_freesurfer),
 }
@@ -54,10 +60,19 @@ BEGINNINGS = {
     b"ply\n": ".ply",
     b"ply\r": ".ply",
     FREESURFER: ".surf",
+    b"\x1f\x8b": ".gii.gz",
 }
 READERS = (*BYTES, *PATHS)
 # whose files a writer writes again as they were
 OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
+# whose files a writer writes anew, with some of what only they have: `kept`
+PARTLY: dict[str, type] = {
+    ".3mf": ThreeMfFile,
+    ".vtp": VtpFile,
+    ".gii": GiftiFile,
+    ".gii.gz": GiftiFile,
+    ".surf": FreeSurferFile,
+}
 WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".obj": save_obj,
     ".ply": save_ply,
@@ -66,11 +81,23 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".3mf": save_3mf,
     ".vtp": save_vtp,
     ".gii": save_gifti,
+    ".gii.gz": save_gifti,
     ".surf": save_surf,
     ".flat": save_patch,
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
-FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
+FLAT = (".gii", ".gii.gz", ".surf", ".flat")  # in which the map is the surface
+
+
+def suffix_of(path: str | os.PathLike[str]) -> str:
+    """What the name of a file ends in, in lower case: ".obj", ".gii.gz"."""
+    ends = [end.lower() for end in Path(path).suffixes[-2:]]
+    return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
+
+
+def lies_flat(path: str | os.PathLike[str]) -> bool:
+    """Whether files of this name hold the flat map as a surface, which has a size."""
+    return suffix_of(path) in FLAT
 
 
 def detect_suffix(data: bytes) -> str:
@@ -90,7 +117,7 @@ def detect_suffix(data: bytes) -> str:
 def parse_file(path: str | os.PathLike[str]) -> MeshFile:
     """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
     path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     if suffix in BYTES:
         return parse(path.read_bytes(), suffix, str(path))
     read = PATHS.get(suffix)
@@ -141,22 +168,24 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         lost.append("the positions in space")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
-    if suffix in (".ply", ".vtp", ".3mf", *FLAT):
+    if suffix == ".3mf" and mesh.image is not None:
+        pass  # it shows them
+    elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif any(look.images for look in extras.looks or ()):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
-    if extras.colours is not None and suffix in (".3mf", *FLAT):
-        lost.append("colours")
-    if extras.normals is not None and suffix in (".3mf", ".vtp", *FLAT):
+    if mesh.image is None:
+        lost += _lost_colours(extras, suffix)
+    if extras.normals is not None and suffix in (".3mf", *FLAT):
         lost.append("normals")
     if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
         lost.append("polygons of more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
-    if isinstance(source, GltfFile):
-        lost += [f"its {name}" for name in ("animations", "skins", "cameras") if source.gltf.text.get(name)]
+    kept = source.kept if isinstance(source, PARTLY.get(suffix, ())) else ()
+    lost += [what for what in extras.unshared if what not in kept]
     if isinstance(source, PlyTables):
         more = [of.name for of in source.elements if of.name not in ("vertex", "face")]
         lost += [f"the elements {', '.join(more)}"] * bool(more)
@@ -170,6 +199,33 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         warnings.warn(what, MeshWarning, stacklevel=stack_level())
 
 
+def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
+    """How the objects of a file, as it will be written, lie in the space of V.
+
+    Returns
+    -------
+    (#F, 3, 3) float64 or None
+        For each face, what takes vectors of its object to V's space; None if no object is turned or scaled.
+    """
+    source = mesh.extras.source
+    if not isinstance(source, GltfFile) or suffix_of(path) not in (".glb", ".gltf"):
+        return None
+    assert mesh.extras.parts is not None  # as of every file of glTF
+    return source.frames[mesh.extras.parts[1]]
+
+
+def _lost_colours(extras: Extras, suffix: str) -> list[str]:
+    """What of the colours a format does not keep; in an image, they are in it."""
+    lost = list[str]()
+    if extras.colours is not None and suffix in (".3mf", *FLAT):
+        lost.append("colours")
+    if extras.face_colours is not None and suffix != ".vtp":
+        lost.append("colours of faces")
+    if extras.corner_colours is not None:
+        lost.append("colours that differ at a corner of faces")
+    return lost
+
+
 @contextmanager
 def write_atomically(
     path: str | os.PathLike[str],
@@ -180,7 +236,7 @@ def write_atomically(
 ) -> Iterator[None]:
     """Write under temporary names; the files take their places when the block succeeds."""
     path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:

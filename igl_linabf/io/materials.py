@@ -10,6 +10,7 @@ import numpy as np
 
 from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
+from .mesh_file import MeshFile
 from .parsing import numbers
 
 SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
@@ -26,6 +27,7 @@ class Colour(NamedTuple):
     blue: float
 
 
+ONE = (1.0, 1.0, 1.0, 1.0)  # as a factor
 WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
 
 
@@ -45,6 +47,8 @@ class Material:
         Whether it has images, which fit to the texture coordinates that were read.
     lines : tuple of str
         Its lines in the MTL file that it comes from.
+    factor : (red, green, blue, alpha) or None
+        Of glTF: by what colours at vertices are multiplied, proportional to light.
     """
 
     colour: Colour = WHITE
@@ -54,6 +58,7 @@ class Material:
     emission: Colour = BLACK
     images: bool = False
     lines: tuple[str, ...] = ()
+    factor: tuple[float, ...] | None = None
 
 
 def srgb(light: FloatArray) -> FloatArray:
@@ -147,26 +152,51 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         roughness=float(shading.get("roughnessFactor", 1.0)),
         emission=Colour(*srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
+        factor=tuple(factor),
     )
 
 
-def warn_of_images(count: int) -> None:
-    """Images that stay were made for what is no longer there."""
+def corner_colours(mesh: MeshFile) -> FloatArray | None:
+    """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
+
+    In glTF they are those of vertices times those of materials, proportional to light. Else those of corners,
+    faces or vertices count, or if there are none, those of materials. With four columns, if one is transparent.
+    """
+    extras, polygons = mesh.extras, mesh.polygons
+    n, looks = len(polygons.corners), extras.looks or ()
+    if extras.corner_colours is not None:
+        given = extras.corner_colours
+    elif extras.face_colours is not None:
+        given = extras.face_colours[polygons.owner]
+    elif extras.colours is not None:
+        given = extras.colours[polygons.corners]
+    elif any(look.factor is not None or look.colour != WHITE for look in looks):
+        given = np.ones((n, 4))
+    else:
+        return None
+    made = np.column_stack((given[:, :3], given[:, 3] if given.shape[1] > 3 else np.ones(n)))
+    alone = extras.colours is extras.face_colours is extras.corner_colours is None
+    factors = [look.factor or ((*linear(np.array(look.colour)), look.alpha) if alone else ONE) for look in looks]
+    if extras.materials is not None and set(factors) - {ONE}:
+        of = np.array([*factors, ONE])[extras.materials[1]][polygons.owner]  # -1 is none, and the last
+        made = np.column_stack((srgb(linear(made[:, :3]) * of[:, :3]), made[:, 3] * of[:, 3]))
+    return made if (made[:, 3] < 1).any() else made[:, :3]
+
+
+def warn_of_images(count: int, baked: bool = False) -> None:
+    """Images that were made for what is no longer there."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: bake them anew",
+            f"{count} images of its materials were made for the old texture coordinates: "
+            + ("the baked one takes their place" if baked else "bake them anew"),
             MeshWarning,
             stacklevel=stack_level(),
         )
 
 
-def without_images(material: dict[str, Any]) -> None:
-    """Leave out all images that a material of glTF names, also in its extensions."""
-    for key in list(material):
-        if key.endswith(TEXTURE):
-            del material[key]
-        elif isinstance(material[key], dict):
-            without_images(material[key])
+def without_name(material: Mapping[str, Any]) -> dict[str, Any]:
+    """A material of glTF as it looks."""
+    return {key: value for key, value in material.items() if key != "name"}
 
 
 def as_gltf(look: Material, name: str | None = None) -> dict[str, Any]:

@@ -54,8 +54,10 @@ class Extras:
 
     Attributes
     ----------
-    colours : (#V, 3 or 4) float64
-        From 0 to 1.
+    colours, face_colours : (#V, 3 or 4) float64, (#F, 3 or 4) float64
+        Of vertices and of faces, from 0 to 1.
+    corner_colours : (#C, 3 or 4) float64
+        Of corners, where those of a vertex or of a face differ.
     normals, normal : (#N, 3) float64, (#C,) int64
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
@@ -64,6 +66,8 @@ class Extras:
         What the materials look like.
     units : str or None
         Of length, as 3MF names them: "millimeter", "inch", ...
+    unshared : tuple of str
+        What else there is that no other format takes, as a warning names it: "the elements camera".
     source : object
         What only the format's own writer understands.
     """
@@ -75,6 +79,9 @@ class Extras:
     materials: Named | None = None
     looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
+    face_colours: FloatArray | None = None
+    corner_colours: FloatArray | None = None
+    unshared: tuple[str, ...] = ()
     source: Any = None
 
 

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,18 @@ from numpy.typing import NDArray
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
+
+# Extents by which coordinates may lie from the origin before they are counted from a point near them. With
+# more, single precision rounds them by more than a millionth of the extent; with less, meshes that are well
+# where they are get a translation. tests/io/test_precision.py.
+FAR = 8
+
+# The share of the extent by which a format may round coordinates without a word. Single precision rounds by
+# 6e-8 of the largest coordinate. With less, it would warn of what nobody sees; with more, steps show in thin
+# triangles. tests/io/test_precision.py.
+ROUNDING = 1e-6
+
+COORDINATES = ("V", "TC")  # what has an extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,27 +75,56 @@ def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
     return mesh.V[made.vertex], made.TC, made.corners[mesh.split.place]
 
 
-def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
-    """The flat map as a surface, u, v, 0: points (n, 3) and triangles.
+def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
+    """The flat map as a surface, u, v, 0: points (n, 3) and triangles; and the vertices of the points.
 
     Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
+    Then there is None instead of the vertices.
     """
     made = split_vertices(mesh)
     if len(np.unique(made.vertex)) == len(made.vertex):
         points = np.zeros((len(mesh.V), 3))
         points[made.vertex, :2] = made.TC
-        return points, mesh.triangles
+        return points, mesh.triangles, None
     warnings.warn(
         "vertices are written once for each of their texture coordinates: data of the given vertices "
         "does not fit to the flat surface",
         MeshWarning,
         stacklevel=stack_level(),
     )
-    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place]
+    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place], made.vertex
+
+
+def origin_of(V: FloatArray) -> FloatArray:
+    """A point (3,) from which single precision holds coordinates (n, 3); 0 where it does so already.
+
+    It is one of single precision that six digits tell, which is how 3MF has it.
+    """
+    low, high = V.min(axis=0), V.max(axis=0)
+    middle, extent = low / 2 + high / 2, (high - low).max()
+    if not np.abs(V).max() > FAR * extent or not np.isfinite(extent):
+        return np.zeros(3)
+    return np.array([np.float32(f"{x:.6g}") for x in middle], dtype=np.float64)
+
+
+def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
+    """Say by how much the format rounds coordinates, if that is to be seen."""
+    extent = np.ptp(rows, axis=0).max() if len(rows) else 0.0
+    off = np.abs(rows - rounded).max(initial=0)
+    if off > ROUNDING * extent > 0:
+        warnings.warn(
+            f"{name} is rounded by up to {off / extent:.2g} of its extent, as the format has too few digits: "
+            "write OBJ, which keeps all of them, or bring it nearer to the origin and to a size of 1",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """The rows in single precision."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
         raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it, or write OBJ")
-    return rows.astype("<f4")
+    made = rows.astype("<f4")
+    if name in COORDINATES:
+        warn_of_rounding(rows, made, name)
+    return made
