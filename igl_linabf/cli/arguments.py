@@ -68,8 +68,8 @@ SHARED: Mapping[str, Argument] = {
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
     "units": choice(
         ("square", "mesh"),
-        help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; mesh "
-        "where the map is written as a surface: GIFTI, .surf, .flat)",
+        help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
+        "mesh where the map is written as a surface: GIFTI, .surf, .flat)",
     ),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),

@@ -16,7 +16,6 @@ from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
 from .unwrapping import direction
 
-
 GIVEN_BY = {
     "option": "as --units says",
     "file": "as its file says",
@@ -32,12 +31,7 @@ def _pattern(options: argparse.Namespace) -> int:
         atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
     units, given_by = _units(options.units, mesh)
     pattern = pattern_of(mesh.V, mesh.F, atlas, units, options.crease, options.grain)
-    figures = {
-        "good": atlas.good,
-        "troubles": atlas.troubles,
-        "pattern": pattern,
-        "units_given_by": given_by,
-    }
+    figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     said = f"{pattern} ({GIVEN_BY[given_by]})"
     hand_out(options, said, figures, write=partial(writing_pattern, pattern=pattern, paper=options.paper))
     return judged(options, atlas.good, atlas.troubles)
@@ -58,7 +52,9 @@ PATTERN = Command(
         **shared("mesh"),
         "output": written_to("SVG, DXF or PDF file (a unit of SVG and DXF is a millimetre)"),
         "format": format_of(PATTERN_SUFFIXES, "svg"),
-        "units": choice(UNITS, help=f"of the mesh (default: those of its file; {DEFAULT_UNITS} if it says none)"),
+        "units": choice(
+            UNITS, help=f"of the mesh (default: those of its file; {DEFAULT_UNITS} if it says none)"
+        ),
         "crease": value("DEGREES", "between faces, from which their edge is a fold line", float, 30.0),
         "grain": value("X,Y,Z", "direction in space along which the arrows point", direction, "0,0,1"),
         "paper": choice(PAPERS, "A4", "of a PDF"),

@@ -13,15 +13,7 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import (
-    SUFFIXES,
-    WITH_IMAGES,
-    MeshFile,
-    corner_colours,
-    lies_flat,
-    object_frames,
-    write_atomically,
-)
+from ..io import SUFFIXES, WITH_IMAGES, MeshFile, corner_colours, lies_flat, object_frames, write_atomically
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
 from .commands import STANDARD, Command, method_with, options_as
@@ -78,7 +70,9 @@ def _unwrap(options: argparse.Namespace) -> int:
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with progress_part("baking", PROGRESS["baking"]):
-        image = _baked(options.bake, mesh, atlas, options.resolution, options.output) if options.bake else None
+        image = (
+            _baked(options.bake, mesh, atlas, options.resolution, options.output) if options.bake else None
+        )
     to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
     TC = atlas.TC / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
     write = partial(write_atomically, mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
@@ -121,7 +115,9 @@ def _check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | Non
     if pages is not None and pages > 1:
         raise ValueError("--bake writes one image: leave out --pages")
     if kind == "colors" and corner_colours(mesh) is None:
-        raise MeshError(f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position")
+        raise MeshError(
+            f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
+        )
 
 
 def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int, output: Path) -> FloatArray:
@@ -200,8 +196,8 @@ UNWRAP = Command(
         "bake": choice(
             ("colors", "normals", "position"),
             help=f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, "
-            "or beside an OBJ: the colours of vertices, faces and materials, normals in the object's space (127.5 (n + 1)), "
-            "or positions in the bounding cube",
+            "or beside an OBJ: the colours of vertices, faces and materials, normals in the object's space "
+            "(127.5 (n + 1)), or positions in the bounding cube",
         ),
         **shared("method", "json", "quiet", "weight"),
     },

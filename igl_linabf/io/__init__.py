@@ -5,6 +5,7 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 """
 
 from .._runtime import replacing
+from .colours import corner_colours as corner_colours
 from .external import import_optional as import_optional
 from .files import as_mesh_file as as_mesh_file
 from .files import (
@@ -25,7 +26,6 @@ from .formats import lies_flat as lies_flat
 from .formats import object_frames as object_frames
 from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
-from .materials import corner_colours as corner_colours
 from .mesh_file import MeshFile
 from .parsing import Extras
 from .pictures import write_image

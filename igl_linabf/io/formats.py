@@ -66,7 +66,7 @@ READERS = (*BYTES, *PATHS)
 # whose files a writer writes again as they were
 OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
 # whose files a writer writes anew, with some of what only they have: `kept`
-PARTLY: dict[str, type] = {
+PARTLY: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
     ".3mf": ThreeMfFile,
     ".vtp": VtpFile,
     ".gii": GiftiFile,
@@ -184,7 +184,8 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         lost.append("polygons of more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
-    kept = source.kept if isinstance(source, PARTLY.get(suffix, ())) else ()
+    partly = PARTLY.get(suffix)
+    kept = source.kept if partly is not None and isinstance(source, partly) else ()
     lost += [what for what in extras.unshared if what not in kept]
     if isinstance(source, PlyTables):
         more = [of.name for of in source.elements if of.name not in ("vertex", "face")]
@@ -219,9 +220,9 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
     lost = list[str]()
     if extras.colours is not None and suffix in (".3mf", *FLAT):
         lost.append("colours")
-    if extras.face_colours is not None and suffix != ".vtp":
+    if extras.face_colours is not None and suffix not in (".vtp", ".glb", ".gltf"):
         lost.append("colours of faces")
-    if extras.corner_colours is not None:
+    if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):
         lost.append("colours that differ at a corner of faces")
     return lost
 

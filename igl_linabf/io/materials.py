@@ -10,7 +10,6 @@ import numpy as np
 
 from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
-from .mesh_file import MeshFile
 from .parsing import numbers
 
 SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
@@ -27,7 +26,6 @@ class Colour(NamedTuple):
     blue: float
 
 
-ONE = (1.0, 1.0, 1.0, 1.0)  # as a factor
 WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
 
 
@@ -154,33 +152,6 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
         factor=tuple(factor),
     )
-
-
-def corner_colours(mesh: MeshFile) -> FloatArray | None:
-    """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
-
-    In glTF they are those of vertices times those of materials, proportional to light. Else those of corners,
-    faces or vertices count, or if there are none, those of materials. With four columns, if one is transparent.
-    """
-    extras, polygons = mesh.extras, mesh.polygons
-    n, looks = len(polygons.corners), extras.looks or ()
-    if extras.corner_colours is not None:
-        given = extras.corner_colours
-    elif extras.face_colours is not None:
-        given = extras.face_colours[polygons.owner]
-    elif extras.colours is not None:
-        given = extras.colours[polygons.corners]
-    elif any(look.factor is not None or look.colour != WHITE for look in looks):
-        given = np.ones((n, 4))
-    else:
-        return None
-    made = np.column_stack((given[:, :3], given[:, 3] if given.shape[1] > 3 else np.ones(n)))
-    alone = extras.colours is extras.face_colours is extras.corner_colours is None
-    factors = [look.factor or ((*linear(np.array(look.colour)), look.alpha) if alone else ONE) for look in looks]
-    if extras.materials is not None and set(factors) - {ONE}:
-        of = np.array([*factors, ONE])[extras.materials[1]][polygons.owner]  # -1 is none, and the last
-        made = np.column_stack((srgb(linear(made[:, :3]) * of[:, :3]), made[:, 3] * of[:, 3]))
-    return made if (made[:, 3] < 1).any() else made[:, :3]
 
 
 def warn_of_images(count: int, baked: bool = False) -> None:

@@ -15,9 +15,15 @@ from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NOTHING, Extras
 
-
 Unit = Literal["um", "mm", "cm", "m", "in", "ft"]
-UNITS: dict[str, Unit] = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "in", "foot": "ft"}
+UNITS: dict[str, Unit] = {
+    "micron": "um",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "meter": "m",
+    "inch": "in",
+    "foot": "ft",
+}
 
 
 @dataclass(frozen=True, eq=False)

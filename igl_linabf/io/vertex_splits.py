@@ -36,26 +36,43 @@ class SplitVertices:
     normals : (#P, 3) float64 or None
     corners : (#C,) int64
         Which one is at each corner.
+    colours : (#P, 3 or 4) float64 or None
     """
 
     vertex: IntArray
     TC: FloatArray
     normals: FloatArray | None
     corners: IntArray
+    colours: FloatArray | None = None
 
 
 def split_vertices(
-    mesh: MeshFile, corner: IntArray | slice = slice(None), normals: bool = False
+    mesh: MeshFile,
+    corner: IntArray | slice = slice(None),
+    normals: bool = False,
+    colours: FloatArray | None = None,
 ) -> SplitVertices:
-    """One index for the corners, or for some of them, instead of two; or, with normals, of three."""
+    """One index for the corners, or for some of them, instead of two; or more, with normals and colours.
+
+    Colours are those at all corners, (#C, 3 or 4).
+    """
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
-    given, of = mesh.extras.normals, mesh.extras.normal
-    if not normals or given is None or of is None:
-        (vertex, texture), corners = unique_tuples(*indices)
-        return SplitVertices(vertex, mesh.TC[texture], None, corners)
-    (vertex, texture, normal), corners = unique_tuples(*indices, of[corner])
-    return SplitVertices(vertex, mesh.TC[texture], given[normal], corners)
+    indices = {"vertex": mesh.polygons.corners[corner], "texture": mesh.texture[corner]}
+    given, of, shades = mesh.extras.normals, mesh.extras.normal, None
+    if normals and given is not None and of is not None:
+        indices["normal"] = of[corner]
+    if colours is not None:
+        shades, shade = np.unique(colours[corner], axis=0, return_inverse=True)
+        indices["colour"] = shade.ravel()
+    rows, corners = unique_tuples(*indices.values())
+    row = dict(zip(indices, rows, strict=True))
+    return SplitVertices(
+        row["vertex"],
+        mesh.TC[row["texture"]],
+        given[row["normal"]] if "normal" in row and given is not None else None,
+        corners,
+        shades[row["colour"]] if shades is not None else None,
+    )
 
 
 def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:

@@ -9,7 +9,6 @@ import warnings
 from pathlib import Path
 
 import pytest
-
 from kept import Cell, tables
 from kept_of_text_formats import CELLS as TEXT_FORMATS
 

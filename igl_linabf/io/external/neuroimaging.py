@@ -57,7 +57,7 @@ def parse_gifti(path: Path) -> MeshFile:
         METADATA: any(len(of.meta) for of in (image, points, triangles)),
         LABELS: bool(image.labeltable.labels),
         ARRAYS: bool(_others(image)),
-        "its systems of coordinates": any(map(_says_where, points.coordsys and [points.coordsys] or [])),
+        "its systems of coordinates": any(map(_says_where, (points.coordsys and [points.coordsys]) or [])),
     }
     return checked_mesh_file(
         V,
@@ -109,9 +109,7 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
         (single_precision(points, "TC"), POINTS, of_points),
         (triangles.astype(np.int32), TRIANGLES, of_triangles),
     ):
-        image.add_gifti_data_array(
-            gifti.GiftiDataArray(data, intent=intent, meta=gifti.GiftiMetaData(meta))
-        )
+        image.add_gifti_data_array(gifti.GiftiDataArray(data, intent=intent, meta=gifti.GiftiMetaData(meta)))
     if isinstance(source, GiftiFile):
         for array in _at_vertices(_others(source.image), vertex, len(mesh.V)):
             image.add_gifti_data_array(array)
@@ -132,8 +130,8 @@ def _at_vertices(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any
             made.append(array)
     if len(made) < len(arrays):
         warnings.warn(
-            f"{len(arrays) - len(made)} data arrays of the GIFTI file have no value a vertex, and vertices are "
-            "written several times: they are left out",
+            f"{len(arrays) - len(made)} data arrays of the GIFTI file have no value a vertex, and vertices "
+            "are written several times: they are left out",
             MeshWarning,
             stacklevel=stack_level(),
         )

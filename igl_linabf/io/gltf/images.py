@@ -43,7 +43,11 @@ def texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUse]:
 def all_uses(text: dict[str, Any]) -> list[TextureUse]:
     """Those of materials, of primitives, and of the whole file."""
     primitives = [primitive for mesh in text.get("meshes", ()) for primitive in mesh.get("primitives", ())]
-    held = [text.get("materials", []), text.get("extensions", {}), [of.get("extensions") for of in primitives]]
+    held = [
+        text.get("materials", []),
+        text.get("extensions", {}),
+        [of.get("extensions") for of in primitives],
+    ]
     return [use for value in held for use in texture_uses(value)]
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..._types import IntArray
 from ...errors import MeshError
+from ..colours import given_colours
 from ..materials import Material, as_gltf, linear
 from ..mesh_file import MeshFile
 from ..vertex_splits import origin_of, single_precision, split_vertices
@@ -105,17 +106,16 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
 
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
     """The faces of one part and one material, with vertices of their own."""
-    extras = mesh.extras
     corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
-    made = split_vertices(mesh, corner, normals=True)
+    made = split_vertices(mesh, corner, normals=True, colours=given_colours(mesh))
     attributes = {
         "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V")),
         "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC")),
     }
     if made.normals is not None:
         attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"))
-    if extras.colours is not None:
-        given = extras.colours[made.vertex]
+    if made.colours is not None:
+        given = made.colours
         colours = single_precision(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
         attributes["COLOR_0"] = buffer.add(colours)
     triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
@@ -160,7 +160,7 @@ def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> N
     if not all_uses(description):
         for name in ("images", "samplers", "textures"):
             description.pop(name, None)
-    added = {
+    added: dict[str, dict[str, Any]] = {
         "images": {"bufferView": buffer.put(image), "mimeType": "image/png"},
         "samplers": {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR},
     }
@@ -169,7 +169,11 @@ def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> N
     for material in description["materials"]:
         shading = material.get("pbrMetallicRoughness", {})
         shading.pop("baseColorFactor", None)  # the image would be multiplied by it
-        material["pbrMetallicRoughness"] = {**shading, "metallicFactor": 0, "baseColorTexture": {"index": texture}}
+        material["pbrMetallicRoughness"] = {
+            **shading,
+            "metallicFactor": 0,
+            "baseColorTexture": {"index": texture},
+        }
     for mesh in description["meshes"]:
         for primitive in mesh["primitives"]:
             if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data

@@ -1,12 +1,11 @@
-"""What triangles of 3MF have by number: colours, materials, texture coordinates, or several of these at once."""
+"""What triangles of 3MF have by number: colours, materials, texture coordinates, or several of these."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...._types import FloatArray, IntArray
+from ...._types import IntArray
 from ...materials import Colour, Material
 
 PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle's corners
@@ -98,16 +97,12 @@ def _look(colour: Any) -> Material:
 
 def _listed(resources: Any) -> Iterator[Any]:
     """The resources of an iterator of lib3mf, each as what it is."""
-    get = next(
-        name for name in dir(resources) if name.startswith("GetCurrent") and name != "GetCurrent"
-    )
+    get = next(name for name in dir(resources) if name.startswith("GetCurrent") and name != "GetCurrent")
     while resources.MoveNext():
         yield getattr(resources, get)()
 
 
-def colours_of(
-    at: dict[str, IntArray], properties: Properties, corners: IntArray, n: int
-) -> dict[str, NDArray[Any]]:
+def colours_of(at: dict[str, IntArray], properties: Properties, corners: IntArray, n: int) -> dict[str, Any]:
     """Of `Extras`: colours of vertices, faces or corners, whichever tells all.
 
     Where there are none, they are those of materials, or white.
@@ -129,11 +124,11 @@ def colours_of(
     shades = np.array([*table.tolist(), *((*of.colour, of.alpha) for _, of in properties.materials), WHITE])
     if (shades[np.unique(rows), 3] == 1).all():
         shades = shades[:, :3]
-    at = shades[rows.ravel()]
+    of_corners = shades[rows.ravel()]
     vertices = np.ones((n, shades.shape[1]))
-    vertices[corners] = at
-    if (vertices[corners] == at).all():
+    vertices[corners] = of_corners
+    if (vertices[corners] == of_corners).all():
         return {"colours": vertices}
     if (rows == rows[:, :1]).all():
         return {"face_colours": shades[rows[:, 0]]}
-    return {"corner_colours": at}
+    return {"corner_colours": of_corners}

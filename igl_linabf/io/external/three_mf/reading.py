@@ -152,7 +152,7 @@ def _unshared(model: Any, source: ThreeMfFile, placed: list[Placed]) -> tuple[st
     there = {
         METADATA: bool(source.metadata),
         TYPES: any(kind != 1 for kind in source.types),
-        NUMBERS: any(source.numbers),
+        NUMBERS: any(number not in ("", of.name) for number, of in zip(source.numbers, placed, strict=True)),
         "the metadata of its objects": any(of.GetMetaDataGroup().GetMetaDataCount() for of in meshes),
         "the images of its textures": textures > 0,
         "composite materials": model.GetCompositeMaterials().Count() > 0,
