@@ -22,8 +22,8 @@ def given_colours(mesh: MeshFile) -> FloatArray | None:
 def corner_colours(mesh: MeshFile) -> FloatArray | None:
     """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
 
-    In glTF they are those of vertices times those of materials, proportional to light. Else those of
-    corners, faces or vertices count, or if there are none, those of materials. There are four columns if one
+    In glTF and 3MF they are those of vertices times those of materials, proportional to light. Else those
+    of corners, faces or vertices count, or if there are none, those of materials. There are four columns if one
     is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons

@@ -46,7 +46,7 @@ class Material:
     lines : tuple of str
         Its lines in the MTL file that it comes from.
     factor : (red, green, blue, alpha) or None
-        Of glTF: by what colours at vertices are multiplied, proportional to light.
+        By what other colours are multiplied, proportional to light, where the format says so: in glTF and 3MF.
     """
 
     colour: Colour = WHITE

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...._types import IntArray
-from ...materials import Colour, Material
+from ...materials import Colour, Material, linear
 
 PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle's corners
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -39,6 +39,7 @@ class Properties:
         self.groups: dict[int, Group] = {}
         colours, TC = [np.zeros((0, 4))], [np.zeros((0, 2))]
         self.materials: list[tuple[str, Material]] = []
+        self.covered = False  # whether there are materials under colours
         rows = 0
         for group in _listed(model.GetColorGroups()):
             ids = self._add(group, "colour", rows)
@@ -88,11 +89,15 @@ class Properties:
             return
         for layer, inner in enumerate(group.layers):
             self._put(made, inner, mine, np.where(there, group.rows[place][..., layer], 0))
+        covered = mine[(made["colour"][mine] >= 0).all(axis=1) & (made["material"][mine] >= 0).any(axis=1)]
+        made["material"][covered] = -1
+        self.covered |= len(covered) > 0
 
 
 def _look(colour: Any) -> Material:
     red, green, blue, alpha = (getattr(colour, name) / 255 for name in ("Red", "Green", "Blue", "Alpha"))
-    return Material(colour=Colour(red, green, blue), alpha=alpha)
+    light = linear(np.array((red, green, blue))).tolist()
+    return Material(colour=Colour(red, green, blue), alpha=alpha, factor=(*light, alpha))
 
 
 def _listed(resources: Any) -> Iterator[Any]:
@@ -105,7 +110,7 @@ def _listed(resources: Any) -> Iterator[Any]:
 def colours_of(at: dict[str, IntArray], properties: Properties, corners: IntArray, n: int) -> dict[str, Any]:
     """Of `Extras`: colours of vertices, faces or corners, whichever tells all.
 
-    Where there are none, they are those of materials, or white.
+    Where there are none, it is white, by which a material's is multiplied.
 
     Parameters
     ----------
@@ -117,11 +122,10 @@ def colours_of(at: dict[str, IntArray], properties: Properties, corners: IntArra
     n : int
         Number of vertices.
     """
-    rows, material, table = at["colour"], at["material"], properties.colours
+    rows = at["colour"]
     if (rows < 0).all():
         return {}
-    rows = np.where((rows < 0) & (material >= 0), len(table) + material, rows)
-    shades = np.array([*table.tolist(), *((*of.colour, of.alpha) for _, of in properties.materials), WHITE])
+    shades = np.vstack((properties.colours, WHITE))
     if (shades[np.unique(rows), 3] == 1).all():
         shades = shades[:, :3]
     of_corners = shades[rows.ravel()]

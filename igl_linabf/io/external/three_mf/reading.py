@@ -124,7 +124,7 @@ def _parse_model(model: Any) -> MeshFile:
     extras = Extras(
         parts=(tuple(names), np.concatenate(part)),
         units=UNITS[int(model.GetUnit())],
-        unshared=_unshared(model, source, placed),
+        unshared=_unshared(model, source, placed) + ("materials under colours",) * properties.covered,
         source=source,
     )
     if not polygons.outside(points).any():
