@@ -98,7 +98,7 @@ def _row_of(task: Task) -> Row:
             TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
-                write_file(path, mesh, TC, FTC)
+                write_file(path, mesh, TC, FTC, force=True)  # the plan has seen what is there
             return done
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")

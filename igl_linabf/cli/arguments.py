@@ -71,6 +71,10 @@ SHARED: Mapping[str, Argument] = {
         help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
         "mesh where the map is written as a surface: GIFTI, .surf, .flat)",
     ),
+    "force": switch(
+        "replace files that are there already and that -o does not name: MTL and PNG beside OBJ, pictures, "
+        "files in a folder"
+    ),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }

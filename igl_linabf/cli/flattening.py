@@ -5,12 +5,12 @@ from functools import partial
 
 from .._runtime import progress_part
 from ..flattening import flatten
-from ..io import SUFFIXES, lies_flat, unit_square, write_atomically
+from ..io import SUFFIXES, lies_flat, unit_square
 from ..measures import quality
 from .arguments import choice, shared, value
 from .commands import Command, ExitCode, auto_or_number, method_with
-from .jobs import PROGRESS, given_mesh
-from .outputs import check_outputs, hand_out, judged
+from .jobs import PROGRESS, check_beside, given_mesh
+from .outputs import check_outputs, hand_out, judged, written_from
 
 
 def _flatten(options: argparse.Namespace) -> int:
@@ -19,6 +19,7 @@ def _flatten(options: argparse.Namespace) -> int:
     asked["iterations"] = auto_or_number("iterations", options.iterations)
     method = method_with(options.method, asked)
     mesh = given_mesh(options)
+    check_beside(options, mesh)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
     with progress_part("flattening", PROGRESS["computing"]):
@@ -28,7 +29,7 @@ def _flatten(options: argparse.Namespace) -> int:
         measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
-    write = partial(write_atomically, mesh=mesh, TC=uv)
+    write = partial(written_from(options), mesh=mesh, TC=uv)
     hand_out(options, f"{measured}\n\n{result}", figures, pictured, write)
     if not result.outcome.good:
         return judged(options, False, [result.message])
@@ -56,12 +57,12 @@ FLATTEN = Command(
             ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
         ),
         **shared("weight"),
-        **shared("units"),
-        **shared("json", "quiet"),
+        **shared("units", "force", "json", "quiet"),
     },
     "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
     (
         "camelhead.off -o camelhead.obj --picture camelhead.png",
+        "camelhead.off -o camelhead.obj --picture camelhead.png --force    # replaces an older picture, too",
         "camelhead.off -o camelhead.obj --method abf --units mesh",
         "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
         "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",

@@ -60,7 +60,7 @@ PATTERN = Command(
         "paper": choice(PAPERS, "A4", "of a PDF"),
         **shared("trade"),
         "method": choice(sorted(METHODS), "isometric"),
-        **shared("json", "quiet"),
+        **shared("force", "json", "quiet"),
     },
     "Draw a pattern at true scale. The table lists the lengths of both sides of each seam.",
     (
@@ -69,6 +69,7 @@ PATTERN = Command(
         "lampshade.obj -o lampshade.pdf --paper A3 --quiet",
         "bodice.obj -o bodice.dxf --grain 0,1,0 --crease 60 --trade 20 --method linabf",
         "'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line a mesh",
+        "'parts/*.obj' -o sheets/ --force    # replaces sheets that are there already",
     ),
     each=True,
 )

@@ -13,12 +13,12 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, WITH_IMAGES, MeshFile, corner_colours, lies_flat, object_frames, write_atomically
+from ..io import SUFFIXES, WITH_IMAGES, MeshFile, corner_colours, lies_flat, object_frames
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
 from .commands import STANDARD, Command, method_with, options_as
-from .jobs import PROGRESS, given_mesh
-from .outputs import check_outputs, hand_out, judged
+from .jobs import PROGRESS, check_beside, given_mesh
+from .outputs import check_outputs, hand_out, judged, written_from
 
 # Texels along the side of a baked texture where none are asked for. Less shows texels on a screen; more makes
 # files that take long to load. docs/baking.md has the time that it takes.
@@ -30,6 +30,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     method = method_with(options.method, {"weight": options.weight})
     mesh = given_mesh(options)
     _check_bake(options.bake, mesh, options.output, options.pages)
+    check_beside(options, mesh, options.bake is not None)
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F
@@ -75,7 +76,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         )
     to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
     TC = atlas.TC / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
-    write = partial(write_atomically, mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
+    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
 
@@ -199,7 +200,7 @@ UNWRAP = Command(
             "or beside an OBJ: the colours of vertices, faces and materials, normals in the object's space "
             "(127.5 (n + 1)), or positions in the bounding cube",
         ),
-        **shared("method", "json", "quiet", "weight"),
+        **shared("method", "force", "json", "quiet", "weight"),
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
     (
@@ -215,6 +216,7 @@ UNWRAP = Command(
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
+        "body.ply -o body.obj --bake colors --force    # also where body.png is there already",
         "scan.stl -o scan.ply --weld 1e-5 --holes",
         "part.obj -o part.obj --strict --bijective",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",

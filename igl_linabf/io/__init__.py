@@ -21,7 +21,9 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
+from .formats import files_beside as files_beside
 from .formats import lies_flat as lies_flat
 from .formats import object_frames as object_frames
 from .formats import suffix_of as suffix_of

@@ -23,8 +23,8 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
     """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
 
     In glTF and 3MF they are those of vertices times those of materials, proportional to light. Else those
-    of corners, faces or vertices count, or if there are none, those of materials. There are four columns if one
-    is transparent.
+    of corners, faces or vertices count, or if there are none, those of materials. There are four columns if
+    one is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons
     n, looks, given = len(polygons.corners), extras.looks or (), given_colours(mesh)

@@ -2,16 +2,17 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
+from errno import EEXIST
 from pathlib import Path
 
 from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from .._types import FloatArray
-from ..errors import MeshError, MeshWarning, stack_level
+from ..errors import MeshError, MeshWarning, some, stack_level
 from .external import (
     FreeSurferFile,
     GiftiFile,
@@ -29,9 +30,9 @@ from .external import (
 )
 from .gltf import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
-from .obj import ObjText, materials_beside, parse_obj, save_obj
+from .obj import ObjText, has_library, materials_beside, obj_names, parse_obj, save_obj, side_files
 from .off import parse_off
-from .parsing import Damaged, Extras, plain_text
+from .parsing import Damaged, Extras, Named, as_bytes, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
@@ -159,7 +160,32 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
         raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
 
 
-def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
+def _with_names_for(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
+    """With names that files of this format can have, and what is to be said of those that change."""
+    extras = mesh.extras
+    if isinstance(extras.source, OWN.get(suffix, ())):
+        return mesh, []
+
+    def fit(named: Named | None) -> Named | None:
+        if named is None:
+            return None
+        names, of = named
+        return (obj_names(names) if suffix == ".obj" else tuple(map(_as_unicode, names))), of
+
+    made = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
+    given, new = ([*(of.parts or ((),))[0], *(of.materials or ((),))[0]] for of in (extras, made))
+    others = [ascii(name) for name, own in zip(given, new, strict=True) if name != own]
+    if others:
+        others = [f"names as they are ({some(others)})"]
+    return replace(mesh, extras=made), others
+
+
+def _as_unicode(name: str) -> str:
+    """The name with codes like \\xba for bytes that are not UTF-8."""
+    return as_bytes(name).decode("utf-8", "backslashreplace")
+
+
+def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> None:
     """One warning of what the mesh has and a file of this format has not."""
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
     if isinstance(source, OWN.get(suffix, ())):
@@ -178,6 +204,8 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         lost.append("what its materials are but their names")
     if mesh.image is None:
         lost += _lost_colours(extras, suffix)
+    if extras.comments and suffix in (".3mf", ".vtp", *FLAT):
+        lost.append("its comments")
     if extras.normals is not None and suffix in (".3mf", *FLAT):
         lost.append("normals")
     if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
@@ -186,10 +214,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         lost.append(f"the unit of length ({extras.units})")
     partly = PARTLY.get(suffix)
     kept = source.kept if partly is not None and isinstance(source, partly) else ()
-    lost += [what for what in extras.unshared if what not in kept]
-    if isinstance(source, PlyTables):
-        more = [of.name for of in source.elements if of.name not in ("vertex", "face")]
-        lost += [f"the elements {', '.join(more)}"] * bool(more)
+    lost += [*(what for what in extras.unshared if what not in kept), *changed]
     if lost:
         what = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
         if mesh.path is not None:
@@ -220,11 +245,36 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
     lost = list[str]()
     if extras.colours is not None and suffix in (".3mf", *FLAT):
         lost.append("colours")
-    if extras.face_colours is not None and suffix not in (".vtp", ".glb", ".gltf"):
-        lost.append("colours of faces")
+    elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
+        lost.append("the alpha of its colours")
+    if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
+        lost.append("the colours of its faces")
     if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):
-        lost.append("colours that differ at a corner of faces")
+        lost.append("the colours of its corners")
     return lost
+
+
+def files_beside(path: Path, mesh: MeshFile, image: bool) -> tuple[Path, ...]:
+    """What is written beside the file itself."""
+    if path.suffix.lower() != ".obj":
+        return ()
+    return side_files(path)[: 2 if image else int(has_library(mesh))]
+
+
+def check_free(paths: Iterable[Path], force: bool) -> None:
+    """Raise where a file is there that nobody has asked to replace.
+
+    Raises
+    ------
+    FileExistsError
+    """
+    for path in paths:
+        if path.exists() and not force:
+            said = (
+                "it is there already, and is not the file that was asked for: move it, write under another "
+                "name, or replace it with --force (in Python, force=True)"
+            )
+            raise FileExistsError(EEXIST, said, str(path))
 
 
 @contextmanager
@@ -234,20 +284,29 @@ def write_atomically(
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
     image: ArrayLike | None = None,
+    *,
+    force: bool = False,
+    folder: Path | None = None,
 ) -> Iterator[None]:
-    """Write under temporary names; the files take their places when the block succeeds."""
+    """Write under temporary names; the files take their places when the block succeeds.
+
+    Names of other files lead to them from `folder`, by default that of `path`.
+    """
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
         raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
-    made = replace(mesh.textured(TC, FTC), image=None if image is None else png(image))
-    warn_of_loss(made, suffix)
+    check_free(files_beside(path, mesh, image is not None), force)
+    made, changed = _with_names_for(
+        replace(mesh.textured(TC, FTC), image=None if image is None else png(image)), suffix
+    )
+    warn_of_loss(made, suffix, changed)
     beside = materials_beside(made, path) if suffix == ".obj" else {}
     with ExitStack() as stack:
         temporary = stack.enter_context(replacing(path))
         for own, data in beside.items():
-            Path(stack.enter_context(replacing(path.with_suffix(own)))).write_bytes(data)
-        WRITERS[suffix](temporary, made, path)
+            Path(stack.enter_context(replacing(own))).write_bytes(data)
+        WRITERS[suffix](temporary, made, path if folder is None else folder / path.name)
         yield

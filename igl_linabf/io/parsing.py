@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..surface import Polygons, distinct_corners
+from ..surface import Polygons, distinct_corners, index_and_rank
 
 
 def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
@@ -66,6 +66,8 @@ class Extras:
         What the materials look like.
     units : str or None
         Of length, as 3MF names them: "millimeter", "inch", ...
+    comments : tuple of str
+        Lines for people.
     unshared : tuple of str
         What else there is that no other format takes, as a warning names it: "the elements camera".
     source : object
@@ -81,6 +83,7 @@ class Extras:
     units: str | None = None
     face_colours: FloatArray | None = None
     corner_colours: FloatArray | None = None
+    comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
     source: Any = None
 
@@ -118,6 +121,15 @@ class Column:
     def __len__(self) -> int:
         return len(self.values if self.sizes is None else self.sizes)
 
+    def take(self, rows: IntArray) -> Column:
+        """The values of these rows."""
+        if self.sizes is None:
+            return Column(self.values[rows])
+        sizes = self.sizes[rows]
+        start = (np.cumsum(self.sizes) - self.sizes)[rows]
+        _, rank = index_and_rank(sizes)
+        return Column(self.values[np.repeat(start, sizes) + rank], sizes)
+
 
 Columns = dict[str, Column]
 
@@ -130,6 +142,21 @@ def plain_text(data: bytes) -> bytes:
         return data.decode("utf-16").encode()
     except UnicodeError:
         raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
+
+
+def as_text(data: bytes) -> str:
+    """UTF-8 as text; bytes that are none stay what they are, as in Python's names of files."""
+    return data.decode("utf-8", "surrogateescape")
+
+
+def as_bytes(text: str) -> bytes:
+    """The bytes that `as_text` has read."""
+    return text.encode("utf-8", "surrogateescape")
+
+
+def name_of(line: bytes) -> bytes:
+    """What follows a keyword: blanks and # in it belong to a name."""
+    return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:

@@ -75,6 +75,31 @@ def split_vertices(
     )
 
 
+def split_behind(mesh: MeshFile, normals: bool = False) -> SplitVertices:
+    """As `split_vertices`, where each vertex keeps its number: its first copy does, the others follow behind.
+
+    So what names vertices by number stays right. Vertices of no corner stay, too, at 0, 0 of the texture.
+    """
+    made, n = split_vertices(mesh, normals=normals), len(mesh.V)
+    known, first = np.unique(made.vertex, return_index=True)
+    rest = np.ones(len(made.vertex), dtype=bool)
+    rest[first] = False
+    number = np.empty(len(made.vertex), dtype=np.int64)
+    number[first], number[rest] = known, n + np.arange(int(rest.sum()))
+
+    def ordered(rows: FloatArray) -> FloatArray:
+        table = np.zeros((n + int(rest.sum()), rows.shape[1]))
+        table[number] = rows
+        return table
+
+    return SplitVertices(
+        np.append(np.arange(n), made.vertex[rest]),
+        ordered(made.TC),
+        None if made.normals is None else ordered(made.normals),
+        number[made.corners],
+    )
+
+
 def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     """The distinct combinations of several indices, as the rows of each, and which one is where."""
     key = indices[0]

@@ -1,7 +1,6 @@
 """Write glTF and GLB: a new file, or the one that was read with texture coordinates."""
 
 import copy
-import os
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
 from ..materials import PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
+from ..references import named_file, renamed
 from ..vertex_splits import single_precision, unique_tuples
 from .extensions import (
     COMPRESSED,
@@ -182,19 +182,15 @@ def _embed_images(text: dict[str, Any], old: Path, new: Path, buffer: Buffer) ->
             del image["uri"]
             image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
     for holder, key in _names_of_files(text):
-        if (file := _file_of(holder[key], old)) is not None:
-            try:
-                holder[key] = quote(os.path.relpath(file, new.resolve()).replace(os.sep, "/"))
-            except ValueError:  # on another drive
-                holder[key] = file.as_uri()
+        if _file_of(holder[key], old) is not None:
+            holder[key] = quote(renamed(unquote(holder[key]), old, new))
 
 
 def _file_of(uri: Any, folder: Path) -> Path | None:
     """The file that a relative name leads to; None if it is no such name, or leads nowhere."""
-    if not isinstance(uri, str) or urlsplit(uri).scheme or not uri:
+    if not isinstance(uri, str) or urlsplit(uri).scheme:
         return None
-    file = (folder / unquote(uri)).resolve()
-    return file if file.is_file() else None
+    return named_file(unquote(uri), folder)
 
 
 def _names_of_files(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
