@@ -8,6 +8,7 @@ from dataclasses import replace
 from errno import EEXIST
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import replacing
@@ -36,6 +37,7 @@ from .parsing import Damaged, Extras, Named, as_bytes, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
+from .vertex_splits import split_vertices
 
 BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".obj": lambda data, name: parse_obj(plain_text(data), name),
@@ -192,6 +194,8 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         return
     if suffix in FLAT and mesh.path is not None:
         lost.append("the positions in space")
+    if suffix in FLAT and len(split_vertices(mesh).vertex) > len(np.unique(mesh.polygons.corners)):
+        lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
     if suffix == ".3mf" and mesh.image is not None:

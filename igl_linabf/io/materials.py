@@ -164,11 +164,6 @@ def warn_of_images(count: int, baked: bool = False) -> None:
         )
 
 
-def without_name(material: Mapping[str, Any]) -> dict[str, Any]:
-    """A material of glTF as it looks."""
-    return {key: value for key, value in material.items() if key != "name"}
-
-
 def warn_of_lost_images(count: int) -> None:
     """Images for the old texture coordinates give way to one for the new ones."""
     if count:

@@ -128,12 +128,6 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]
         points = np.zeros((len(mesh.V), 3))
         points[made.vertex, :2] = made.TC
         return points, mesh.triangles, None
-    warnings.warn(
-        "vertices are written once for each of their texture coordinates: data of the given vertices "
-        "does not fit to the flat surface",
-        MeshWarning,
-        stacklevel=stack_level(),
-    )
     return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place], made.vertex
 
 

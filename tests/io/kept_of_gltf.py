@@ -213,10 +213,7 @@ def _second_coordinates(folder: Path) -> None:
     """An image and tangents of TEXCOORD_1 stay, and nothing is said of them."""
     given = {"TEXCOORD_1": SQUARE, "TANGENT": np.ones((4, 4), "<f4")}
     text = document(
-        given,
-        raw=(png(),),
-        primitive={"material": 0},
-        **textured(normalTexture={"index": 0, "texCoord": 1}),
+        given, raw=(png(),), primitive={"material": 0}, **textured(normalTexture={"index": 0, "texCoord": 1})
     )
     before, after = carried(folder, "a.gltf", text, "out.glb")
     assert text_of(after)["materials"] == text_of(before)["materials"]
@@ -287,7 +284,9 @@ def _compressed_views(folder: Path) -> None:
     text["buffers"].append({"byteLength": 48, "extensions": {name: {"fallback": True}}})
     text["bufferViews"][0] |= {
         "buffer": 1,
-        "extensions": {name: {"buffer": 0, "byteLength": 9, "byteStride": 12, "count": 4, "mode": "TRIANGLES"}},
+        "extensions": {
+            name: {"buffer": 0, "byteLength": 9, "byteStride": 12, "count": 4, "mode": "TRIANGLES"}
+        },
     }
     carried(folder, "a.gltf", json.dumps(text), "out.glb")
 

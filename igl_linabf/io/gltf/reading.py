@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...surface import Polygons
-from ..materials import Material, as_gltf, of_gltf, srgb, without_name
+from ..materials import Material, as_gltf, of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
 from .ngons import EXTENSION, polygons_among, turned_over
@@ -178,9 +178,12 @@ def _colours_and_normals(held: list[_Content], used: IntArray, flat: IntArray) -
 def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
     """Of `Extras`: the materials and what they look like, if one has a name."""
     listed = gltf.listed("materials")
-    plain = without_name(as_gltf(Material()))  # texture coordinates are written with it where there is none
-    if all(without_name(material) == plain for material in listed):
+    plain = as_gltf(Material())  # texture coordinates are written with it where there is none
+    while listed and listed[-1] == plain:
+        listed.pop()
+    if not listed:
         return {}
+    of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
     return {"materials": (names, of_face), "looks": tuple(map(of_gltf, listed))}
 
