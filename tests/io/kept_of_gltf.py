@@ -282,12 +282,8 @@ def _compressed_views(folder: Path) -> None:
     text = json.loads(document())
     name = "EXT_meshopt_compression"
     text["buffers"].append({"byteLength": 48, "extensions": {name: {"fallback": True}}})
-    text["bufferViews"][0] |= {
-        "buffer": 1,
-        "extensions": {
-            name: {"buffer": 0, "byteLength": 9, "byteStride": 12, "count": 4, "mode": "TRIANGLES"}
-        },
-    }
+    mark = {"buffer": 0, "byteLength": 9, "byteStride": 12, "count": 4, "mode": "ATTRIBUTES"}
+    text["bufferViews"][0] |= {"buffer": 1, "extensions": {name: mark}}
     carried(folder, "a.gltf", json.dumps(text), "out.glb")
 
 
@@ -298,7 +294,7 @@ def _to_obj(folder: Path, **more: Any) -> None:
 def _instances_to_obj(folder: Path) -> None:
     """The largest instance counts, not the first one nor one of size 0."""
     nodes = [{"mesh": 0, "scale": [s] * 3, "translation": [t, 0, 0]} for s, t in ((0, 0), (0.1, 1), (4, 2))]
-    before, after = carried(folder, "a.gltf", document(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
+    _, after = carried(folder, "a.gltf", document(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
     assert np.allclose(after.V.max(axis=0), [6, 4, 4])
 
 
@@ -325,39 +321,84 @@ CELLS = [
     GLB("shape keys", "kept", _shape_keys),
     GLB("points and lines", "kept", _points),
     GLB("`EXT_structural_metadata`: views are renumbered", "kept", _metadata),
-    GLB("unknown extensions that name views or accessors: their numbers stay", "kept",
-        partial(_metadata, extension="ACME_tables")),
+    GLB(
+        "unknown extensions that name views or accessors: their numbers stay",
+        "kept",
+        partial(_metadata, extension="ACME_tables"),
+    ),
     GLB("`EXT_mesh_features`, also by the numbers of vertices", "kept", _features),
     GLB("`EXT_mesh_gpu_instancing`", "kept", _instancing),
     GLB("quantized positions and normals", "kept", _quantized),
     GLB("meshes that a node mirrors", "kept", _mirrored),
     GLB("images and tangents of `TEXCOORD_1`", "kept", _second_coordinates),
     GLB("files beside it: images go in, other names lead to them", "kept", _image_beside),
-    GLB("images of the old texture coordinates", "told", _old_images,
-        "1 images of its materials were made for the old texture coordinates: bake them anew"),
-    GLB("tangents of the old texture coordinates", "told", _tangents,
-        "the tangents (TANGENT) of 1 of its primitives were made for the old texture coordinates"),
-    GLB("unknown extensions of meshes and primitives", "told", _outline,
-        "the extensions CESIUM_primitive_outline of meshes may name vertices by number"),
-    GLB("an unknown extension that is required", "refused",
-        partial(_refused, document(extensionsRequired=["ACME_cut"])), "it requires the extension ACME_cut"),
-    GLB("meshopt, required", "refused",
+    GLB(
+        "images of the old texture coordinates",
+        "told",
+        _old_images,
+        "1 images of its materials were made for the old texture coordinates: bake them anew",
+    ),
+    GLB(
+        "tangents of the old texture coordinates",
+        "told",
+        _tangents,
+        "the tangents (TANGENT) of 1 of its primitives were made for the old texture coordinates",
+    ),
+    GLB(
+        "unknown extensions of meshes and primitives",
+        "told",
+        _outline,
+        "the extensions CESIUM_primitive_outline of meshes may name vertices by number",
+    ),
+    GLB(
+        "an unknown extension that is required",
+        "refused",
+        partial(_refused, document(extensionsRequired=["ACME_cut"])),
+        "it requires the extension ACME_cut",
+    ),
+    GLB(
+        "meshopt, required",
+        "refused",
         partial(_refused, document(extensionsRequired=["EXT_meshopt_compression"])),
-        "it is compressed by EXT_meshopt_compression: write it without"),
+        "it is compressed by EXT_meshopt_compression: write it without",
+    ),
     GLB("meshopt, at views", "refused", _compressed_views, "its buffer view 0 is compressed by"),
-    GLB("Draco", "refused",
+    GLB(
+        "Draco",
+        "refused",
         partial(_refused, document(primitive={"extensions": {"KHR_draco_mesh_compression": {}}})),
-        "its mesh 0 is compressed by KHR_draco_mesh_compression"),
+        "its mesh 0 is compressed by KHR_draco_mesh_compression",
+    ),
     OBJ("materials without names, colours of some primitives", "kept", _colours_of_some),
-    OBJ("further instances of a mesh; the largest one is there", "told", _instances_to_obj,
-        "2 further instances of its meshes"),
-    OBJ("animations", "told", partial(_to_obj, animations=[{"channels": [], "samplers": []}]),
-        "OBJ does not keep its animations of a.gltf: write GLB to keep all of it"),
-    OBJ("shape keys", "told", partial(_to_obj, more=(P,), primitive={"targets": [{"POSITION": 2}]}),
-        "OBJ does not keep its shape keys"),
-    OBJ("further attributes", "told", partial(_to_obj, attributes={"TEXCOORD_1": SQUARE}),
-        "the attributes TEXCOORD_1"),
-    OBJ("extensions", "told", partial(_to_obj, extensions={"KHR_lights_punctual": {"lights": []}}),
-        "the extensions KHR_lights_punctual"),
+    OBJ(
+        "further instances of a mesh; the largest one is there",
+        "told",
+        _instances_to_obj,
+        "2 further instances of its meshes",
+    ),
+    OBJ(
+        "animations",
+        "told",
+        partial(_to_obj, animations=[{"channels": [], "samplers": []}]),
+        "OBJ does not keep its animations of a.gltf: write GLB to keep all of it",
+    ),
+    OBJ(
+        "shape keys",
+        "told",
+        partial(_to_obj, more=(P,), primitive={"targets": [{"POSITION": 2}]}),
+        "OBJ does not keep its shape keys",
+    ),
+    OBJ(
+        "further attributes",
+        "told",
+        partial(_to_obj, attributes={"TEXCOORD_1": SQUARE}),
+        "the attributes TEXCOORD_1",
+    ),
+    OBJ(
+        "extensions",
+        "told",
+        partial(_to_obj, extensions={"KHR_lights_punctual": {"lights": []}}),
+        "the extensions KHR_lights_punctual",
+    ),
     OBJ("extras", "told", partial(_to_obj, primitive={"extras": {"id": 3}}), "its extras"),
-]  # fmt: skip
+]
