@@ -132,15 +132,12 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]
 
 
 def origin_of(V: FloatArray) -> FloatArray:
-    """A point (3,) from which single precision holds coordinates (n, 3); 0 where it does so already.
-
-    It is one of single precision that six digits tell, which is how 3MF has it.
-    """
+    """A point (3,) from which single precision holds coordinates (n, 3); 0 where it does so already."""
     low, high = V.min(axis=0), V.max(axis=0)
     middle, extent = low / 2 + high / 2, (high - low).max()
     if not np.abs(V).max() > FAR * extent or not np.isfinite(extent):
         return np.zeros(3)
-    return np.array([np.float32(f"{x:.6g}") for x in middle], dtype=np.float64)
+    return np.asarray(middle)
 
 
 def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:

@@ -47,7 +47,8 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         used, F = np.unique(mesh.triangles[mine], return_inverse=True)
         thing = model.AddMeshObject()
         thing.SetName(names[i] if i >= 0 else "")
-        origin = origin_of(mesh.V[used])
+        # lib3mf writes six digits of it, in single precision
+        origin = np.array([float(np.float32(f"{x:.6g}")) for x in origin_of(mesh.V[used])])
         near = mesh.V[used] - origin
         decimals = min(decimals, _decimals(near), _decimals(mesh.TC))
         points = single_precision(near, "V")
