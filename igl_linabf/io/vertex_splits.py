@@ -2,7 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,10 +111,27 @@ def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     return [index[first] for index in indices], place.ravel().astype(np.int64)
 
 
-def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
+class SplitTriangles(NamedTuple):
+    """Triangles that have one index for position and texture coordinates.
+
+    Attributes
+    ----------
+    V, TC : (#P, 3) and (#P, 2) float64
+    F : (#T, 3) int64
+    vertex : (#P,) int64
+        The vertex that each row is of.
+    """
+
+    V: FloatArray
+    TC: FloatArray
+    F: IntArray
+    vertex: IntArray
+
+
+def split_at_seams(mesh: MeshFile) -> SplitTriangles:
     """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
     made = split_vertices(mesh)
-    return mesh.V[made.vertex], made.TC, made.corners[mesh.split.place]
+    return SplitTriangles(mesh.V[made.vertex], made.TC, made.corners[mesh.split.place], made.vertex)
 
 
 def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
