@@ -53,3 +53,5 @@ from .surface import Repair as Repair
 from .surface import clean as clean
 from .surface import split_chords as split_chords
 from .textures import bake as bake
+
+__version__: str

@@ -28,7 +28,7 @@ from ..io import SUFFIXES
 from . import places
 from .clusters import Lookout, client_of, local_client
 from .constants import AHEAD, AHEAD_AT_LEAST, DEATHS_ALONE, PATIENCE
-from .one_mesh import OF_UNWRAP, How, Settings, Task, run
+from .one_mesh import OF_UNWRAP, How, Scale, Settings, Task, run
 from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, PARQUET, Row, Table, shown, write_down
 
 NO_ROOM = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
@@ -87,6 +87,7 @@ def batch(
     cones: Cones | int | Literal["auto"] | None = None,
     packing: Packing | None = None,
     boundary: BoundaryName = "free",
+    units: Scale | None = None,
     retry: bool = False,
     force: bool = False,
     progress: Progress = None,
@@ -129,6 +130,9 @@ def batch(
         As in `unwrap`.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
+    units : {"square", "mesh"}, optional
+        Scale of the maps of `how="flatten"`: the unit square, or the mesh's units of length. By default
+        "square"; "mesh" in GIFTI and FreeSurfer, where the map is a surface.
     retry : bool
         Do again, too, what died, ran out of memory or failed in an earlier run.
     force : bool
@@ -164,7 +168,7 @@ def batch(
     limit = _in_bytes(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
-    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, limit)
+    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, units, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
@@ -220,6 +224,10 @@ def _check_settings(asked: Settings) -> None:
         raise ValueError(f"format is {asked.format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
     if asked.how == "flatten" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
         raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
+    if asked.units not in (None, *get_args(Scale)):
+        raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
+    if asked.how == "unwrap" and asked.units is not None:
+        raise ValueError("units mean nothing to unwrap, whose charts are packed: leave them out, or flatten")
     if asked.how == "unwrap" and asked.boundary != "free":
         raise ValueError("charts have a free boundary: leave boundary out, or flatten")
     if asked.boundary not in get_args(BoundaryName):

@@ -66,6 +66,11 @@ SHARED: Mapping[str, Argument] = {
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
+    "units": choice(
+        ("square", "mesh"),
+        help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
+        "mesh where the map is written as a surface: GIFTI, .surf, .flat)",
+    ),
     "force": switch(
         "replace files that are there already and that -o does not name: MTL and PNG beside OBJ, pictures, "
         "files in a folder"

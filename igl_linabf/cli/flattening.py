@@ -5,7 +5,7 @@ from functools import partial
 
 from .._runtime import progress_part
 from ..flattening import flatten
-from ..io import SUFFIXES, unit_square
+from ..io import SUFFIXES, lies_flat, unit_square
 from ..measures import quality
 from .arguments import choice, shared, value
 from .commands import Command, ExitCode, auto_or_number, method_with
@@ -24,7 +24,8 @@ def _flatten(options: argparse.Namespace) -> int:
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
     with progress_part("flattening", PROGRESS["computing"]):
         result = flatten(V, F, method, **shape)
-        uv = unit_square(result.uv) if options.units == "square" else result.uv
+        units = options.units or ("mesh" if lies_flat(options.output) else "square")
+        uv = unit_square(result.uv) if units == "square" else result.uv
         measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
@@ -56,12 +57,7 @@ FLATTEN = Command(
             ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
         ),
         **shared("weight"),
-        "units": choice(
-            ("square", "mesh"),
-            "square",
-            "scale of the texture coordinates: the unit square, or the mesh's units of length",
-        ),
-        **shared("force", "json", "quiet"),
+        **shared("units", "force", "json", "quiet"),
     },
     "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
     (

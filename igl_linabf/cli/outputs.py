@@ -20,7 +20,7 @@ import numpy as np
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
-from ..io import replacing, write_atomically
+from ..io import replacing, suffix_of, write_atomically
 from .commands import STANDARD, ExitCode
 from .jobs import PROGRESS
 
@@ -33,7 +33,7 @@ def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] =
     for path, known in ((mesh, suffixes), (png, (".png",))):
         if path is None or path == Path(STANDARD):
             continue
-        if path.suffix.lower() not in known:
+        if suffix_of(path) not in known:
             raise ValueError(f"{path} does not end in {' or '.join(known)}: give a file name that does")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))

@@ -8,11 +8,17 @@ from dataclasses import replace
 from errno import EEXIST
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import replacing
+from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .external import (
+    FreeSurferFile,
+    GiftiFile,
+    ThreeMfFile,
+    VtpFile,
     parse_3mf,
     parse_freesurfer,
     parse_gifti,
@@ -27,10 +33,11 @@ from .gltf import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, has_library, materials_beside, obj_names, parse_obj, save_obj, side_files
 from .off import parse_off
-from .parsing import Damaged, Named, as_bytes, plain_text
+from .parsing import Damaged, Extras, Named, as_bytes, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
+from .vertex_splits import split_vertices
 
 BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".obj": lambda data, name: parse_obj(plain_text(data), name),
@@ -44,6 +51,7 @@ PATHS: dict[str, Callable[[Path], MeshFile]] = {
     ".gltf": parse_gltf,
     ".3mf": parse_3mf,
     ".gii": parse_gifti,
+    ".gii.gz": parse_gifti,
     ".vtp": parse_vtp,
     **dict.fromkeys(SURFACES, parse_freesurfer),
 }
@@ -55,10 +63,19 @@ BEGINNINGS = {
     b"ply\n": ".ply",
     b"ply\r": ".ply",
     FREESURFER: ".surf",
+    b"\x1f\x8b": ".gii.gz",
 }
 READERS = (*BYTES, *PATHS)
 # whose files a writer writes again as they were
 OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
+# whose files a writer writes anew, with some of what only they have: `kept`
+PARTLY: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
+    ".3mf": ThreeMfFile,
+    ".vtp": VtpFile,
+    ".gii": GiftiFile,
+    ".gii.gz": GiftiFile,
+    ".surf": FreeSurferFile,
+}
 WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".obj": save_obj,
     ".ply": save_ply,
@@ -67,11 +84,23 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".3mf": save_3mf,
     ".vtp": save_vtp,
     ".gii": save_gifti,
+    ".gii.gz": save_gifti,
     ".surf": save_surf,
     ".flat": save_patch,
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
-FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
+FLAT = (".gii", ".gii.gz", ".surf", ".flat")  # in which the map is the surface
+
+
+def suffix_of(path: str | os.PathLike[str]) -> str:
+    """What the name of a file ends in, in lower case: ".obj", ".gii.gz"."""
+    ends = [end.lower() for end in Path(path).suffixes[-2:]]
+    return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
+
+
+def lies_flat(path: str | os.PathLike[str]) -> bool:
+    """Whether files of this name hold the flat map as a surface, which has a size."""
+    return suffix_of(path) in FLAT
 
 
 def detect_suffix(data: bytes) -> str:
@@ -91,7 +120,7 @@ def detect_suffix(data: bytes) -> str:
 def parse_file(path: str | os.PathLike[str]) -> MeshFile:
     """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
     path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     if suffix in BYTES:
         return parse(path.read_bytes(), suffix, str(path))
     read = PATHS.get(suffix)
@@ -167,31 +196,31 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         return
     if suffix in FLAT and mesh.path is not None:
         lost.append("the positions in space")
+    if suffix in FLAT and len(split_vertices(mesh).vertex) > len(np.unique(mesh.polygons.corners)):
+        lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
-    if suffix in (".ply", ".vtp", ".3mf", *FLAT):
+    if suffix == ".3mf" and mesh.image is not None:
+        pass  # it shows them
+    elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif any(look.images for look in extras.looks or ()):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
-    if extras.colours is not None and suffix in (".3mf", *FLAT):
-        lost.append("colours")
-    elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
-        lost.append("the alpha of its colours")
-    if extras.face_colours is not None and suffix != ".ply":
-        lost.append("the colours of its faces")
+    if mesh.image is None:
+        lost += _lost_colours(extras, suffix)
     if extras.comments and suffix in (".3mf", ".vtp", *FLAT):
         lost.append("its comments")
-    if extras.normals is not None and suffix in (".3mf", ".vtp", *FLAT):
+    if extras.normals is not None and suffix in (".3mf", *FLAT):
         lost.append("normals")
     if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
         lost.append("polygons of more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
-    if isinstance(source, GltfFile):
-        lost += [f"its {name}" for name in ("animations", "skins", "cameras") if source.gltf.text.get(name)]
-    lost += [*extras.unshared, *changed]
+    partly = PARTLY.get(suffix)
+    kept = source.kept if partly is not None and isinstance(source, partly) else ()
+    lost += [*(what for what in extras.unshared if what not in kept), *changed]
     if lost:
         what = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
         if mesh.path is not None:
@@ -200,6 +229,35 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         if own is not None:
             what += f": write {own[1:].upper()} to keep all of it"
         warnings.warn(what, MeshWarning, stacklevel=stack_level())
+
+
+def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
+    """How the objects of a file, as it will be written, lie in the space of V.
+
+    Returns
+    -------
+    (#F, 3, 3) float64 or None
+        For each face, what takes vectors of its object to V's space; None if no object is turned or scaled.
+    """
+    source = mesh.extras.source
+    if not isinstance(source, GltfFile) or suffix_of(path) not in (".glb", ".gltf"):
+        return None
+    assert mesh.extras.parts is not None  # as of every file of glTF
+    return source.frames[mesh.extras.parts[1]]
+
+
+def _lost_colours(extras: Extras, suffix: str) -> list[str]:
+    """What of the colours a format does not keep; in an image, they are in it."""
+    lost = list[str]()
+    if extras.colours is not None and suffix in (".3mf", *FLAT):
+        lost.append("colours")
+    elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
+        lost.append("the alpha of its colours")
+    if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
+        lost.append("the colours of its faces")
+    if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):
+        lost.append("the colours of its corners")
+    return lost
 
 
 def files_beside(path: Path, mesh: MeshFile, image: bool) -> tuple[Path, ...]:
@@ -241,7 +299,7 @@ def write_atomically(
     Names of other files lead to them from `folder`, by default that of `path`.
     """
     path = Path(path)
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:

@@ -45,6 +45,8 @@ class Material:
         Whether it has images, which fit to the texture coordinates that were read.
     lines : tuple of str
         Its lines in the MTL file that it comes from.
+    factor : (red, green, blue, alpha) or None
+        By what other colours are multiplied, proportional to light, where the format says so: glTF, 3MF.
     """
 
     colour: Colour = WHITE
@@ -54,6 +56,7 @@ class Material:
     emission: Colour = BLACK
     images: bool = False
     lines: tuple[str, ...] = ()
+    factor: tuple[float, ...] | None = None
 
 
 def srgb(light: FloatArray) -> FloatArray:
@@ -146,14 +149,16 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         roughness=float(shading.get("roughnessFactor", 1.0)),
         emission=Colour(*srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
+        factor=tuple(factor),
     )
 
 
-def warn_of_images(count: int) -> None:
-    """Images that stay were made for what is no longer there."""
+def warn_of_images(count: int, baked: bool = False) -> None:
+    """Images that were made for what is no longer there."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: bake them anew",
+            f"{count} images of its materials were made for the old texture coordinates: "
+            + ("the baked one takes their place" if baked else "bake them anew"),
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -168,15 +173,6 @@ def warn_of_lost_images(count: int) -> None:
             MeshWarning,
             stacklevel=stack_level(),
         )
-
-
-def without_images(material: dict[str, Any]) -> None:
-    """Leave out all images that a material of glTF names, also in its extensions."""
-    for key in list(material):
-        if key.endswith(TEXTURE):
-            del material[key]
-        elif isinstance(material[key], dict):
-            without_images(material[key])
 
 
 def as_gltf(look: Material, name: str | None = None) -> dict[str, Any]:

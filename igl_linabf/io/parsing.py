@@ -56,6 +56,8 @@ class Extras:
     ----------
     colours, face_colours : (#V, 3 or 4) float64, (#F, 3 or 4) float64
         Of vertices and of faces, from 0 to 1.
+    corner_colours : (#C, 3 or 4) float64
+        Of corners, where those of a vertex or of a face differ.
     normals, normal : (#N, 3) float64, (#C,) int64
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
@@ -73,13 +75,14 @@ class Extras:
     """
 
     colours: FloatArray | None = None
+    face_colours: FloatArray | None = None
+    corner_colours: FloatArray | None = None
     normals: FloatArray | None = None
     normal: IntArray | None = None
     parts: Named | None = None
     materials: Named | None = None
     looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
-    face_colours: FloatArray | None = None
     comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
     source: Any = None

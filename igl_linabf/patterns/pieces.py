@@ -26,7 +26,8 @@ from ..surface import (
 from .grain_arrows import arrows_of
 from .seam_pairs import PatternSeam, seams_of
 
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
+DEFAULT_UNITS = "mm"  # of a surface whose file does not say
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class Pattern:
     error : float
         Largest change of an edge's length, as a share of it.
     units : str
-        Of the surface.
+        That lengths on the surface were taken to be in.
     """
 
     size: tuple[float, float]
@@ -75,13 +76,15 @@ class Pattern:
         width, height = self.size
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
         said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
-        return f"{aligned(rows)}\n{said}; edges change by {self.error:.2%} at most"
+        change = f"edges change by {self.error:.2%} at most"
+        return f"{aligned(rows)}\n{said}; {change}; the surface is in {self.units}"
 
 
 def pattern_of(
-    V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, units: str, crease: float, grain: ArrayLike
+    V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, units: str | None, crease: float, grain: ArrayLike
 ) -> Pattern:
     """The pattern of a surface; arguments as in `write_pattern`."""
+    units = units or DEFAULT_UNITS
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
     cut = _CutSurface.of(V, F, atlas, MILLIMETRES[units])

@@ -25,7 +25,7 @@ EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
 COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
 DASHED = {FOLD}
-Units = Literal["mm", "cm", "m", "in"]
+Units = Literal["mm", "cm", "m", "in", "ft", "um"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def write_pattern(
     V: ArrayLike,
     F: ArrayLike,
     atlas: Atlas | ArrayLike,
-    units: Units = "mm",
+    units: Units | None = None,
     *,
     crease: float = 30.0,
     grain: ArrayLike = (0.0, 0.0, 1.0),
@@ -82,8 +82,9 @@ def write_pattern(
     F : (#F, 3) int, or polygons
     atlas : Atlas, or (#V, 2) float
         What `unwrap` made of V and F, or a flat map. `method="isometric"` keeps lengths best.
-    units : {"mm", "cm", "m", "in"}
-        Of V.
+    units : {"mm", "cm", "m", "in", "ft", "um"}, optional
+        Of V; by default "mm". A file may say it: `read_file(path).units`. `units` of the pattern is what was
+        taken.
     crease : float
         Degrees between neighbouring faces from which their edge is a fold line.
     grain : (3,) float

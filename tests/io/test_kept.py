@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 from kept import Cell, tables
+from kept_of_gltf import CELLS as GLTF
+from kept_of_packages import CELLS as PACKAGES
 from kept_of_text_formats import CELLS as TEXT_FORMATS
 
 from igl_linabf import MeshError, MeshWarning
 
 PAGE = Path(__file__).parents[2] / "docs" / "kept.md"
-CELLS = [*TEXT_FORMATS]
+CELLS = [*TEXT_FORMATS, *GLTF, *PACKAGES]
 
 
 @pytest.mark.parametrize("cell", CELLS, ids=lambda cell: f"{cell.source}-{cell.to}-{cell.what}")

@@ -10,13 +10,9 @@ from numpy.typing import ArrayLike
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Ragged, Topology, merge_coincident, vertex_array
+from .constants import MIN_TURNING_AREA
 
 Given = ArrayLike | None
-
-# Double area of a face in the map, as a share of its size times the largest coordinate, below which its sign
-# is rounding: single precision has 6e-8. With less, slivers of files of such numbers are cut out as if they
-# were turned over; with more, thin faces that are turned over are not (tests/charts/atlas/test_polygons.py).
-FLAT = 1e-6
 
 
 @overload
@@ -109,7 +105,7 @@ def _turns(texture: Polygons, points: FloatArray) -> IntArray:
     rows = Ragged.of_sizes(texture.sizes)
     area = rows.sum(uv[:, 0] * beside[:, 1] - uv[:, 1] * beside[:, 0])
     size = rows.max(np.abs(uv).max(axis=1))
-    return np.where(np.abs(area) > FLAT * size * np.abs(points).max(initial=0), np.sign(area), 0).astype(
+    return np.where(np.abs(area) > MIN_TURNING_AREA * size * np.abs(points).max(initial=0), np.sign(area), 0).astype(
         np.int64
     )
 
