@@ -105,9 +105,8 @@ def _turns(texture: Polygons, points: FloatArray) -> IntArray:
     rows = Ragged.of_sizes(texture.sizes)
     area = rows.sum(uv[:, 0] * beside[:, 1] - uv[:, 1] * beside[:, 0])
     size = rows.max(np.abs(uv).max(axis=1))
-    return np.where(np.abs(area) > MIN_TURNING_AREA * size * np.abs(points).max(initial=0), np.sign(area), 0).astype(
-        np.int64
-    )
+    turns = np.abs(area) > MIN_TURNING_AREA * size * np.abs(points).max(initial=0)
+    return np.where(turns, np.sign(area), 0).astype(np.int64)
 
 
 def _on_seam(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
