@@ -73,13 +73,13 @@ class Extras:
     """
 
     colours: FloatArray | None = None
+    face_colours: FloatArray | None = None
     normals: FloatArray | None = None
     normal: IntArray | None = None
     parts: Named | None = None
     materials: Named | None = None
     looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
-    face_colours: FloatArray | None = None
     comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
     source: Any = None
