@@ -275,7 +275,7 @@ def check_free(paths: Iterable[Path], force: bool) -> None:
     FileExistsError
     """
     for path in paths:
-        if path.exists() and not force:
+        if os.path.lexists(path) and not force:
             said = (
                 "it is there already, and is not the file that was asked for: move it, write under another "
                 "name, or replace it with --force (in Python, force=True)"

@@ -319,6 +319,11 @@ def strips_of_ply(folder: Path) -> None:
     same_corners(before, after)
 
 
+def labelled_strips_of_ply(folder: Path) -> None:
+    data = ply().replace(b"face 4", b"tristrips 1").replace(b"indices\n", b"indices\nproperty int label\n")
+    carried(folder, "a.ply", data.partition(b"3 0 2 1")[0] + b"4 0 1 2 3 7\n", "out.ply")
+
+
 def carry(name: str, data: bytes | str, to: str) -> Callable[[Path], object]:
     return lambda folder: same_corners(*carried(folder, name, data, to))
 
@@ -531,6 +536,14 @@ CELLS = [
     ),
     Cell("PLY", "PLY", "triangle strips, as faces", "kept", strips_of_ply),
     Cell("PLY", "PLY", "comments and obj_info, as their bytes", "kept", comments_of_ply),
+    Cell(
+        "PLY",
+        "PLY",
+        "other properties of triangle strips",
+        "told",
+        labelled_strips_of_ply,
+        "without the properties label that they had",
+    ),
     Cell(
         "PLY",
         "PLY",
