@@ -18,7 +18,7 @@ from .._types import FloatArray
 from ..charts import Cones, Packing, Seams, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
-from ..io import MeshFile, lies_flat, read_file, unit_square, write_file
+from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
@@ -98,7 +98,10 @@ def _row_of(task: Task) -> Row:
             TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
-                write_file(path, mesh, TC, FTC, force=True)  # the plan has seen what is there
+                # the plan has seen what is there; names of other files lead nowhere from a URL
+                folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
+                with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
+                    pass
             return done
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")

@@ -176,7 +176,9 @@ def _with_names_for(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
 
     made = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
     given, new = ([*(of.parts or ((),))[0], *(of.materials or ((),))[0]] for of in (extras, made))
-    others = [ascii(name) for name, own in zip(given, new, strict=True) if name != own]
+    others = [
+        " ".join(_as_unicode(name).split()) for name, own in zip(given, new, strict=True) if name != own
+    ]
     if others:
         others = [f"names as they are ({some(others)})"]
     return replace(mesh, extras=made), others
@@ -273,7 +275,7 @@ def check_free(paths: Iterable[Path], force: bool) -> None:
     FileExistsError
     """
     for path in paths:
-        if path.exists() and not force:
+        if os.path.lexists(path) and not force:
             said = (
                 "it is there already, and is not the file that was asked for: move it, write under another "
                 "name, or replace it with --force (in Python, force=True)"

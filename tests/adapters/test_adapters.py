@@ -80,14 +80,17 @@ def test_colours_and_attributes_of_trimesh_are_kept(tmp_path, unwrapped) -> None
     of_faces = trimesh.Trimesh(V, F, face_colors=shades(len(F)), process=False)
     again = adapters.to_trimesh(V, F, *maps, like=of_faces)
     assert (again.face_attributes["color"] == shades(len(F))).all()
-    with pytest.raises(MeshError, match="like has .* pass the mesh that they come from"):
+    with pytest.raises(MeshError, match=r"like has .* pass the mesh that they come from"):
         adapters.to_trimesh(V, F, *maps, like=trimesh.creation.box())
 
 
 def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
     pyvista = pytest.importorskip("pyvista")
     given = pyvista.Cylinder(resolution=12).triangulate().clean()
-    given.point_data["colours"], given.cell_data["label"] = shades(given.n_points, 3), np.arange(given.n_cells)
+    given.point_data["colours"], given.cell_data["label"] = (
+        shades(given.n_points, 3),
+        np.arange(given.n_cells),
+    )
     given.field_data["scan"] = [7]
     given.point_data["old uv"] = np.zeros((given.n_points, 2))
     given.GetPointData().SetActiveAttribute("old uv", 3)

@@ -15,6 +15,7 @@ from ...errors import MeshError
 from ..colours import given_colours
 from ..materials import Material, as_gltf, linear
 from ..mesh_file import MeshFile
+from ..parsing import as_bytes
 from ..vertex_splits import origin_of, single_precision, split_vertices
 from .images import all_uses, without_old_images
 from .ngons import EXTENSION, fans
@@ -93,7 +94,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     materials += [as_gltf(Material())] * bool((material < 0).any())
     polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
     description = {
-        "asset": {"version": "2.0", "generator": "igl_linabf"},
+        "asset": {"version": "2.0", "generator": "igl_linabf", **_comments(mesh)},
         **({"extensionsUsed": [EXTENSION]} if polygons else {}),
         "scene": 0,
         "scenes": [{"nodes": list(range(len(nodes)))}],
@@ -102,6 +103,12 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
         "materials": materials,
     }
     write_gltf(temporary, description, buffer, mesh.image)
+
+
+def _comments(mesh: MeshFile) -> dict[str, Any]:
+    """What the file says to people, where glTF has room for it."""
+    lines = [as_bytes(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
+    return {"extras": {"comments": lines}} if lines else {}
 
 
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import warnings
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray
-from ...errors import some
+from ...errors import MeshWarning, some, stack_level
 from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import (
@@ -123,7 +124,13 @@ def _indices(tables: dict[str, Columns], element: str) -> tuple[str, Column]:
 def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[Element]:
     """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
     _, rows = _indices(tables, "tristrips")
-    del tables["tristrips"]
+    others = [name for name in tables.pop("tristrips") if name not in INDICES]
+    if others:
+        warnings.warn(
+            f"triangle strips become faces, without the properties {', '.join(others)} that they had",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
     assert rows.sizes is not None  # of lists
     row = np.repeat(np.arange(len(rows)), rows.sizes)
     ends = rows.values == -1  # it stands between two strips of a list
