@@ -301,13 +301,17 @@ def _instances_to_obj(folder: Path) -> None:
 def _colours_of_some(folder: Path) -> None:
     text = json.loads(document({"COLOR_0": np.zeros((4, 3), "<f4")}))
     text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 2})
+    before, _ = carried(folder, "a.gltf", json.dumps(text))
+    # black where they are, white elsewhere, also at vertices that both share
+    assert (before.extras.corner_colours == np.repeat([0, 1], 12)[:, None]).all()
+
+
+def _nameless(folder: Path) -> None:
+    text = json.loads(document())
+    text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 1, "material": 0})
     text["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]
-    text["meshes"][0]["primitives"][1]["material"] = 0
     _, after = carried(folder, "a.gltf", json.dumps(text))
     of = np.repeat([0, 1], 12)
-    assert after.colours is not None
-    # black where they are, white elsewhere: the vertices that both share have one of both
-    assert np.isin(after.colours[after.polygons.corners], [0, 1]).all()
     names, material = after.extras.materials
     assert after.extras.looks[names.index("material 0")].colour == (1, 0, 0)
     assert (np.array(names)[material][of[::3] == 1] == "material 0").all()
@@ -369,7 +373,8 @@ CELLS = [
         partial(_refused, document(primitive={"extensions": {"KHR_draco_mesh_compression": {}}})),
         "its mesh 0 is compressed by KHR_draco_mesh_compression",
     ),
-    OBJ("materials without names, colours of some primitives", "kept", _colours_of_some),
+    OBJ("materials without names", "kept", _nameless),
+    OBJ("colours that differ at an edge", "told", _colours_of_some, "the colours of its corners"),
     OBJ(
         "further instances of a mesh; the largest one is there",
         "told",

@@ -328,6 +328,18 @@ def carry(name: str, data: bytes | str, to: str) -> Callable[[Path], object]:
     return lambda folder: same_corners(*carried(folder, name, data, to))
 
 
+SHADES = "".join(f"property uchar {c}\n" for c in ("red", "green", "blue"))
+
+
+def colours_of_faces_in_glb(folder: Path) -> None:
+    """Its vertices are doubled where faces differ."""
+    data = off("OFF", face="25# 0 51")
+    before, after = carried(folder, "a.off", data, "out.glb")
+    at = after.extras.corner_colours[::3]
+    np.testing.assert_allclose(at[:, :3], before.extras.face_colours, atol=1e-6)
+    np.testing.assert_allclose(at[:, 0] * 255, [250, 251, 252, 253], atol=1e-4)
+
+
 def off(head: str, vertex: str = "", face: str = "", comment: str = "") -> str:
     V, F = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"], ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2"]
     rows = [f"{row} {vertex.replace('#', str(i))}" for i, row in enumerate(V)]
@@ -583,6 +595,15 @@ CELLS = [
         "the alpha of its colours",
     ),
     Cell("PLY", "GLB", "colours of vertices", "kept", colours_of_ply("out.glb")),
+    Cell("PLY", "GLB", "colours of faces", "kept", colours_of_faces_in_glb),
+    Cell(
+        "PLY",
+        "OBJ",
+        "colours of faces",
+        "told",
+        carry("a.ply", ply(face=SHADES, rows=("", "1 2 3", "")), "out.obj"),
+        "the colours of its faces",
+    ),
     *(
         Cell("PLY", "others", what, "told", carry("a.ply", ply(**given, rows=rows), "out.glb"), says)
         for what, given, rows, says in (
@@ -597,12 +618,6 @@ CELLS = [
                 {"face": "property int label\n"},
                 ("", "7", ""),
                 "the properties label of its face element",
-            ),
-            (
-                "colours of faces",
-                {"face": "".join(f"property uchar {c}\n" for c in ("red", "green", "blue"))},
-                ("", "1 2 3", ""),
-                "the colours of its faces",
             ),
             (
                 "other elements",

@@ -128,7 +128,7 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
         V[used],
         Polygons(merged.ravel().astype(np.int64), np.concatenate([of.sizes for of in polygons])),
         extras=Extras(
-            **_colours_and_normals(held, used, flat),
+            **_colours_and_normals(held, used, merged.ravel(), flat),
             **_materials(gltf, np.repeat([of.material for of in held], np.diff(face))),
             parts=(_names(gltf, shown), np.repeat(mesh, np.diff(face))),
             units="meter",
@@ -166,13 +166,19 @@ def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArra
     return _Content(V, polygons, attributes, material)
 
 
-def _colours_and_normals(held: list[_Content], used: IntArray, flat: IntArray) -> dict[str, Any]:
-    """Of `Extras`: colours at the vertices that are used, and normals at the corners."""
+def _colours_and_normals(
+    held: list[_Content], used: IntArray, merged: IntArray, flat: IntArray
+) -> dict[str, Any]:
+    """Of `Extras`: colours at the vertices that are used, or at corners where copies differ; normals."""
     normals = _whole([of.attributes[NORMALS] for of in held])
+    made: dict[str, Any] = {"normals": normals, "normal": None if normals is None else flat}
     colours = _colours([of.attributes[COLOURS] for of in held], [len(of.V) for of in held])
-    if colours is not None:
-        colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))[used]
-    return {"colours": colours, "normals": normals, "normal": None if normals is None else flat}
+    if colours is None:
+        return made
+    colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))
+    if (colours[used][merged] == colours[flat]).all():
+        return {**made, "colours": colours[used]}
+    return {**made, "corner_colours": colours[flat]}
 
 
 def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
