@@ -153,6 +153,7 @@ def unwrap(
     face = np.arange(len(given)) if split is None else split.face
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
+        kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
@@ -177,7 +178,13 @@ def unwrap(
                     return replace(_packed(surface, charts, roomy), cones=made.cones)
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=asked.max_stretch, cone_angles=made.angles, coned=wanted is not None)
+    atlas = replace(
+        atlas,
+        max_stretch=asked.max_stretch,
+        cone_angles=made.angles,
+        coned=wanted is not None,
+        given_seams=kept,
+    )
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
     atlas = atlas_of_polygons(atlas, split)

@@ -9,11 +9,10 @@ from ..charts import Seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
-from .arguments import choice, format_of, shared, value, written_to
+from .arguments import axis, choice, format_of, shared, value, written_to
 from .commands import Command
 from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
-from .unwrapping import direction
 
 
 def _pattern(options: argparse.Namespace) -> int:
@@ -22,7 +21,8 @@ def _pattern(options: argparse.Namespace) -> int:
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
-    pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)
+    asked = options.units, options.crease, options.grain, options.up
+    pattern = pattern_of(mesh.V, mesh.F, atlas, *asked)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern}
     hand_out(
         options, str(pattern), figures, write=partial(writing_pattern, pattern=pattern, paper=options.paper)
@@ -40,7 +40,8 @@ PATTERN = Command(
         "format": format_of(PATTERN_SUFFIXES, "svg"),
         "units": choice(UNITS, "mm", "of the mesh"),
         "crease": value("DEGREES", "between faces, from which their edge is a fold line", float, 30.0),
-        "grain": value("X,Y,Z", "direction in space along which the arrows point", direction, "0,0,1"),
+        "grain": value("AXIS", "direction in space along which the arrows point", axis, "z"),
+        "up": value("AXIS", "direction in space that points up on the pieces (default: the grain)", axis),
         "paper": choice(PAPERS, "A4", "of a PDF"),
         **shared("trade"),
         "method": choice(sorted(METHODS), "isometric"),
@@ -50,7 +51,7 @@ PATTERN = Command(
     (
         "lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres",
         "lampshade.obj -o lampshade.pdf --paper A3 --quiet",
-        "bodice.obj -o bodice.dxf --grain 0,1,0 --crease 60 --trade 20 --method linabf",
+        "bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf",
         "'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line a mesh",
     ),
     each=True,

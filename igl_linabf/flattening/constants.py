@@ -63,3 +63,13 @@ LARGEST_WIDENING = 0.2
 # Steps after converged ABF until the sides of seams match, at most. Fewer leave seams that are seen; more
 # lead away from its minimum, and rarely gain. tests/charts/cones
 MAX_STEPS_TO_SEAMS = 3
+
+# The least length of a unit direction projected to the surface and averaged in the map, at which it turns the map.
+# Below, rounding and the mesh would choose the turn; with more, slanting surfaces are refused.
+# tests/flattening/test_upright.py turns maps of a dome and of a flat plate.
+LEAST_UP = 0.01
+
+# The correlation of more than two pins with the free map's mirror image, from which on they are mirrored if that
+# with the map itself is less than half of it. With less, pins are refused that ask for much bending; with more, a
+# circle pinned clockwise gives flipped maps of long surfaces. tests/flattening/test_pins.py
+MIRRORED = 0.8

@@ -68,11 +68,14 @@ class Charts:
         Widths and heights.
     upright : bool
         Turn them by quarter turns only.
+    fixed : bool
+        Do not turn them.
     """
 
     outlines: Sequence[Outline]
     sizes: FloatArray
     upright: bool = False
+    fixed: bool = False
 
     @property
     def areas(self) -> FloatArray:
@@ -87,6 +90,8 @@ class Charts:
     def turns(self, directions: int) -> list[ComplexArray]:
         """Of each chart by equal steps, as many as are wanted or allowed; short rectangles stay upright."""
         areas = self.areas
+        if self.fixed:
+            return [np.ones(1, dtype=np.complex128)] * len(areas)
         return turns_of(areas, self.sizes, float(areas.sum()), directions, self.upright)
 
     def shaped(self) -> IntArray:
@@ -369,8 +374,8 @@ def _on_pages(
     turn, number, corner = layout.turn, layout.page, layout.corner
     sheets = row.taken(inner, made.places)
     width, height = charts.sizes[small].T
-    lies = width >= height
-    boxes = np.column_stack((np.maximum(width, height), np.minimum(width, height))) * cells + gap
+    lies = (width >= height) | charts.fixed
+    boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1]) * cells + gap
     by_height = np.lexsort((-boxes[:, 0], -boxes[:, 1]))
     small, boxes, lies = small[by_height], boxes[by_height], lies[by_height]
     at = first = 0

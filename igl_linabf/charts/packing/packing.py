@@ -46,7 +46,9 @@ class PackedChart:
     page: int = 0
 
 
-def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None) -> list[PackedChart]:
+def pack_charts(
+    charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None, *, rotate: bool = True
+) -> list[PackedChart]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
     Parameters
@@ -56,6 +58,8 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
         they shall keep (that of their 3-D areas).
     packing : Packing, optional
         Its texel density is per unit of length of `uv`.
+    rotate : bool
+        Turn charts; otherwise they are moved and scaled alone.
 
     Returns
     -------
@@ -74,10 +78,10 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
     --------
     >>> import numpy as np
     >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2], [0, 2, 3]])
-    >>> placed = pack([square] * 4)
+    >>> placed = pack_charts([square] * 4)
     >>> sum(chart.area for chart in placed) > 0.95
     True
-    >>> [chart.page for chart in pack([square] * 3, Packing(resolution=64, texel_density=40))]
+    >>> [chart.page for chart in pack_charts([square] * 3, Packing(resolution=64, texel_density=40))]
     [0, 1, 2]
     """
     given = []
@@ -86,7 +90,8 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    placed = pack_maps([(chart.V, chart.F) for chart in given], Wish.of(packing))
+    wish = replace(Wish.of(packing), fixed=not rotate)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
@@ -106,6 +111,8 @@ class Wish:
         Turn several charts by quarter turns only.
     unit : float
         The length of the charts' units in the caller's.
+    fixed : bool
+        Do not turn charts.
     """
 
     spacing: Spacing
@@ -114,6 +121,7 @@ class Wish:
     resolution: int | None
     upright: bool = False
     unit: float = 1.0
+    fixed: bool = False
 
     @classmethod
     def of(cls, packing: Packing | None) -> Wish:
@@ -133,7 +141,7 @@ class Wish:
 
 
 def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[PackedChart]:
-    """`pack` of charts that are checked; every vertex has a face."""
+    """`pack_charts` of charts that are checked; every vertex has a face."""
     if not maps:
         return []
     z, area, turn, origin, vertices, charts = _prepared(maps, wish)
@@ -173,14 +181,16 @@ def _prepared(
     vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     z, area = _checked(maps, F, vertices, faces)
-    if len(maps) == 1:
+    if wish.fixed or (wish.upright and len(maps) > 1):
+        turn = np.ones(len(maps), np.complex128)
+    elif len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
-        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
+        turn = narrowest_turns(z, vertices.start)
     z = z * vertices.repeat(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright, wish.fixed)
     return z, area, turn, origin, vertices, charts
 
 

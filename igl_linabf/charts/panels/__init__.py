@@ -12,5 +12,5 @@ from .nets import (
     SHARP_CREASE_PRICE,
     Nets,
 )
-from .panels import Panels, panel_seams
+from .panels import Panels, depths, panel_seams
 from .rounded_creases import RoundedPanels
