@@ -73,3 +73,7 @@ LEAST_UP = 0.01
 # with the map itself is less than half of it. With less, pins are refused that ask for much bending; with more, a
 # circle pinned clockwise gives flipped maps of long surfaces. tests/flattening/test_pins.py
 MIRRORED = 0.8
+
+# The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which may be
+# wanted as they are (a camel's head has 16); with more, those of long tubes are not. tests/flattening/test_stretched.py
+MOST_STRETCH = 100.0

@@ -15,13 +15,16 @@ from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
+from ..measures import quality_of
 from ..surface import (
     Mesh,
     Pins,
+    Submesh,
     complex_positions,
     coordinates,
     direction_in_space,
     mapped_direction,
+    of_size_one,
     pins,
     planar_mesh,
     scatter,
@@ -29,7 +32,7 @@ from ..surface import (
     signed_double_areas,
 )
 from .boundary_shapes import BoundaryName, shape_of
-from .constants import ABF_TOL, LEAST_UP, MIRRORED, TOL
+from .constants import ABF_TOL, LEAST_UP, MIRRORED, MOST_STRETCH, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
@@ -393,6 +396,8 @@ def flatten_checked(
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
     if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
         _check_not_mirrored(mesh, pinned)
+    if made.outcome.good:
+        _warn_if_stretched(mesh, made.uv)
     if upwards is not None:
         made = replace(made, uv=_turned_up(mesh, made.uv, upwards))
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
@@ -414,6 +419,25 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
             "boundary of the map runs counterclockwise, and all triangles would flip; mirror the positions, as "
             "bc * [1, -1], or turn the faces over, F[:, ::-1]"
         )
+
+
+def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
+    """Warn of a valid map that is of no use: most of the surface shrinks to a point beside the rest."""
+    corner, area = mesh.topology.corner, mesh.double_area
+    flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
+    with np.errstate(divide="ignore", over="ignore"):
+        least = float(area @ (area / flat)) * float(flat.sum()) / float(area.sum()) ** 2  # if no angle changes
+    if least <= MOST_STRETCH**2:
+        return
+    n = len(mesh.V)
+    surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
+    stretch = quality_of(surface, uv, overlaps=0).stretch_l2
+    warnings.warn(
+        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are shrunk beyond use, as "
+        "those far from the boundary of a long tube; cut the mesh, as igl_linabf.unwrap does",
+        OutcomeWarning,
+        stacklevel=stack_level(),
+    )
 
 
 def _checked_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:

@@ -25,7 +25,7 @@ class PieceDirections:
     known : (#pieces,) bool
         Whether it points anywhere.
     is_mean : (#pieces,) bool
-        Whether it turns from face to face, as on a cone, and this is the mean.
+        Whether it turns all the time, as on a cone, and this is the mean.
     across : (#pieces,) complex128
         The long side of the rectangle around the piece, along most of its outline.
     """
@@ -65,9 +65,8 @@ def directions_of(cut: CutSurface, direction: FloatArray) -> PieceDirections:
     for i, faces in enumerate(_rows_of_each(of)):
         whole = area[faces].sum()
         mean = complex((along[faces] * area[faces]).sum() / whole)
-        agreed = _agreed(along[faces], area[faces], mean)
-        is_mean[i] = agreed is None
-        chosen = mean * whole if agreed is None else agreed
+        chosen, largest = _agreed(along[faces], area[faces], mean)
+        is_mean[i] = largest < AGREEING / 2
         known[i] = abs(chosen) >= LEAST_GRAIN * whole
         if not known[i]:
             to = complex((aside[faces] * area[faces]).sum())
@@ -128,18 +127,24 @@ def _alike(directions: ComplexArray, weight: FloatArray) -> tuple[IntArray, Floa
     return group, np.bincount(group, weight) / max(float(weight.sum()), np.finfo(float).tiny)
 
 
-def _agreed(along: ComplexArray, area: FloatArray, mean: complex) -> complex | None:
-    """The sum over the largest part that points one way, nearest to the mean; None if none is large.
+def _agreed(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[complex, float]:
+    """The sum over the largest part that points one way, nearest to the mean; over all, if none is large.
 
-    Each face counts with its area, and with how far the direction lies in it.
+    And the largest share of a part. Each face counts with its area, and with how far the direction lies in it.
     """
     weight = area * np.abs(along)
     group, shares = _alike(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero((shares >= AGREEING) & (shares >= shares.max() - SAME_DIRECTION))
+    large = np.flatnonzero(shares >= AGREEING)  # three at most
+    towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
+    # around a tube that lies, one half points up and one down: the piece agrees on neither
+    against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
+    net = shares[large] - against
+    large = large[(net >= AGREEING) & (net >= net.max(initial=0) - SAME_DIRECTION)]
     if not len(large):
-        return None
-    return complex(sums[large[np.argmax((sums[large] * np.conj(mean)).real)]])
+        return mean * float(area.sum()), float(shares.max())
+    best = large[np.argmax((sums[large] * np.conj(mean)).real)]
+    return complex(sums[best]), float(shares.max())
 
 
 def _longest_arrow(

@@ -92,14 +92,8 @@ def pattern_of(
     """The pattern of a surface; arguments as in `write_pattern`."""
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
-    along = direction_in_space(grain, "grain")
-    given = atlas.given_seams if isinstance(atlas, Atlas) else None
-    cut = _cut_surface(V, F, atlas, MILLIMETRES[units])
-    if given is not None:
-        cut = with_fewest_pieces(cut, given)
-    pointing = directions_of(cut, along)
-    turn = pointing.upright_turn if up is None else directions_of(cut, direction_in_space(up, "up")).towards.conj() * 1j
-    cut = _turned(cut, turn)
+    upwards = None if up is None else direction_in_space(up, "up")
+    cut, arrows = laid_out(V, F, atlas, MILLIMETRES[units], direction_in_space(grain, "grain"), upwards)
     topology, piece = cut.topology, cut.piece
     loops = topology.loops
     length, flat_length = (
@@ -112,10 +106,27 @@ def pattern_of(
         piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
         seams=seams_of(cut.surface, cut.flat, loops, piece),
         folds=cut.flat[_creases(cut.surface, topology, cut.inner, crease)],
-        grain=arrows_of(cut, loops, piece, pointing.towards * turn),
+        grain=arrows_of(cut, loops, piece, arrows),
         error=float(np.max(np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1), initial=0)),
         units=units,
     )
+
+
+def laid_out(
+    V: ArrayLike,
+    F: ArrayLike,
+    atlas: Atlas | ArrayLike,
+    unit: float,
+    grain: FloatArray,
+    up: FloatArray | None = None,
+) -> tuple[CutSurface, ComplexArray]:
+    """The surface in as few pieces as can be, turned and side by side; and where the grain points on each."""
+    cut = _cut_surface(V, F, atlas, unit)
+    if isinstance(atlas, Atlas):
+        cut = with_fewest_pieces(cut, atlas.given_seams)
+    pointing = directions_of(cut, grain)
+    turn = pointing.upright_turn if up is None else 1j * directions_of(cut, up).towards.conj()
+    return _turned(cut, turn), pointing.towards * turn
 
 
 def _cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
