@@ -71,7 +71,7 @@ LEAST_UP = 0.01
 
 # The correlation of more than two pins with the free map's mirror image, from which on they are mirrored if that
 # with the map itself is less than half of it. With less, pins are refused that ask for much bending; with more, a
-# circle pinned clockwise gives flipped maps of long surfaces. tests/flattening/test_pins.py
+# circle pinned clockwise gives flipped maps of long surfaces. tests/flattening/test_mirrored_pins.py
 MIRRORED = 0.8
 
 # The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which may be

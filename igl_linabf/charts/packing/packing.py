@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...errors import MeshError
+from ...errors import MeshError, some
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
 from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
 from .outlines import areas, extents, outlines
@@ -207,18 +207,35 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     assert wish.resolution is not None
     density = wish.resolution / wish.side  # texels per unit of the charts
     asked = density * wish.unit
-    largest = int(charts.sizes.min(axis=1).argmax())
-    wide, high = charts.sizes[largest] * density
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
     remedy = "use a smaller density or a larger resolution"
     if wish.pages is not None:
         remedy = "use a smaller density, a larger resolution, or more pages"
     verb = "do" if n > 1 else "does"
+    too_large = _too_large(charts, wish.side, spacing)
+    if len(too_large):
+        wide, high = charts.sizes[too_large[0]] * density
+        why = f"chart {too_large[0]} takes {wide:.0f} x {high:.0f}"
+        if len(too_large) > 1:
+            why = f"charts {some(too_large)} are too large for any; {why}"
+    else:
+        share = float(charts.areas.sum()) / wish.side**2
+        why = f"each one does alone; together they cover {share:.3g} pages, without the gaps between them"
     raise MeshError(
         f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
-        f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
-        f"{remedy}"
+        f"{wish.resolution} x {wish.resolution} texels ({why}): {remedy}"
     )
+
+
+def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
+    """The charts that do not fit on a page of this side alone, the longest ones first."""
+    long = np.flatnonzero(charts.sizes.max(axis=1) > side * spacing.inner)  # others do as they are
+    long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
+    alone = (
+        replace(charts, outlines=[charts.outlines[i]], sizes=charts.sizes[i : i + 1]) for i in long.tolist()
+    )
+    fits = [fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
+    return np.asarray(long[~np.array(fits, dtype=bool)])
 
 
 def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:

@@ -178,10 +178,33 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     assert footprints(placed, charts, 256).max() == 1
     with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
         pack_charts(charts, Packing(resolution=256, texel_density=40, pages=1))
-    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density or a larger"):
+    with pytest.raises(MeshError, match=r"chart \d takes \d+ x \d+\): use a smaller density or a larger"):
         pack_charts(charts, Packing(resolution=256, texel_density=600))
     with pytest.raises(ValueError, match="needs a resolution"):
         pack_charts(charts, Packing(texel_density=40))
+
+
+def test_the_density_error_names_the_chart_that_does_not_fit_alone() -> None:
+    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]  # the second lies aslant
+    with pytest.raises(MeshError, match=r"\(chart 3 takes 320 x 4\)|\(chart 3 takes 4 x 320\)"):
+        pack_charts(strips, Packing(resolution=160, texel_density=40))
+    assert len(pack_charts(strips[:3], Packing(resolution=160, texel_density=40))) == 3
+    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any; chart 3 takes"):
+        pack_charts([*strips, rectangle(7, 1)], Packing(resolution=160, texel_density=40))
+    with pytest.raises(MeshError, match=r"each one does alone; together they cover 1.25 pages"):
+        pack_charts([strips[0]] * 5, Packing(resolution=200, texel_density=100, pages=1))
+
+
+def rectangle(width: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([[0, 0], [width, 0], [width, height], [0, height]]), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+@pytest.mark.parametrize("number", [1, 6, 130])
+def test_charts_that_are_not_to_be_turned_are_not(number: int) -> None:
+    charts = (SETS["six"] * number)[:number]
+    placed = pack_charts(charts, Packing(resolution=512), rotate=False)
+    assert all(new.ratio.imag == 0 < new.ratio.real for new in placed)
+    assert footprints(placed, charts, 512).max() == 1
 
 
 def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
