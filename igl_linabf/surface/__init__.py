@@ -6,7 +6,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from .._core import NEXT, PREV, cycles, sum_by
-from .areas import measure
+from .areas import measure, without_area
 from .arrays import (
     Pins,
     check_finite,
