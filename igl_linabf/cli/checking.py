@@ -3,8 +3,10 @@
 import argparse
 
 from .._runtime import progress_part
+from .._types import FloatArray
 from ..errors import MeshError
 from ..io import MeshFile
+from ..surface import Faces
 from ..uv_sets import check_uv
 from .arguments import shared, value
 from .commands import Command
@@ -15,23 +17,23 @@ LIMITS = ("max_stretch", "max_spread", "min_margin")
 
 
 def _check(options: argparse.Namespace) -> int:
-    mesh = mesh_with_coordinates(options)
+    mesh, TC, FTC = mesh_with_coordinates(options)
     asked = {name: getattr(options, name) for name in LIMITS}
     if options.resolution is not None:
         asked["resolution"] = options.resolution
     with progress_part("checking", PROGRESS["computing"]):
-        found = check_uv(mesh.V, mesh.F, mesh.TC, mesh.FTC, **asked)
+        found = check_uv(mesh.V, mesh.F, TC, FTC, **asked)
     figures = {"good": found.good, "troubles": found.troubles, "check": found}
     hand_out(options, str(found), figures)
     return judged(options, found.good, found.troubles)
 
 
-def mesh_with_coordinates(options: argparse.Namespace) -> MeshFile:
-    """What the file holds, if it has texture coordinates."""
+def mesh_with_coordinates(options: argparse.Namespace) -> tuple[MeshFile, FloatArray, Faces]:
+    """What the file holds, and its texture coordinates."""
     mesh = given_mesh(options)
     if mesh.TC is None or mesh.FTC is None:
         raise MeshError(f"{options.mesh} has no texture coordinates at all corners: unwrap it")
-    return mesh
+    return mesh, mesh.TC, mesh.FTC
 
 
 CHECK = Command(
@@ -45,8 +47,9 @@ CHECK = Command(
         "min-margin": value("TEXELS", "refuse less between charts, and half of it to the border", float),
         **shared("json", "quiet"),
     },
-    "Check texture coordinates. Exit code 1: a face is flipped, charts overlap by accident, or a limit is not kept. "
-    "Mirrored charts, and charts that lie on each other to share their texture, are counted and are good.",
+    "Check texture coordinates. Exit code 1: a face is flipped or has none, charts overlap by accident, or a "
+    "limit is not kept. Mirrored charts are good, and so are charts that lie on each other to share their "
+    "texture.",
     (
         "body.glb",
         "body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3",

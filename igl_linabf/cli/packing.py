@@ -17,10 +17,10 @@ from .outputs import check_outputs, hand_out
 def _pack(options: argparse.Namespace) -> int:
     check_outputs(options.output, None, SUFFIXES)
     packing = options_as(Packing, options)
-    mesh = mesh_with_coordinates(options)
+    mesh, TC, FTC = mesh_with_coordinates(options)
     asked = {"rotate": not options.no_rotate, "scale": options.scale}
     with progress_part("packing", PROGRESS["computing"]):
-        packed = pack(mesh.V, mesh.F, mesh.TC, mesh.FTC, packing, **asked)
+        packed = pack(mesh.V, mesh.F, TC, FTC, packing, **asked)
     write = partial(write_atomically, mesh=mesh, TC=packed.TC, FTC=packed.FTC)
     hand_out(options, str(packed), {"packed": packed}, write=write)
     return ExitCode.GOOD
@@ -34,7 +34,9 @@ PACK = Command(
         **shared("mesh", "output"),
         "format": format_of(SUFFIXES, "obj"),
         **shared("resolution", "padding"),
-        "texel-density": value("TEXELS", "texels per unit of length (default: as many as the pages hold)", float),
+        "texel-density": value(
+            "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
+        ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
         "no-rotate": switch("move and scale charts, do not turn them"),
         "scale": choice(SCALES, "keep", "the charts' sizes relative to each other, or even texels on all"),

@@ -64,16 +64,18 @@ LARGEST_WIDENING = 0.2
 # lead away from its minimum, and rarely gain. tests/charts/cones
 MAX_STEPS_TO_SEAMS = 3
 
-# The least length of a unit direction projected to the surface and averaged in the map, at which it turns the map.
-# Below, rounding and the mesh would choose the turn; with more, slanting surfaces are refused.
+# The least length of a unit direction projected to the surface and averaged in the map, at which it turns
+# the map. Below, rounding and the mesh would choose the turn; with more, slanting surfaces are refused.
 # tests/flattening/test_upright.py turns maps of a dome and of a flat plate.
 LEAST_UP = 0.01
 
-# The correlation of more than two pins with the free map's mirror image, from which on they are mirrored if that
-# with the map itself is less than half of it. With less, pins are refused that ask for much bending; with more, a
-# circle pinned clockwise gives flipped maps of long surfaces. tests/flattening/test_mirrored_pins.py
+# The correlation of more than two pins with the free map's mirror image, from which on they are mirrored if
+# that with the map itself is less than half of it. With less, pins are refused that ask for much bending;
+# with more, a circle pinned clockwise gives flipped maps of long surfaces.
+# tests/flattening/test_mirrored_pins.py
 MIRRORED = 0.8
 
-# The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which may be
-# wanted as they are (a camel's head has 16); with more, those of long tubes are not. tests/flattening/test_stretched.py
+# The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which
+# may be wanted as they are (a camel's head has 16); with more, those of long tubes are not.
+# tests/flattening/test_stretched.py
 MOST_STRETCH = 100.0

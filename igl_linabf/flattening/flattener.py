@@ -80,4 +80,6 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
         (12, 2)
         """
-        return flatten_checked(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up)
+        return flatten_checked(
+            lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up
+        )

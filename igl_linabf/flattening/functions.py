@@ -415,9 +415,9 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
     direct, mirrored = abs(np.vdot(own, wanted)) / size, abs((own * wanted).sum()) / size
     if mirrored >= MIRRORED and direct <= mirrored / 2:
         raise MeshError(
-            f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where the "
-            "boundary of the map runs counterclockwise, and all triangles would flip; mirror the positions, as "
-            "bc * [1, -1], or turn the faces over, F[:, ::-1]"
+            f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
+            "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "
+            "positions, as bc * [1, -1], or turn the faces over, F[:, ::-1]"
         )
 
 
@@ -426,15 +426,17 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
     with np.errstate(divide="ignore", over="ignore"):
-        least = float(area @ (area / flat)) * float(flat.sum()) / float(area.sum()) ** 2  # if no angle changes
+        least = (
+            float(area @ (area / flat)) * float(flat.sum()) / float(area.sum()) ** 2
+        )  # if no angle changes
     if least <= MOST_STRETCH**2:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
     stretch = quality_of(surface, uv, overlaps=0).stretch_l2
     warnings.warn(
-        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are shrunk beyond use, as "
-        "those far from the boundary of a long tube; cut the mesh, as igl_linabf.unwrap does",
+        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are shrunk beyond "
+        "use, as those far from the boundary of a long tube; cut the mesh, as igl_linabf.unwrap does",
         OutcomeWarning,
         stacklevel=stack_level(),
     )

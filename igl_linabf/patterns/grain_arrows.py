@@ -128,9 +128,10 @@ def _alike(directions: ComplexArray, weight: FloatArray) -> tuple[IntArray, Floa
 
 
 def _agreed(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[complex, float]:
-    """The sum over the largest part that points one way, nearest to the mean; over all, if none is large.
+    """The sum over the largest part that points one way, or over all, if none is large; and its share.
 
-    And the largest share of a part. Each face counts with its area, and with how far the direction lies in it.
+    Of equal parts it is the one nearest to the mean. Each face counts with its area, and with how far the
+    direction lies in it.
     """
     weight = area * np.abs(along)
     group, shares = _alike(along, weight)

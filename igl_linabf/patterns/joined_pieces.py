@@ -10,14 +10,7 @@ import numpy as np
 from .._core import assembled, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import depths
-from ..surface import (
-    Ragged,
-    Topology,
-    complex_positions,
-    connected_labels,
-    coordinates,
-    topology_of,
-)
+from ..surface import Ragged, Topology, complex_positions, connected_labels, coordinates, topology_of
 from .constants import FITS, LEAST_HINGE, MOST_HINGES
 from .seam_pairs import Sides, partners_of
 
@@ -91,7 +84,9 @@ def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArr
     faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
     extent = _extents(z, piece)
     other = partner[one]
-    here, there = (z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other])))
+    here, there = (
+        z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
+    )
     pairs = np.column_stack((piece[rim.start[one]], piece[rim.start[other]]))
     hinges = _hinges(here, there, pairs, extent, narrowest_turns_of(z, piece)[1])
     if not len(hinges.pairs):
@@ -152,9 +147,7 @@ def _closed(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray)
     if not met.any():
         return cut
     same = np.column_stack([rows[:, met].ravel() for rows in ends])
-    _, first, vertex = np.unique(
-        connected_labels(same, len(z)), return_index=True, return_inverse=True
-    )
+    _, first, vertex = np.unique(connected_labels(same, len(z)), return_index=True, return_inverse=True)
     number = np.bincount(vertex)
     flat = np.column_stack([np.bincount(vertex, x) / number for x in cut.flat.T])
     return CutSurface(

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import overlapping
 from .._notebook import html_row, html_table, map_svg
 from .._runtime import aligned
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import FloatArray, IntArray
 from ..charts import texture_seams
 from ..errors import MeshError, is_number, some
 from ..measures import quality_of
-from ..surface import Submesh, complex_positions, of_size_one
-from .constants import CHECKED_RESOLUTION, LIMIT_ROUNDING, STACKED
+from ..surface import Submesh, merge_coincident
+from .constants import CHECKED_RESOLUTION, LIMIT_ROUNDING
 from .margins import margins_of
 from .uv_charts import UVCharts
 
@@ -40,7 +39,8 @@ class UVCheck:
     flips : int
         Faces that are turned over within their chart, or have no area in the map.
     overlaps : int
-        Pairs of triangles that lie over each other by accident: within a chart, or of charts that are not stacked.
+        Pairs of triangles that lie over each other by accident: within a chart, or of charts that are no
+        stack.
     seams : int
         Edges at which the map is cut.
     seam_length : float
@@ -71,6 +71,8 @@ class UVCheck:
         Faces.
     chart : (#F,) int64
         The chart of each face; -1 without texture coordinates or area.
+    uv, triangles, chart_of_triangle : (#C, 2) float64, (#T, 3) and (#T,) int64
+        What a notebook draws.
     """
 
     faces: int
@@ -99,11 +101,13 @@ class UVCheck:
     flipped: IntArray = field(default_factory=NONE.copy)
     overlapping: IntArray = field(default_factory=NONE.reshape(0, 2).copy)
     chart: IntArray = field(default_factory=NONE.copy)
-    picture: str = field(default="", repr=False)
+    uv: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    triangles: IntArray = field(default_factory=NONE.reshape(0, 3).copy)
+    chart_of_triangle: IntArray = field(default_factory=NONE.copy)
 
     @property
     def good(self) -> bool:
-        """Whether all faces have coordinates, none is flipped, none overlap by accident, and limits are kept."""
+        """Whether all faces have coordinates, none is flipped or overlaps by accident, in all limits."""
         return not self.troubles
 
     @property
@@ -111,16 +115,18 @@ class UVCheck:
         """A sentence on each thing that is wrong."""
         said = []
         if self.unmapped:
-            said.append(f"{self.unmapped:,} of {self.faces:,} faces have no texture coordinates: unwrap the mesh")
+            said.append(
+                f"{self.unmapped:,} of {self.faces:,} faces have no texture coordinates: unwrap the mesh"
+            )
         if self.flips:
             said.append(
                 f"faces {some(self.flipped)} are flipped or collapsed in the map: unwrap their charts anew"
             )
         if self.overlaps:
-            first = self.overlapping[0].tolist()
+            pairs = f"{self.overlaps:,} pair{'s' * (self.overlaps > 1)} of triangles"
             said.append(
-                f"{self.overlaps:,} pairs of triangles overlap by accident (faces {first[0]} and {first[1]} first): "
-                "move their charts apart, as igl_linabf.pack does, or unwrap charts that lie over themselves"
+                f"{pairs} overlap by accident, as of faces {some(self.overlapping[0])}: pack the charts anew, or "
+                "unwrap charts that lie over themselves"
             )
         return said + [line for limit, asked in self.limits.items() for line in self._beyond(limit, asked)]
 
@@ -137,15 +143,17 @@ class UVCheck:
         return said
 
     def __repr__(self) -> str:
-        found = f"{self.charts:,} chart{'s' * (self.charts != 1)}, {self.flips:,} flipped, {self.overlaps:,} overlaps"
-        return f"<UVCheck of {self.faces:,} faces: {found}, {self.fill:.0%} filled>"
+        charts = f"{self.charts:,} chart{'s' * (self.charts != 1)}"
+        wrong = f"{self.flips:,} flipped, {self.overlaps:,} overlaps"
+        return f"<UVCheck of {self.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
         return aligned(self._rows())
 
     def _repr_html_(self) -> str:
         troubles = html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
-        return html_row([("", self.picture), ("", html_table(self._rows(), header=False) + troubles)])
+        picture = map_svg(self.uv, self.triangles, self.chart_of_triangle)
+        return html_row([("", picture), ("", html_table(self._rows(), header=False) + troubles)])
 
     def _rows(self) -> list[tuple[str, str]]:
         values = ((label, getattr(self, name)) for name, label in ROWS.items())
@@ -198,8 +206,8 @@ def check_uv(
 ) -> UVCheck:
     """Measure and judge texture coordinates that a mesh has, from any program.
 
-    Faces are flipped where they are turned over within their chart. A chart that is a mirror image is not, and
-    charts that lie on each other share their texture: only other overlaps are accidents.
+    Faces are flipped where they are turned over within their chart. A chart that is a mirror image is not.
+    Charts that lie on each other share their texture: only other overlaps are accidents.
 
     Parameters
     ----------
@@ -249,10 +257,12 @@ def check_uv(
     >>> check_uv(V, F, TC, [[0, 1, 2], [0, 1, 2]]).stacked
     1
     >>> check_uv(V, F, TC, F).troubles[0][:43]
-    '1 pairs of triangles overlap by accident (f'
+    '1 pair of triangles overlap by accident, as'
     """
     if not is_number(resolution, 1, whole=True):
-        raise ValueError(f"resolution is {resolution!r}: give the texels along a square page's side, like 1024")
+        raise ValueError(
+            f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
+        )
     limits = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):
@@ -261,26 +271,18 @@ def check_uv(
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
-    return _checked(charts, V, F, TC, FTC, int(resolution), asked)
+    return _checked(charts, int(resolution), asked)
 
 
-def _checked(
-    charts: UVCharts,
-    V: ArrayLike,
-    F: ArrayLike,
-    TC: ArrayLike,
-    FTC: ArrayLike,
-    resolution: int,
-    limits: dict[str, float],
-) -> UVCheck:
+def _checked(charts: UVCharts, resolution: int, limits: dict[str, float]) -> UVCheck:
     surface = Submesh.of_arrays(charts.V, charts.upright)
     quality = quality_of(surface, charts.uv[surface.vertices], overlaps=0)
-    pairs, stacked = _accidents(charts)
-    ends = _seams(charts, V, TC)
+    pairs, stack = charts.overlaps
+    ends = _seams(charts)
     flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
     with np.errstate(divide="ignore"):
         density = np.sqrt(flat / area) * resolution
-    own = ~stacked
+    own = stack == np.arange(charts.number)
     margins = margins_of(charts, own, bool(len(pairs)))
     n = len(charts.split.polygons)
     chart = np.full(n, -1)
@@ -291,7 +293,7 @@ def _checked(
         unmapped=len(charts.unmapped),
         charts=charts.number,
         mirrored=int(charts.mirrored.sum()),
-        stacked=int(stacked.sum()),
+        stacked=int((~own).sum()),
         flips=len(charts.faces_of(charts.flipped)),
         overlaps=len(pairs),
         seams=len(ends),
@@ -313,39 +315,13 @@ def _checked(
         flipped=charts.faces_of(charts.flipped),
         overlapping=face[pairs],
         chart=chart,
-        picture=map_svg(charts.uv, charts.upright, charts.chart),
+        uv=charts.uv,
+        triangles=charts.upright,
+        chart_of_triangle=charts.chart,
     )
 
 
-def _seams(charts: UVCharts, V: ArrayLike, TC: ArrayLike) -> FloatArray:
+def _seams(charts: UVCharts) -> FloatArray:
     """The ends of the edges at which the map is cut, (#E, 2, 3)."""
-    places, vertex = np.unique(charts.V, axis=0, return_inverse=True)
-    F = vertex.ravel()[charts.F]
-    pairs = texture_seams(F, charts.F)
-    return np.asarray(places[pairs])
-
-
-def _accidents(charts: UVCharts) -> tuple[IntArray, BoolArray]:
-    """The pairs of triangles that overlap by accident; and which charts lie on others on purpose."""
-    first = charts.first_of_stack
-    stacked = first != np.arange(charts.number)
-    rows = np.flatnonzero(~stacked[charts.chart])
-    z = complex_positions(of_size_one(charts.uv))
-    pairs = rows[overlapping(z, charts.upright[rows], np.zeros(len(rows), dtype=np.int64))]
-    of = charts.chart[pairs]
-    between = np.flatnonzero(of[:, 0] != of[:, 1])
-    if not len(between):
-        return pairs, stacked
-    # of two charts, the area of either one's triangles that lie over the other one
-    ends, number = np.unique(np.sort(of[between], axis=1), axis=0, return_inverse=True)
-    size, flat = np.abs(charts.double_area), np.bincount(charts.chart, np.abs(charts.double_area))
-    shares = []
-    for side in (0, 1):
-        row = np.where(of[between, 0] == ends[number.ravel(), side], pairs[between, 0], pairs[between, 1])
-        touched = np.unique(np.column_stack((number.ravel(), row)), axis=0)
-        shares.append(np.bincount(touched[:, 0], size[touched[:, 1]], len(ends)) / flat[ends[:, side]])
-    on_purpose = np.minimum(*shares) >= STACKED
-    stacked[ends[on_purpose, 1]] = True
-    kept = np.ones(len(pairs), dtype=bool)
-    kept[between] = ~on_purpose[number.ravel()]
-    return pairs[kept], stacked
+    vertex = merge_coincident(charts.V, np.arange(len(charts.V)))
+    return charts.V[texture_seams(vertex[charts.F], charts.F)]

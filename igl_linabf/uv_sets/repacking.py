@@ -53,7 +53,7 @@ class PackedUV:
         return int(self.page.max(initial=0)) + 1
 
     def __repr__(self) -> str:
-        return f"<PackedUV of {str(self)}>"
+        return f"<PackedUV of {self!s}>"
 
     def __str__(self) -> str:
         charts, pages = len(self.page), self.pages
@@ -86,8 +86,8 @@ def pack(
     FTC : in the shape of `F`
         Their rows at the corners, as `igl.readOBJ` returns them; -1 without.
     packing : Packing, optional
-        The texture's resolution, distances between charts, texel density and pages. By default charts fill one
-        page with a margin.
+        The texture's resolution, distances between charts, texel density and pages. By default charts fill
+        one page with a margin.
     rotate : bool
         Turn charts where they then fit better. Otherwise they are moved and scaled alone, as wood grain or
         text in a texture needs.
@@ -102,8 +102,8 @@ def pack(
     Raises
     ------
     MeshError
-        The arrays are malformed or do not fit together, no face has texture coordinates with an area, there are
-        too many charts for the margin, or they do not fit on the pages at the texel density.
+        The arrays are malformed or do not fit together, no face has texture coordinates with an area, there
+        are too many charts for the margin, or they do not fit on the pages at the texel density.
     ValueError
         `scale` or `packing` is none of the above.
 
@@ -135,7 +135,7 @@ def pack(
     even = np.full(charts.number, np.sqrt(area[solid].sum() / flat[solid].sum()))
     if scale == "even":
         even[solid] = np.sqrt(area[solid] / flat[solid])
-    first = charts.first_of_stack
+    first = charts.overlaps[1]
     own = np.flatnonzero(solid & (first == np.arange(charts.number)))
     z = complex_positions(charts.uv)
     rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike
 
+from .._core import overlapping
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import (
@@ -15,11 +17,13 @@ from ..surface import (
     Triangles,
     complex_positions,
     connected_labels,
+    merge_coincident,
+    of_size_one,
     signed_double_areas,
     vertex_array,
     without_area,
 )
-from .constants import LEAST_MIRRORED_SHARE, SAME_PLACE
+from .constants import LEAST_MIRRORED_SHARE, SAME_PLACE, STACKED
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +65,9 @@ class UVCharts:
         """
         polygons, texture = Polygons.of(F), Polygons.of(FTC)
         if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
-            raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+            raise MeshError(
+                f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape"
+            )
         positions, points = vertex_array(V), vertex_array(TC, 2, "TC")
         polygons.check(len(positions))
         without = texture.corners < 0
@@ -82,10 +88,11 @@ class UVCharts:
         split = polygons.split(positions)
         rows = np.flatnonzero(~np.isin(split.face, unmapped))
         at = split.place[rows]
-        pair = np.concatenate((positions[polygons.corners[at]], points[texture.corners[at]]), axis=2) + 0.0
-        places, corner = np.unique(pair.reshape(-1, 5), axis=0, return_inverse=True)  # -0 is 0
-        faces = corner.reshape(-1, 3)
-        own, uv = places[:, :3], places[:, 3:]
+        pair = np.concatenate((positions[polygons.corners[at]], points[texture.corners[at]]), axis=2).reshape(
+            -1, 5
+        )
+        used, faces = _distinct(pair)
+        own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
             solid[without_area(own, faces)] = False
@@ -116,7 +123,8 @@ class UVCharts:
     def chart(self) -> IntArray:
         """The chart of each triangle.
 
-        A map that turns over at an edge, as of two halves that share their texture, has a chart on either side.
+        A map that turns over at an edge, as of two halves that share their texture, has a chart on either
+        side.
         """
         islands = _numbered(connected_labels(self._adjacent, len(self.F)))
         sign = self.double_area > 0
@@ -149,12 +157,37 @@ class UVCharts:
         return np.where(self.mirrored[self.chart][:, None], self.F[:, ::-1], self.F)
 
     @cached_property
-    def first_of_stack(self) -> IntArray:
+    def overlaps(self) -> tuple[IntArray, IntArray]:
+        """Pairs of triangles (#P, 2) that overlap by accident; and for each chart the first one of its stack.
+
+        Charts are a stack if most of both lies on the other one. One with no other is a stack of its own.
+        """
+        stack = self._same_triangles
+        rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
+        z = complex_positions(of_size_one(self.uv))
+        pairs = rows[overlapping(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64))]
+        of = self.chart[pairs]
+        between = np.flatnonzero(of[:, 0] != of[:, 1])
+        if not len(between):
+            return pairs, stack
+        ends, number = np.unique(np.sort(of[between], axis=1), axis=0, return_inverse=True)
+        one, other = (shapely.polygons(self.uv[self.upright[pairs[between, k]]]) for k in (0, 1))
+        common = np.bincount(number.ravel(), shapely.area(shapely.intersection(one, other)), len(ends))
+        flat = np.bincount(self.chart, np.abs(self.double_area)) / 2
+        on_purpose = common >= STACKED * flat[ends].max(axis=1)
+        stack = stack.copy()
+        for first, second in ends[on_purpose].tolist():  # in order, so that the first of all is known
+            stack[stack == second] = stack[first]
+        kept = np.ones(len(pairs), dtype=bool)
+        kept[between] = ~on_purpose[number.ravel()]
+        return pairs[kept], stack
+
+    @cached_property
+    def _same_triangles(self) -> IntArray:
         """For each chart the first one that has the same triangles in the map; itself if there is none."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_PLACE
-        place = np.unique(np.round(self.uv / step), axis=0, return_inverse=True)[1].ravel()
-        triangles = np.sort(place[self.F], axis=1)
-        kind = np.unique(triangles, axis=0, return_inverse=True)[1].ravel()
+        place = _distinct(np.round(self.uv / step))[1]
+        kind = _distinct(np.sort(place[self.F], axis=1).astype(np.float64))[1]
         order = np.lexsort((kind, self.chart))
         rows = np.split(kind[order], np.searchsorted(self.chart[order], np.arange(1, self.number)))
         known: dict[bytes, int] = {}
@@ -163,6 +196,14 @@ class UVCharts:
     def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
         """The faces that were given, of some triangles."""
         return np.unique(self.split.face[self.rows[triangles]])
+
+
+def _distinct(points: FloatArray) -> tuple[IntArray, IntArray]:
+    """The rows of distinct points, and for each point the number of its own among them."""
+    if not len(points):
+        return np.zeros((2, 0), dtype=np.int64)[0], np.zeros(0, dtype=np.int64)
+    used, number = np.unique(merge_coincident(points, np.arange(len(points))), return_inverse=True)
+    return used, number
 
 
 def _numbered(label: IntArray) -> IntArray:

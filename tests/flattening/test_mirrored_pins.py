@@ -1,4 +1,4 @@
-"""Pins that only a mirrored map meets are refused by name; pins that nothing meets leave a map of their size."""
+"""Pins that only a mirrored map meets are refused; pins that nothing meets leave a map of their size."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(metho
     b = np.asarray(igl.boundary_loop(F))
     bc = igl.map_vertices_to_circle(V, b)
     clockwise = bc * [1, -1]
-    with pytest.raises(MeshError, match=r"are mirrored: they run clockwise .* mirror the positions, as bc \* "):
+    with pytest.raises(
+        MeshError, match=r"are mirrored: they run clockwise .* mirror the positions, as bc \* "
+    ):
         flatten(V, F, method, b, clockwise)
     # both remedies that the message names help
     for faces, at in ((F, clockwise * [1, -1]), (F[:, ::-1], clockwise)):

@@ -56,7 +56,11 @@ def test_what_is_of_use_is_not_warned_of() -> None:
         assert flatten(*tube(9), "isometric").outcome.good
 
 
-def test_the_command_warns_and_its_exit_code_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_warns_and_its_exit_code_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     igl.write_triangle_mesh(str(tmp_path / "tube.obj"), *tube(9))
-    assert main(["flatten", str(tmp_path / "tube.obj"), "-o", str(tmp_path / "map.obj"), "--units", "mesh"]) == 0
+    assert (
+        main(["flatten", str(tmp_path / "tube.obj"), "-o", str(tmp_path / "map.obj"), "--units", "mesh"]) == 0
+    )
     assert "warning: the map has an L2 stretch of" in capsys.readouterr().err

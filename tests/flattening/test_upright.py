@@ -52,7 +52,7 @@ def test_what_places_the_map_keeps_it() -> None:
     with pytest.raises(ValueError, match="up does not go together with the rectangle's corners"):
         flatten(V, F, boundary="rectangle", up=(0, 0, 1))
     for bad in ((0, 0), (0, 0, 0), "z", (0, np.nan, 1)):
-        with pytest.raises(ValueError, match="up is .*: give a direction in space"):
+        with pytest.raises(ValueError, match=r"up is .*: give a direction in space"):
             flatten(V, F, up=bad)
 
 
@@ -61,6 +61,8 @@ def test_the_command_takes_axes_and_directions(tmp_path: Path, text: str, up: tu
     V, F = shell()
     igl.write_triangle_mesh(str(tmp_path / "shell.obj"), V, F)
     out = tmp_path / "map.obj"
-    assert main(["flatten", str(tmp_path / "shell.obj"), "-o", str(out), f"--up={text}", "--units", "mesh"]) == 0
+    assert (
+        main(["flatten", str(tmp_path / "shell.obj"), "-o", str(out), f"--up={text}", "--units", "mesh"]) == 0
+    )
     _, TC, *_ = igl.readOBJ(str(out))
     assert np.allclose(TC[:, :2], flatten(V, F, up=up).uv, atol=1e-5)

@@ -51,11 +51,13 @@ def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
     walls = np.concatenate(
         (np.column_stack((rim, rim[:, 1] + len(V))), np.column_stack((rim[:, 0], rim + len(V)))[:, [0, 2, 1]])
     )
-    return np.concatenate((V, V + [0, 0, height])), np.concatenate((F[:, ::-1], F + len(V), walls))
+    return np.concatenate((V, V + np.array([0, 0, height]))), np.concatenate((F[:, ::-1], F + len(V), walls))
 
 
 def box(x: float, y: float, z: float) -> Surface:
-    return thick(np.array([[0, 0, 0], [x, 0, 0], [x, y, 0], [0, y, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]), z)
+    return thick(
+        np.array([[0, 0, 0], [x, 0, 0], [x, y, 0], [0, y, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]), z
+    )
 
 
 def made(path: Path, surface: Surface, **options: object) -> Pattern:
@@ -90,7 +92,9 @@ def test_what_can_be_developed_is_one_piece_of_true_lengths(tmp_path: Path, name
 
 
 @pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize("holes", [{(6, 4)}, {(2, 2), (10, 2)}, {(i, j) for i in range(1, 12, 2) for j in (2, 6)}])
+@pytest.mark.parametrize(
+    "holes", [{(6, 4)}, {(2, 2), (10, 2)}, {(i, j) for i in range(1, 12, 2) for j in (2, 6)}]
+)
 def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]], single: bool) -> None:
     V, F = plate(holes)
     for turn in (np.eye(3), TURNED):
@@ -100,7 +104,9 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
         pattern = made(tmp_path / "p.svg", (turned, F))
         assert (pattern.pieces, len(pattern.seams)) == (1, 0)
         assert len(pattern.outlines) == 1 + len(holes)
-        length = sum(np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1).sum() for line in pattern.outlines)
+        length = sum(
+            np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1).sum() for line in pattern.outlines
+        )
         assert length == pytest.approx(2 * (130 + 90) + 40 * len(holes), rel=1e-6)
     pattern = made(tmp_path / "p.svg", thick(V, F, 2))
     assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # of both sides of a thick plate, too
@@ -130,8 +136,12 @@ def test_all_arrows_point_up_if_the_grain_points_anywhere(tmp_path: Path) -> Non
     pattern = made(tmp_path / "p.svg", (np.concatenate(tubes), np.concatenate(faces)))
     assert pattern.pieces == 3
     assert np.allclose(directions(pattern), [0, 1])
-    for line, height in zip(sorted(pattern.outlines, key=lambda line: np.ptp(line[:, 1])), (7, 8, 9), strict=True):
-        assert np.ptp(line[:, 1]) == pytest.approx(height)  # longer than around, so the arrow is along the axis
+    for line, height in zip(
+        sorted(pattern.outlines, key=lambda line: np.ptp(line[:, 1])), (7, 8, 9), strict=True
+    ):
+        assert np.ptp(line[:, 1]) == pytest.approx(
+            height
+        )  # longer than around, so the arrow is along the axis
 
 
 def test_up_turns_the_pieces_and_leaves_the_arrows_to_the_grain(tmp_path: Path) -> None:
@@ -158,7 +168,7 @@ def test_a_rectangle_lies_straight_on_as_few_pages_as_hold_it(tmp_path: Path, tu
 
 def test_many_pieces_are_laid_side_by_side(tmp_path: Path) -> None:
     V, F = band(3, 0.5, whole=False)
-    grid = [V + [3.0 * i, 3.0 * j, 0] for i in range(12) for j in range(12)]
+    grid = [V + np.array([3.0 * i, 3.0 * j, 0]) for i in range(12) for j in range(12)]
     faces = np.concatenate([F + len(V) * k for k in range(len(grid))])
     pattern = made(tmp_path / "p.svg", (np.concatenate(grid), faces))
     assert pattern.pieces == 144

@@ -163,7 +163,10 @@ def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> No
     once = footprints(pack_charts(charts, Packing(resolution=resolution)), charts, resolution)
     assert once.max() == 1
     assert once.sum() > 0.6 * once.size
-    assert footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max() > 1
+    assert (
+        footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max()
+        > 1
+    )
     many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
     assert footprints(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
 
