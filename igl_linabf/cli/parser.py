@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .batching import BATCH
-from .checking import CHECK
 from .commands import Command, ExitCode, told
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import FLATTEN
 from .jobs import run_each
-from .packing import PACK
 from .pattern_making import PATTERN
 from .unwrapping import UNWRAP
+from .uv_sets import CHECK, PACK
 from .viewing import VIEW
 
 COMMANDS = (FLATTEN, COMPARE, UNWRAP, CHECK, PACK, PATTERN, VIEW, BATCH, DOCTOR)

@@ -125,8 +125,8 @@ class UVCheck:
         if self.overlaps:
             pairs = f"{self.overlaps:,} pair{'s' * (self.overlaps > 1)} of triangles"
             said.append(
-                f"{pairs} overlap by accident, as of faces {some(self.overlapping[0])}: pack the charts anew, or "
-                "unwrap charts that lie over themselves"
+                f"{pairs} overlap by accident, as of faces {some(self.overlapping[0])}: pack the charts "
+                "anew, or unwrap charts that lie over themselves"
             )
         return said + [line for limit, asked in self.limits.items() for line in self._beyond(limit, asked)]
 

@@ -2,16 +2,16 @@
 
 import argparse
 
-from .._runtime import progress_part
-from .._types import FloatArray
-from ..errors import MeshError
-from ..io import MeshFile
-from ..surface import Faces
-from ..uv_sets import check_uv
-from .arguments import shared, value
-from .commands import Command
-from .jobs import PROGRESS, given_mesh
-from .outputs import hand_out, judged
+from ..._runtime import progress_part
+from ..._types import FloatArray
+from ...errors import MeshError
+from ...io import MeshFile
+from ...surface import Faces
+from ...uv_sets import check_uv
+from ..arguments import shared, value
+from ..commands import Command
+from ..jobs import PROGRESS, given_mesh
+from ..outputs import hand_out, judged
 
 LIMITS = ("max_stretch", "max_spread", "min_margin")
 
@@ -52,7 +52,7 @@ CHECK = Command(
     "texture.",
     (
         "body.glb",
-        "body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3",
+        "body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet",
         "'props/*.glb' --json > figures.jsonl    # one line a mesh",
     ),
     each=True,

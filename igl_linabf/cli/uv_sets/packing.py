@@ -3,15 +3,15 @@
 import argparse
 from functools import partial
 
-from .._runtime import progress_part
-from ..charts import Packing
-from ..io import SUFFIXES, write_atomically
-from ..uv_sets import SCALES, pack
-from .arguments import choice, format_of, shared, switch, value
+from ..._runtime import progress_part
+from ...charts import Packing
+from ...io import SUFFIXES, write_atomically
+from ...uv_sets import SCALES, pack
+from ..arguments import choice, format_of, shared, switch, value
+from ..commands import Command, ExitCode, options_as
+from ..jobs import PROGRESS
+from ..outputs import check_outputs, hand_out
 from .checking import mesh_with_coordinates
-from .commands import Command, ExitCode, options_as
-from .jobs import PROGRESS
-from .outputs import check_outputs, hand_out
 
 
 def _pack(options: argparse.Namespace) -> int:
