@@ -1,6 +1,6 @@
 """The commands for texture coordinates that a mesh has.
 
-In: a command line. Out: what is wrong with them, and an exit code; or a file with the same charts, packed anew.
+In: a command line. Out: what is wrong with them, and an exit code; or a file with their charts packed anew.
 """
 
 from .checking import CHECK

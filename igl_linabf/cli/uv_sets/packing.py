@@ -46,7 +46,8 @@ PACK = Command(
     (
         "body.obj -o body_2k.obj --resolution 2048 --padding 8",
         "table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright",
-        "'props/*.obj' -o packed/ --resolution 1024 --texel-density 200 --pages 4",
+        "body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet",
+        "'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line a mesh",
     ),
     each=True,
 )
