@@ -69,11 +69,14 @@ MAX_STEPS_TO_SEAMS = 3
 # tests/flattening/test_upright.py turns maps of a dome and of a flat plate.
 LEAST_UP = 0.01
 
-# The correlation of more than two pins with the free map's mirror image, from which on they are mirrored if
-# that with the map itself is less than half of it. With less, pins are refused that ask for much bending;
-# with more, a circle pinned clockwise gives flipped maps of long surfaces.
-# tests/flattening/test_mirrored_pins.py
-MIRRORED = 0.8
+# The share of the triangles of pins that are turned over against the free map, from which on the pins are
+# mirrored. With less, pins at random are refused; with more, a circle pinned clockwise gives flipped maps
+# of ragged surfaces. tests/flattening/test_mirrored_pins.py, tests/layouts/test_pins.py
+MIRRORED = 0.9
+
+# The triangles of pins that are looked at. With fewer, chance decides; with more, it takes longer than
+# needed. tests/flattening/test_mirrored_pins.py
+MOST_PINNED_TRIANGLES = 2000
 
 # The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which
 # may be wanted as they are (a camel's head has 16); with more, those of long tubes are not.

@@ -32,7 +32,7 @@ from ..surface import (
     signed_double_areas,
 )
 from .boundary_shapes import BoundaryName, shape_of
-from .constants import ABF_TOL, LEAST_UP, MIRRORED, MOST_STRETCH, TOL
+from .constants import ABF_TOL, LEAST_UP, MIRRORED, MOST_PINNED_TRIANGLES, MOST_STRETCH, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
@@ -409,11 +409,13 @@ def flatten_checked(
 def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
     """Refuse pins that only a mirrored map meets, as a boundary that is pinned clockwise."""
     index, positions = pinned
-    own, wanted = complex_positions(LinABF().run(mesh, None).uv)[index], complex_positions(positions)
-    own, wanted = own - own.mean(), wanted - wanted.mean()
-    size = float(np.linalg.norm(own) * np.linalg.norm(wanted))
-    direct, mirrored = abs(np.vdot(own, wanted)) / size, abs((own * wanted).sum()) / size
-    if mirrored >= MIRRORED and direct <= mirrored / 2:
+    three = np.random.default_rng(0).integers(len(index), size=(MOST_PINNED_TRIANGLES, 3)).T
+    of_map, of_pins = (
+        np.sign(signed_double_areas(z, three))
+        for z in (complex_positions(LinABF().run(mesh, None).uv)[index], complex_positions(positions))
+    )
+    turned, size = np.count_nonzero(of_map * of_pins < 0), np.count_nonzero(of_map * of_pins)
+    if size and turned >= MIRRORED * size:
         raise MeshError(
             f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
             "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "

@@ -16,15 +16,17 @@ def dome() -> tuple[np.ndarray, np.ndarray]:
     V = V / np.linalg.norm(V, axis=1)[:, None]
     F = F[V[F].mean(axis=1)[:, 2] > -0.1]
     used, F = np.unique(F, return_inverse=True)
-    return V[used] * [1, 1.4, 1], F.reshape(-1, 3)
+    return V[used], F.reshape(-1, 3)
 
 
 METHODS = ("linabf", "abf", "isometric", "lscm", "dncp")
 
 
+@pytest.mark.parametrize("width", [1, 6])
 @pytest.mark.parametrize("method", METHODS)
-def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(method: str) -> None:
+def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(method: str, width: float) -> None:
     V, F = dome()
+    V = V * [width, 1, 1]
     b = np.asarray(igl.boundary_loop(F))
     bc = igl.map_vertices_to_circle(V, b)
     clockwise = bc * [1, -1]
@@ -37,6 +39,13 @@ def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(metho
         made = flatten(V, faces, method, b, at)
         assert made.outcome.good
         assert np.allclose(made.uv[b], at, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_all_vertices_pinned_to_a_mirrored_map_are_refused(method: str) -> None:
+    V, F = dome()
+    with pytest.raises(MeshError, match="are mirrored"):
+        flatten(V, F, method, np.arange(len(V)), flatten(V, F).uv * [1, -1])
 
 
 def test_lscm_refuses_it_too() -> None:
