@@ -22,6 +22,7 @@ _NAMES = {
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",
     "textures": "bake",
+    "uv_sets": "PackedUV UVCheck check_uv pack",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 __all__ = sorted(["adapters", "io", *_ROOM])

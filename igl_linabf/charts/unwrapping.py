@@ -161,6 +161,7 @@ def unwrap(
     face = np.arange(len(given)) if split is None else split.face
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
+        kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
@@ -185,7 +186,7 @@ def unwrap(
                     return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=asked.max_stretch)
+    atlas = replace(atlas, max_stretch=asked.max_stretch, given_seams=kept)
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)

@@ -7,7 +7,7 @@ from .._runtime import progress_part
 from ..flattening import flatten
 from ..io import SUFFIXES, lies_flat, unit_square
 from ..measures import quality
-from .arguments import choice, shared, value
+from .arguments import axis, choice, shared, value
 from .commands import Command, ExitCode, auto_or_number, method_with
 from .jobs import PROGRESS, check_beside, given_mesh
 from .outputs import check_outputs, hand_out, judged, written_from
@@ -21,7 +21,7 @@ def _flatten(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     check_beside(options, mesh)
     V, F = mesh.V, mesh.triangles
-    shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
+    shape = {name: getattr(options, name) for name in ("outer", "boundary", "corners", "up")}
     with progress_part("flattening", PROGRESS["computing"]):
         result = flatten(V, F, method, **shape)
         units = options.units or ("mesh" if lies_flat(options.output) else "square")
@@ -52,6 +52,7 @@ FLATTEN = Command(
         "layout": choice(("auto", "boundary", "least-squares", "greedy"), "auto"),
         "outer": value("VERTEX", "a vertex of the outer boundary loop", int),
         **shared("boundary", "corners"),
+        "up": value("AXIS", "direction in space that points up in the map: z, --up=-z, or 0,1,1", axis),
         "solver": choice(("auto", "cholmod", "direct"), "auto"),
         "guarantee": choice(
             ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
@@ -67,6 +68,7 @@ FLATTEN = Command(
         "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
         "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",
         "face.obj -o face.obj --boundary rectangle --corners 12 3 840 77    # found without --corners",
+        "face.obj -o face.obj --up z    # the map of a head that stands, upright",
         "crown.obj -o flat.obj --outer 17 --guarantee injective    # vertex 17 is on the outer loop",
         "'heads/*.off' -o maps/ --json > figures.jsonl    # one line a mesh",
         "- -o - --quiet < head.obj > flat.obj",

@@ -10,11 +10,10 @@ from ..errors import OutcomeWarning
 from ..flattening import METHODS
 from ..io import MeshFile
 from ..patterns import DEFAULT_UNITS, PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
-from .arguments import choice, format_of, shared, value, written_to
+from .arguments import axis, choice, format_of, shared, value, written_to
 from .commands import Command
 from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
-from .unwrapping import direction
 
 GIVEN_BY = {
     "option": "as --units says",
@@ -30,7 +29,7 @@ def _pattern(options: argparse.Namespace) -> int:
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
     units, given_by = _units(options.units, mesh)
-    pattern = pattern_of(mesh.V, mesh.F, atlas, units, options.crease, options.grain)
+    pattern = pattern_of(mesh.V, mesh.F, atlas, units, options.crease, options.grain, options.up)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     said = f"{pattern} ({GIVEN_BY[given_by]})"
     hand_out(options, said, figures, write=partial(writing_pattern, pattern=pattern, paper=options.paper))
@@ -56,7 +55,8 @@ PATTERN = Command(
             UNITS, help=f"of the mesh (default: those of its file; {DEFAULT_UNITS} if it says none)"
         ),
         "crease": value("DEGREES", "between faces, from which their edge is a fold line", float, 30.0),
-        "grain": value("X,Y,Z", "direction in space along which the arrows point", direction, "0,0,1"),
+        "grain": value("AXIS", "direction in space along which the arrows point", axis, "z"),
+        "up": value("AXIS", "direction in space that points up on the pieces (default: the grain)", axis),
         "paper": choice(PAPERS, "A4", "of a PDF"),
         **shared("trade"),
         "method": choice(sorted(METHODS), "isometric"),
@@ -67,7 +67,7 @@ PATTERN = Command(
         "lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres",
         "lampshade.glb -o lampshade.svg    # in metres, as every GLB",
         "lampshade.obj -o lampshade.pdf --paper A3 --quiet",
-        "bodice.obj -o bodice.dxf --grain 0,1,0 --crease 60 --trade 20 --method linabf",
+        "bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf",
         "'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line a mesh",
         "'parts/*.obj' -o sheets/ --force    # replaces sheets that are there already",
     ),
