@@ -252,7 +252,13 @@ def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
     long = np.flatnonzero(charts.sizes.max(axis=1) > side * spacing.inner)  # others do as they are
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
-        replace(charts, outlines=[charts.outlines[i]], sizes=charts.sizes[i : i + 1]) for i in long.tolist()
+        replace(
+            charts,
+            outlines=[charts.outlines[i]],
+            sizes=charts.sizes[i : i + 1],
+            areas=charts.areas[i : i + 1],
+        )
+        for i in long.tolist()
     )
     fits = [fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
     return np.asarray(long[~np.array(fits, dtype=bool)])

@@ -5,12 +5,12 @@ from functools import partial
 
 from ..._runtime import progress_part
 from ...charts import Packing
-from ...io import SUFFIXES, write_atomically
+from ...io import SUFFIXES
 from ...uv_sets import SCALES, pack
 from ..arguments import choice, format_of, shared, switch, value
 from ..commands import Command, ExitCode, options_as
 from ..jobs import PROGRESS
-from ..outputs import check_outputs, hand_out
+from ..outputs import check_outputs, hand_out, written_from
 from .checking import mesh_with_coordinates
 
 
@@ -21,7 +21,7 @@ def _pack(options: argparse.Namespace) -> int:
     asked = {"rotate": not options.no_rotate, "scale": options.scale}
     with progress_part("packing", PROGRESS["computing"]):
         packed = pack(mesh.V, mesh.F, TC, FTC, packing, **asked)
-    write = partial(write_atomically, mesh=mesh, TC=packed.TC, FTC=packed.FTC)
+    write = partial(written_from(options), mesh=mesh, TC=packed.TC, FTC=packed.FTC)
     hand_out(options, str(packed), {"packed": packed}, write=write)
     return ExitCode.GOOD
 
@@ -40,7 +40,7 @@ PACK = Command(
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
         "no-rotate": switch("move and scale charts, do not turn them"),
         "scale": choice(SCALES, "keep", "the charts' sizes relative to each other, or even texels on all"),
-        **shared("json", "quiet"),
+        **shared("force", "json", "quiet"),
     },
     "Pack charts anew, without changing their shapes. Charts that lie on each other stay so.",
     (
