@@ -9,7 +9,18 @@ import numpy as np
 
 from .._types import FloatArray
 from .mesh_file import MeshFile
-from .parsing import Damaged, Extras, Property, as_text, columns_of, indices, polygons_of, refuse, rows_of
+from .parsing import (
+    SPACE,
+    Damaged,
+    Extras,
+    Property,
+    as_text,
+    columns_of,
+    indices,
+    polygons_of,
+    refuse,
+    rows_of,
+)
 
 FACE = (Property("corners", "i4", "i4"),)
 # Digits of a face's number of corners, at most: Python refuses to read numbers of thousands of digits. With
@@ -65,7 +76,7 @@ def parse_off(data: bytes) -> MeshFile:
         "numbers after the positions of its vertices": more.unknown,
         "numbers after the corners of its faces": other,
     }
-    comments = [line.partition(b"#")[2].strip() for line in data.splitlines() if b"#" in line]
+    comments = map(bytes.strip, re.findall(rb"#([^\r\n]*)", data))
     extras = Extras(
         colours=more.colours,
         normals=more.normals,
@@ -112,7 +123,8 @@ def _to_one(colours: FloatArray) -> FloatArray:
 
 def _face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
     """Colours after the corners of some faces, and whether anything else follows there."""
-    if len(b" ".join(rows).split()) == sum(sizes) + len(sizes):
+    blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
+    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # words
         return None, False
     colours, other = np.full((len(rows), 4), np.nan), False
     for colour, row, k in zip(colours, rows, sizes, strict=True):

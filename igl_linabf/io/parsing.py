@@ -38,6 +38,7 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
     return np.asarray(F[distinct_corners(F) & (strip[:-2] == strip[2:])])
 
 
+SPACE = ord(" ")
 INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
 
 

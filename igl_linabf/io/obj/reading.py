@@ -19,7 +19,7 @@ from ...errors import MeshWarning, some, stack_level
 from ...surface import Polygons
 from ..materials import Material, library
 from ..mesh_file import MeshFile
-from ..parsing import Damaged, Extras, Named, as_text, name_of, numbers, printable, refuse
+from ..parsing import SPACE, Damaged, Extras, Named, as_text, name_of, numbers, printable, refuse
 from ..references import named_file
 
 STATEMENTS = frozenset(
@@ -39,7 +39,6 @@ UNSHARED = {
     "calls of other files": b"call csh",
 }
 PAINT = b"#MRGB"  # ZBrush's colours of vertices, as comments: a mask, red, green and blue in eight digits
-SPACE = ord(" ")
 NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 # 0 is no index; textures and normals may be left out
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")

@@ -82,6 +82,7 @@ def parse_ply(data: bytes) -> MeshFile:
         raise Damaged("its head has no element vertex")
     if "range_grid" in tables and "face" not in tables:
         raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
+    of_strips = [name for name in tables.get("tristrips", ()) if name not in INDICES]
     if "tristrips" in tables:
         elements = _with_strips(elements, tables)
     vertex = tables["vertex"]
@@ -98,12 +99,18 @@ def parse_ply(data: bytes) -> MeshFile:
     outside = faces.outside(len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
+    if of_strips:
+        warnings.warn(
+            f"triangle strips become faces, without the properties {', '.join(of_strips)} that they had",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
     extras = _extras(faces, PlyTables(elements, tables, comments))
     at_corners = tables["face"].get(CORNER_TEXTURE)
     if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
-        TC, texture = np.unique(
-            at_corners.values.reshape(-1, 2).astype(np.float64), axis=0, return_inverse=True
-        )
+        pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
+        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than of rows
+        TC = pairs.view(np.float64).reshape(-1, 2)
         return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
     for names in TEXTURE_NAMES:
         at_vertices = _columns(vertex, *names)
@@ -124,13 +131,7 @@ def _indices(tables: dict[str, Columns], element: str) -> tuple[str, Column]:
 def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[Element]:
     """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
     _, rows = _indices(tables, "tristrips")
-    others = [name for name in tables.pop("tristrips") if name not in INDICES]
-    if others:
-        warnings.warn(
-            f"triangle strips become faces, without the properties {', '.join(others)} that they had",
-            MeshWarning,
-            stacklevel=stack_level(),
-        )
+    del tables["tristrips"]
     assert rows.sizes is not None  # of lists
     row = np.repeat(np.arange(len(rows)), rows.sizes)
     ends = rows.values == -1  # it stands between two strips of a list
