@@ -26,9 +26,9 @@ SAME_DIRECTION = 1e-3
 # could follow. tests/patterns/test_layout.py rounds its plates to single precision.
 FITS = 1e-5
 
-# The share of the narrower piece's width that two pieces have to have in common to be joined. With less, a
-# disk hangs on one edge of a tube; with more, bands fall apart. tests/patterns/test_layout.py joins bands
-# and boxes.
+# The share of the width of one of two pieces, along the side that they have in common, from which on they are
+# joined. With less, what is smooth hangs on single edges; with more, polygons fall off their prisms.
+# tests/patterns/test_layout.py joins bands, boxes and tabs.
 LEAST_HINGE = 0.2
 
 # The longest sides of a seam, along each of which two pieces are tried. With fewer, a seam that fits along a

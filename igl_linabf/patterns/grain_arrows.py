@@ -100,7 +100,7 @@ def _rows_of_each(of: IntArray) -> list[IntArray]:
 def _long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
     """The long side of the rectangle around each piece, along most of its outline, or else the least one."""
     z, loops = complex_positions(cut.flat), cut.topology.loops
-    found = narrowest_turns_of(z, piece)[0].conj()
+    found = narrowest_turns_of(z, piece).conj()
     side = np.concatenate([z[np.roll(loop, -1)] - z[loop] for loop in loops])
     of = np.repeat([piece[loop[0]] for loop in loops], [len(loop) for loop in loops])
     for i, rows in enumerate(_rows_of_each(of)):

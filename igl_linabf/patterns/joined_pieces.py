@@ -88,7 +88,7 @@ def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArr
         z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
     )
     pairs = np.column_stack((piece[rim.start[one]], piece[rim.start[other]]))
-    hinges = _hinges(here, there, pairs, extent, narrowest_turns_of(z, piece)[1])
+    hinges = _hinges(here, there, pairs, extent, _vertices_of_each(z, piece))
     if not len(hinges.pairs):
         return cut
     triangles = z[cut.F[order]]
@@ -117,7 +117,7 @@ class _Hinges:
 
 
 def _hinges(
-    here: ComplexArray, there: ComplexArray, pairs: IntArray, extent: FloatArray, width: FloatArray
+    here: ComplexArray, there: ComplexArray, pairs: IntArray, extent: FloatArray, places: list[ComplexArray]
 ) -> _Hinges:
     """Hinges from the sides that two pieces have in common: (2, #s) where each piece has their ends."""
     turn = (here[1] - here[0]) * (there[1] - there[0]).conj()
@@ -132,7 +132,14 @@ def _hinges(
         tried = rows[:MOST_HINGES]
         missed = np.abs(turn[tried, None, None] * there[:, rows] + shift[tried, None, None] - here[:, rows])
         total = (length[rows] * (missed <= FITS * max(extent[a], extent[b])).all(axis=1)).sum(axis=1)
-        long_enough = total >= LEAST_HINGE * min(width[a], width[b])
+        along = [
+            np.ptp((places[i][:, None] * side.conj()).real, axis=0)
+            for i, side in (
+                (a, (here[1] - here[0])[tried] / length[tried]),
+                (b, (there[1] - there[0])[tried] / length[tried]),
+            )
+        ]
+        long_enough = total >= LEAST_HINGE * np.minimum(*along)
         found += [(-float(total[k]), int(tried[k])) for k in np.flatnonzero(long_enough).tolist()]
     best = np.array([row for _, row in sorted(found)], dtype=np.int64)
     return _Hinges(pairs[best], turn[best], shift[best])
@@ -155,14 +162,20 @@ def _closed(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray)
     )
 
 
-def narrowest_turns_of(z: ComplexArray, piece: IntArray) -> tuple[ComplexArray, FloatArray]:
-    """The turn of each piece by which its least rectangle lies across, and the height of that."""
+def _vertices_of_each(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
+    """The vertices of each piece."""
+    order = np.argsort(piece, kind="stable")
+    return np.split(z[order], np.searchsorted(piece[order], np.arange(1, int(piece.max()) + 1)))
+
+
+def narrowest_turns_of(z: ComplexArray, piece: IntArray) -> ComplexArray:
+    """The turn of each piece by which its least rectangle lies across."""
     order = np.argsort(piece, kind="stable")
     pieces = Ragged(np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
     turn = narrowest_turns(z[order], pieces.start)
     turned = z[order] * pieces.repeat(turn)
     wide, high = (pieces.max(x) - pieces.min(x) for x in (turned.real, turned.imag))
-    return np.where(wide >= high, turn, 1j * turn), np.minimum(wide, high)
+    return np.where(wide >= high, turn, 1j * turn)
 
 
 def _extents(z: ComplexArray, piece: IntArray) -> FloatArray:

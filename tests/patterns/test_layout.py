@@ -113,6 +113,15 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
     assert pattern.error < 1e-6
 
 
+def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
+    V, F = plate(set(), 12, 8)
+    edge = np.flatnonzero(V[:, 1] == 80)[[5, 6]]  # a tab of 10 mm, bent up, on a side of 120 mm
+    tab = np.vstack((V, V[edge] + [0, 0, 30.0]))
+    n = len(V)
+    faces = np.vstack((F, [[edge[0], edge[1], n], [edge[1], n + 1, n]]))
+    assert made(tmp_path / "p.svg", (tab, faces)).pieces == 1
+
+
 def test_seams_that_were_asked_for_stay(tmp_path: Path) -> None:
     V, F = plate({(6, 4)}, 13, 9)
     across = np.flatnonzero(np.isclose(V[:, 0], 60))
