@@ -17,7 +17,7 @@ _NAMES = {
     "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
-    "measures": "Quality distortion overlaps quality",
+    "measures": "Quality distance_error distortion overlaps quality",
     "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",

@@ -41,6 +41,7 @@ from .flattening import lscm as lscm
 from .io import write_grid as write_grid
 from .layouts import layout as layout
 from .measures import Quality as Quality
+from .measures import distance_error as distance_error
 from .measures import distortion as distortion
 from .measures import overlaps as overlaps
 from .measures import quality as quality

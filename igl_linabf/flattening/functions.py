@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
+from typing import Literal, get_args
 
 from numpy.typing import ArrayLike
 
@@ -14,11 +15,14 @@ from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import Mesh, pins, planar_mesh, scatter, shape_is_pinned
+from ..measures import Distances
+from ..surface import Mesh, Submesh, pins, planar_mesh, scatter, shape_is_pinned
 from .boundary_shapes import BoundaryName, shape_of
 from .constants import ABF_TOL, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
+
+Fit = Literal["area", "lengths"]
 
 
 def linabf(
@@ -275,6 +279,7 @@ def flatten(
     outer: int | None = None,
     boundary: BoundaryName | ArrayLike = "free",
     corners: ArrayLike | None = None,
+    fit: Fit = "area",
     progress: Progress = None,
 ) -> Flattening:
     """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
@@ -307,6 +312,9 @@ def flatten(
     corners : (4,) int, optional
         The boundary vertices at the corners of the rectangle. By default those where the boundary
         turns most. Without pins, the side from the first to the second is at the bottom.
+    fit : {"area", "lengths"}
+        The scale of the map, without pins: that at which it has the area of the surface, or that at which
+        the mean error of distances within 7 rings is least (`distance_error`), which takes a second or more.
     progress : callable or False, optional
         Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
         raises ends the work. By default, a bar is shown on a terminal after two seconds; False
@@ -325,7 +333,8 @@ def flatten(
         is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
         or no flat map has such a `boundary`; the message has the angles that would be right.
     ValueError
-        The method or the `boundary` has no such name, or the method cannot shape the boundary.
+        The method, the `boundary` or the `fit` has no such name, the method cannot shape the boundary, or
+        pins set the scale that `fit` asks for.
 
     Examples
     --------
@@ -335,7 +344,11 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    return flatten_checked(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners)
+    if fit not in get_args(Fit):
+        raise ValueError(f"fit is {fit!r}: use 'area' or 'lengths'")
+    if fit == "lengths" and b is not None:
+        raise ValueError("the pins set the scale of the map: leave out fit, or pin nothing")
+    return flatten_checked(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, fit)
 
 
 def flatten_checked(
@@ -346,6 +359,7 @@ def flatten_checked(
     progress: Progress,
     boundary: BoundaryName | ArrayLike = "free",
     corners: ArrayLike | None = None,
+    fit: Fit = "area",
 ) -> Flattening:
     """`flatten` of the mesh that `checked` returns."""
     start, chosen = perf_counter(), method_of(method)
@@ -363,6 +377,11 @@ def flatten_checked(
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
+        if fit == "lengths":
+            begin = perf_counter()
+            surface = Submesh.of_arrays(mesh.V, mesh.faces)
+            made = replace(made, uv=made.uv * Distances.within(surface).best_scale(made.uv))
+            seconds["fit"] = perf_counter() - begin
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]

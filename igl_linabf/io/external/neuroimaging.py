@@ -4,15 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import MeshError, some
-from ...surface import Polygons, topology_of
+from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras
-from ..vertex_splits import flat_surface, split_vertices
+from ..vertex_splits import flat_surface
 from .optional_packages import call_reader, checked_mesh_file, import_optional
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
-PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])  # of FreeSurfer, which nibabel does not write
 
 
 def parse_gifti(path: Path) -> MeshFile:
@@ -62,25 +60,3 @@ def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     import_optional("nibabel.freesurfer").write_geometry(
         temporary, points, triangles, create_stamp="igl_linabf"
     )
-
-
-def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write a flat patch: the vertices that have a place in the plane, by their numbers on the surface.
-
-    Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
-    """
-    made = split_vertices(mesh)
-    vertex, times = np.unique(made.vertex, return_counts=True)
-    if (times > 1).any():
-        raise MeshError(
-            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
-            ".surf or .gii, or flatten a disk"
-        )
-    used, F = np.unique(mesh.triangles, return_inverse=True)
-    loops = topology_of(F.reshape(-1, 3), used).loops
-    on_loop = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
-    rows = np.zeros(len(vertex), dtype=PATCH)
-    rows["vertex"] = np.where(on_loop, -1, 1) * (made.vertex + 1)
-    rows["place"][:, :2] = made.TC
-    head = np.array([-1, len(rows)], dtype=">i4")
-    Path(temporary).write_bytes(head.tobytes() + rows.tobytes())
