@@ -59,5 +59,6 @@ from .topology import (
     manifold_topology,
     planar_topology,
     topology_of,
+    triangle_numbers,
     with_outer_loop,
 )

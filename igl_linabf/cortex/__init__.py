@@ -1,0 +1,11 @@
+"""Flat maps of cortices: from a FreeSurfer subject to patches, surfaces and pictures.
+
+In: the folder of a subject. Out: its hemispheres, cut as a template is or along seams that are found, laid
+flat at the scale at which distances are best kept, with the numbers of the subject's vertices.
+"""
+
+from .flat_hemispheres import CutsFrom, FlatHemisphere, WallFrom, flatten_hemisphere
+from .subjects import HemisphereName
+from .writing import files_of, write_hemisphere, writing_hemispheres
+
+__all__ = ["FlatHemisphere", "flatten_hemisphere", "write_hemisphere"]

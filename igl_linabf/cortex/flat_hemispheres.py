@@ -1,0 +1,233 @@
+"""A hemisphere of a subject, cut and laid flat."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from .._runtime import Progress, progress_part, reporting
+from .._types import BoolArray, FloatArray, IntArray
+from ..errors import MeshError, MeshWarning, is_number, stack_level
+from ..flattening import Flattening, Method, flatten, method_of
+from ..measures import Distances, Quality, quality_of
+from ..surface import PatchFaces, Submesh, patch_faces, scatter
+from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR
+from .found_cuts import find_cuts
+from .subjects import Hemisphere, HemisphereName
+from .templates import Template, fsaverage_template, template_of_patch
+from .transfer import Cuts, carry_cuts, carry_wall
+
+CutsFrom = Literal["template", "found"]
+WallFrom = Literal["template", "label"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlatHemisphere:
+    """A flat map of a hemisphere.
+
+    Attributes
+    ----------
+    hemisphere : Hemisphere
+        The subject's surface, whole.
+    F : (#, 3) int64
+        The faces that are laid flat: of the surface's vertices, by their numbers.
+    uv : (#V, 2) float64
+        The map in mm, superior up; NaN at vertices that are left out.
+    cuts : Cuts
+        The medial wall, and the cuts.
+    patch : PatchFaces
+        What stays, and what is left out besides.
+    quality : Quality
+        With the error of distances.
+    result : Flattening
+        Of the vertices that stay.
+    """
+
+    hemisphere: Hemisphere
+    F: IntArray
+    uv: FloatArray
+    cuts: Cuts
+    patch: PatchFaces
+    quality: Quality
+    result: Flattening
+
+    @property
+    def good(self) -> bool:
+        """Whether no triangles are flipped or overlap."""
+        return self.result.outcome.good and not self.quality.overlaps
+
+    @property
+    def border(self) -> BoolArray:
+        """The vertices that stay beside some that do not, (#V,)."""
+        out = np.ones(len(self.uv), dtype=bool)
+        out[self.patch.vertices] = False
+        border = np.zeros(len(self.uv), dtype=bool)
+        border[self.hemisphere.F[out[self.hemisphere.F].any(axis=1)]] = True
+        return np.asarray(border & ~out)
+
+    @property
+    def left_out(self) -> str:
+        """How many vertices are not in the map, and why."""
+        enclosed = sum(map(len, self.patch.pieces)) + len(self.patch.pinched) + len(self.patch.bare)
+        cut = int((~self.cuts.stays & ~self.cuts.wall).sum())
+        return (
+            f"{int(self.cuts.wall.sum()):,} vertices of the medial wall, {cut:,} of "
+            f"{len(self.cuts.paths)} cuts, {enclosed:,} between them"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Flat {self.hemisphere.name} of {self.hemisphere.subject}: {len(self.F):,} triangles>"
+
+
+def flatten_hemisphere(
+    subject: str | os.PathLike[str],
+    hemisphere: HemisphereName,
+    method: str | Method = "isometric",
+    *,
+    cuts: CutsFrom = "template",
+    medial_wall: WallFrom = "template",
+    template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
+    max_distance_error: float | None = None,
+    progress: Progress = None,
+) -> FlatHemisphere:
+    """Cut and flatten a hemisphere of a FreeSurfer subject.
+
+    Parameters
+    ----------
+    subject : path of the subject's folder
+        With `surf/?h.fiducial`, or `midthickness`, or `smoothwm` or `white` and `pial`, between which it is
+        midway; and for a template with `surf/?h.sphere.reg`.
+    hemisphere : {"lh", "rh"}
+    method : str or method object
+        As in `igl_linabf.flatten`.
+    cuts : {"template", "found"}
+        "template": the cuts of a template, carried over by the registered spheres. "found": seams that
+        `find_seams` finds from the medial wall, as many as `max_distance_error` asks for.
+    medial_wall : {"template", "label"}
+        "label": what is not in the subject's `label/?h.cortex.label`.
+    template : (patch, sphere), optional
+        A FreeSurfer patch of another subject, and that subject's registered sphere. By default fsaverage5
+        with the medial wall and the five cuts of the flat map in nilearn's wheel.
+    max_distance_error : float, optional
+        For cuts that are found; by default 0.15.
+    progress : callable or False, optional
+        As in `igl_linabf.flatten`.
+
+    Returns
+    -------
+    FlatHemisphere
+        Its map has the scale at which the error of distances is least.
+
+    Raises
+    ------
+    MeshError
+        A file is missing or another subject's, or what is left is no disk, with or without holes.
+    ValueError
+        An option is none of those above.
+    ImportError
+        nibabel or nilearn is not installed.
+
+    Warns
+    -----
+    MeshWarning
+        Cuts and medial wall enclose a piece of the cortex, which is left out; or found cuts leave more error
+        than is asked for.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib, nibabel.freesurfer as fs
+    >>> from nilearn.datasets import fetch_surf_fsaverage
+    >>> from nilearn.surface import load_surf_mesh
+    >>> shipped, subject = fetch_surf_fsaverage("fsaverage5"), pathlib.Path(tempfile.mkdtemp())
+    >>> (subject / "surf").mkdir()
+    >>> for name, key in (("white", "white"), ("pial", "pial"), ("sphere.reg", "sphere")):
+    ...     mesh = load_surf_mesh(shipped[f"{key}_left"])
+    ...     fs.write_geometry(subject / "surf" / f"lh.{name}", mesh.coordinates, mesh.faces)
+    >>> flat = flatten_hemisphere(subject, "lh")
+    >>> flat.quality.flips, flat.quality.overlaps, len(flat.cuts.paths), flat.quality.distance_error < 0.142
+    (0, 0, 5, True)
+    """
+    _check_options(cuts, medial_wall, template, max_distance_error)
+    chosen = method_of(method)
+    with reporting(progress):
+        with progress_part("reading", 0.1):
+            given = Hemisphere.of_subject(subject, hemisphere)
+            needs_sphere = "template" in (cuts, medial_wall)
+            sphere = given.registered_sphere() if needs_sphere else given.V
+            lines = _template(hemisphere, template) if needs_sphere else None
+        with progress_part("cutting", 0.2):
+            wall = (
+                given.labelled_wall()
+                if lines is None or medial_wall == "label"
+                else carry_wall(lines, sphere)
+            )
+        if cuts == "found":
+            most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
+            with progress_part("finding cuts", 0.6):
+                made = find_cuts(given, wall, most)
+        else:
+            assert lines is not None  # needs_sphere
+            made = carry_cuts(lines, sphere, given.F, wall)
+        return _laid_flat(given, made, chosen)
+
+
+def _check_options(cuts: str, medial_wall: str, template: object, max_distance_error: float | None) -> None:
+    for name, value, known in (("cuts", cuts, CutsFrom), ("medial_wall", medial_wall, WallFrom)):
+        if value not in get_args(known):
+            raise ValueError(f"{name} is {value!r}: use {' or '.join(map(repr, get_args(known)))}")
+    if "template" not in (cuts, medial_wall) and template is not None:
+        raise ValueError("the cuts are found and the medial wall is the subject's: leave out the template")
+    if max_distance_error is None:
+        return
+    if cuts != "found":
+        raise ValueError("max_distance_error is for cuts that are found: use cuts='found'")
+    if not is_number(max_distance_error, 0, 1, above=True):
+        raise ValueError(f"max_distance_error is {max_distance_error!r}: use a number from 0 to 1, as 0.15")
+
+
+def _template(
+    hemisphere: HemisphereName, given: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None
+) -> Template:
+    if given is None:
+        return fsaverage_template(hemisphere)
+    patch, sphere = map(Path, given)
+    for path in (patch, sphere):
+        if path.name[:3] in ("lh.", "rh.") and path.name[:2] != hemisphere:
+            raise MeshError(f"{path} is of the other hemisphere: give a template of {hemisphere}")
+    return template_of_patch(patch, sphere)
+
+
+def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
+    patch = patch_faces(given.F, cuts.stays)
+    enclosed = [piece for piece in patch.pieces if len(piece) > CRUMBS_SHARE * len(given.V)]
+    if enclosed:
+        warnings.warn(
+            f"{given.subject}, {given.name}: cuts and medial wall enclose pieces of "
+            f"{', '.join(str(len(piece)) for piece in enclosed)} vertices (the first has vertex "
+            f"{enclosed[0][0]}), which are left out of the map: look at the registration there",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    F = given.F[patch.rows]
+    surface = Submesh.checked(given.V, F)
+    with progress_part("flattening", 0.8):
+        result = flatten(surface.V, surface.F, method)
+    with progress_part("measuring", 1.0):
+        distances = Distances.within(surface.as_manifold())
+        uv = superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
+        quality = replace(quality_of(surface, uv), distance_error=distances.error(uv))
+    return FlatHemisphere(given, F, scatter(uv, surface.vertices, len(given.V)), cuts, patch, quality, result)
+
+
+def superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
+    """The map turned so that it rises where the brain does, in FreeSurfer's z."""
+    z, height = (uv - uv.mean(axis=0)) @ [1, 1j], V[:, 2] - V[:, 2].mean()
+    towards = complex(height @ z)
+    turn = 1j * np.conj(towards) / abs(towards) if towards else 1.0
+    turned = z * turn
+    return np.column_stack((turned.real, turned.imag))

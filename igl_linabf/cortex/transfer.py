@@ -1,0 +1,78 @@
+"""A template's medial wall and cuts, carried over to a subject by the registered spheres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
+
+from .._types import BoolArray, FloatArray, IntArray
+from .constants import POINTS_AN_EDGE
+from .templates import Template, path_to_source
+
+
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """What is left out of a hemisphere.
+
+    Attributes
+    ----------
+    wall : (#V,) bool
+        The vertices of the medial wall.
+    paths : tuple of int64 arrays
+        The vertices of each cut, which edges join.
+    """
+
+    wall: BoolArray
+    paths: tuple[IntArray, ...]
+
+    @property
+    def stays(self) -> BoolArray:
+        """The vertices that are in neither, (#V,)."""
+        stays = ~self.wall
+        for path in self.paths:
+            stays[path] = False
+        return stays
+
+
+def carry_wall(template: Template, sphere: FloatArray) -> BoolArray:
+    """The subject's vertices whose place on the sphere is in the template's medial wall."""
+    face = igl.point_mesh_squared_distance(sphere, template.sphere, template.F)[1]
+    return np.asarray(template.wall[face])
+
+
+def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolArray) -> Cuts:
+    """The template's cuts as paths of edges of a subject, from their tips to the wall or to one another.
+
+    A path is the shortest one where an edge costs the more the farther it is from the template's line, so
+    that there is one, it is in one piece, and it runs beside the line.
+    """
+    edges = np.unique(np.sort(F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    start, end = sphere[edges.T]
+    length = np.linalg.norm(end - start, axis=1)
+    side = float(length.mean())
+    nearest = cKDTree(sphere)
+    ends, paths = wall.copy(), list[IntArray]()
+    for line in template.cuts:
+        points = _dense(line, side / POINTS_AN_EDGE)
+        away = cKDTree(points).query((start + end) / 2)[0] / side
+        graph = sparse.csr_array((length * (1 + away**2), edges.T), shape=(len(sphere), len(sphere)))
+        before = csgraph.dijkstra(
+            graph, directed=False, indices=np.flatnonzero(ends), min_only=True, return_predecessors=True
+        )[1]
+        paths.append(path_to_source(before, int(nearest.query(line[0])[1])))
+        ends[paths[-1]] = True
+    return Cuts(wall, tuple(paths))
+
+
+def _dense(line: FloatArray, spacing: float) -> FloatArray:
+    """Points along a line on the unit sphere, none farther from the next one than the spacing."""
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along = np.concatenate(([0.0], np.cumsum(step)))
+    at = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)
+    points = np.column_stack([np.interp(at, along, x) for x in line.T])
+    return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))
