@@ -4,8 +4,8 @@ In: the folder of a subject. Out: its hemispheres, cut as a template is or along
 flat at the scale at which distances are best kept, with the numbers of the subject's vertices.
 """
 
-from .flat_hemispheres import CutsFrom, FlatHemisphere, WallFrom, flatten_hemisphere
-from .subjects import HemisphereName
+from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
+from .subjects import HEMISPHERES, HemisphereName
 from .writing import files_of, write_hemisphere, writing_hemispheres
 
-__all__ = ["FlatHemisphere", "flatten_hemisphere", "write_hemisphere"]
+__all__ = ["FlatHemisphere", "flatten_hemisphere", "flatten_hemispheres", "write_hemisphere"]

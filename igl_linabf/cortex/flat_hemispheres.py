@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -14,11 +16,11 @@ from .._runtime import Progress, progress_part, reporting
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, is_number, stack_level
 from ..flattening import Flattening, Method, flatten, method_of
-from ..measures import Distances, Quality, quality_of
+from ..measures import Distances, Quality, overlapping_pairs, quality_of
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
 from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR
 from .found_cuts import find_cuts
-from .subjects import Hemisphere, HemisphereName
+from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .templates import Template, fsaverage_template, template_of_patch
 from .transfer import Cuts, carry_cuts, carry_wall
 
@@ -42,6 +44,8 @@ class FlatHemisphere:
         The medial wall, and the cuts.
     patch : PatchFaces
         What stays, and what is left out besides.
+    tangled : (#,) int64
+        Vertices of the border that are left out because the map overlaps there.
     quality : Quality
         With the error of distances.
     result : Flattening
@@ -53,6 +57,7 @@ class FlatHemisphere:
     uv: FloatArray
     cuts: Cuts
     patch: PatchFaces
+    tangled: IntArray
     quality: Quality
     result: Flattening
 
@@ -64,11 +69,7 @@ class FlatHemisphere:
     @property
     def border(self) -> BoolArray:
         """The vertices that stay beside some that do not, (#V,)."""
-        out = np.ones(len(self.uv), dtype=bool)
-        out[self.patch.vertices] = False
-        border = np.zeros(len(self.uv), dtype=bool)
-        border[self.hemisphere.F[out[self.hemisphere.F].any(axis=1)]] = True
-        return np.asarray(border & ~out)
+        return border_of(self.hemisphere.F, self.patch)
 
     @property
     def left_out(self) -> str:
@@ -77,7 +78,8 @@ class FlatHemisphere:
         cut = int((~self.cuts.stays & ~self.cuts.wall).sum())
         return (
             f"{int(self.cuts.wall.sum()):,} vertices of the medial wall, {cut:,} of "
-            f"{len(self.cuts.paths)} cuts, {enclosed:,} between them"
+            f"{len(self.cuts.paths)} cuts, {enclosed:,} between them, {len(self.tangled):,} where the border "
+            "would overlap"
         )
 
     def __repr__(self) -> str:
@@ -161,11 +163,11 @@ def flatten_hemisphere(
             sphere = given.registered_sphere() if needs_sphere else given.V
             lines = _template(hemisphere, template) if needs_sphere else None
         with progress_part("cutting", 0.2):
-            wall = (
-                given.labelled_wall()
-                if lines is None or medial_wall == "label"
-                else carry_wall(lines, sphere)
-            )
+            if medial_wall == "label":
+                wall = given.labelled_wall()
+            else:
+                assert lines is not None  # needs_sphere
+                wall = carry_wall(lines, sphere)
         if cuts == "found":
             most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
             with progress_part("finding cuts", 0.6):
@@ -174,6 +176,67 @@ def flatten_hemisphere(
             assert lines is not None  # needs_sphere
             made = carry_cuts(lines, sphere, given.F, wall)
         return _laid_flat(given, made, chosen)
+
+
+def flatten_hemispheres(
+    subject: str | os.PathLike[str],
+    hemispheres: Iterable[HemisphereName] = HEMISPHERES,
+    method: str | Method = "isometric",
+    *,
+    cuts: CutsFrom = "template",
+    medial_wall: WallFrom = "template",
+    template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
+    max_distance_error: float | None = None,
+) -> list[FlatHemisphere]:
+    """`flatten_hemisphere` of several hemispheres at once, each in a thread.
+
+    Parameters
+    ----------
+    subject, method, cuts, medial_wall, max_distance_error : see `flatten_hemisphere`
+        As in `flatten_hemisphere`.
+    hemispheres : iterable of {"lh", "rh"}
+    template : (patch, sphere), optional
+        As in `flatten_hemisphere`, of one hemisphere. The other one's have the same names, but for the
+        beginning: rh.cuts.patch.3d, if this is lh.cuts.patch.3d.
+
+    Returns
+    -------
+    list of FlatHemisphere
+
+    Raises
+    ------
+    MeshError, ValueError, ImportError
+        As `flatten_hemisphere`.
+
+    Examples
+    --------
+    >>> flatten_hemispheres("subjects/nobody")
+    Traceback (most recent call last):
+    ...
+    igl_linabf.errors.MeshError: subjects/nobody has no surf/lh.fiducial, ...
+    """
+
+    def flat(name: HemisphereName) -> FlatHemisphere:
+        of_it = None if template is None else tuple(_of_hemisphere(Path(path), name) for path in template)
+        return flatten_hemisphere(
+            subject,
+            name,
+            method,
+            cuts=cuts,
+            medial_wall=medial_wall,
+            template=of_it,  # type: ignore[arg-type]
+            max_distance_error=max_distance_error,
+            progress=False,
+        )
+
+    names = list(hemispheres)
+    with ThreadPoolExecutor(max(len(names), 1)) as threads:
+        return list(threads.map(flat, names))
+
+
+def _of_hemisphere(path: Path, name: HemisphereName) -> Path:
+    """The file of a hemisphere that is named as the other one's is."""
+    return path.with_name(name + path.name[2:]) if path.name[:3] in ("lh.", "rh.") else path
 
 
 def _check_options(cuts: str, medial_wall: str, template: object, max_distance_error: float | None) -> None:
@@ -213,15 +276,51 @@ def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
             MeshWarning,
             stacklevel=stack_level(),
         )
-    F = given.F[patch.rows]
-    surface = Submesh.checked(given.V, F)
+    surface = Submesh.checked(given.V, given.F[patch.rows])
     with progress_part("flattening", 0.8):
         result = flatten(surface.V, surface.F, method)
     with progress_part("measuring", 1.0):
         distances = Distances.within(surface.as_manifold())
         uv = superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
-        quality = replace(quality_of(surface, uv), distance_error=distances.error(uv))
-    return FlatHemisphere(given, F, scatter(uv, surface.vertices, len(given.V)), cuts, patch, quality, result)
+        error = distances.error(uv)
+        uv = scatter(uv, surface.vertices, len(given.V))
+        patch, tangled, pairs = _without_overlaps(given, patch, uv)
+        surface = Submesh.checked(given.V, given.F[patch.rows])
+        quality = replace(quality_of(surface, uv[surface.vertices], pairs), distance_error=error)
+    uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
+    return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
+
+
+def _without_overlaps(
+    given: Hemisphere, patch: PatchFaces, uv: FloatArray
+) -> tuple[PatchFaces, IntArray, int]:
+    """What stays without the border's vertices where it overlaps, these, and the pairs that overlap then.
+
+    Where much overlaps, all stays.
+    """
+    stays, first, out = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
+    stays[patch.vertices] = True
+    while True:
+        F = given.F[patch.rows]
+        pairs = overlapping_pairs(uv, F)
+        if not len(pairs):
+            return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
+        touched = np.unique(F[pairs])
+        out.append(touched[border_of(given.F, patch)[touched]])
+        if not len(out[-1]) or sum(map(len, out)) > CRUMBS_SHARE * len(patch.vertices):
+            pairs = overlapping_pairs(uv, given.F[first.rows])
+            return first, np.zeros(0, dtype=np.int64), len(pairs)
+        stays[out[-1]] = False
+        patch = patch_faces(given.F, stays)
+
+
+def border_of(F: IntArray, patch: PatchFaces) -> BoolArray:
+    """The vertices of a patch that are beside some that are not in it, (#V,)."""
+    out = np.ones(int(F.max()) + 1, dtype=bool)
+    out[patch.vertices] = False
+    border = np.zeros(len(out), dtype=bool)
+    border[F[out[F].any(axis=1)]] = True
+    return np.asarray(border & ~out)
 
 
 def superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:

@@ -41,7 +41,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
         if least <= max_distance_error:
             return best
     warnings.warn(
-        f"{given.subject}, {given.name}: the cuts that were found leave a distance error of {least:.3f}, more "
+        f"{given.subject}, {given.name}: the found cuts leave an error of {least:.3f} in distances, more "
         f"than {max_distance_error:g}: allow more, or use a template",
         MeshWarning,
         stacklevel=stack_level(),

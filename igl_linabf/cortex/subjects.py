@@ -15,6 +15,7 @@ from ..io import call_reader, import_optional, mean_surface, read_file, surfaces
 from ..surface import vertex_array
 
 HemisphereName = Literal["lh", "rh"]
+HEMISPHERES: tuple[HemisphereName, ...] = get_args(HemisphereName)
 HOW_TO_GET = "pip install 'igl-linabf[cortex]' reads subjects"
 
 
@@ -46,7 +47,7 @@ class Hemisphere:
             The folder is no subject, or the hemisphere has no surface.
         """
         folder = Path(subject)
-        if name not in get_args(HemisphereName):
+        if name not in HEMISPHERES:
             raise ValueError(f"the hemisphere is {name!r}: use 'lh' or 'rh'")
         paths = surfaces_beside(folder / "surf", name)
         if not paths:
@@ -74,8 +75,8 @@ class Hemisphere:
         sphere = read_file(path)
         if len(sphere.V) != len(self.V):
             raise MeshError(
-                f"{path} has {len(sphere.V)} vertices, and the surfaces of {self.subject} have {len(self.V)}: "
-                "it is another subject's, or of another run"
+                f"{path} has {len(sphere.V)} vertices, and the surfaces of {self.subject} have "
+                f"{len(self.V)}: it is another subject's, or of another run"
             )
         return directions(sphere.V, str(path))
 
@@ -94,8 +95,8 @@ class Hemisphere:
         cortex = np.asarray(call_reader(freesurfer.read_label, path), dtype=np.int64)
         if len(cortex) and cortex.max() >= len(self.V):
             raise MeshError(
-                f"{path} has vertex {cortex.max()}, and the surfaces of {self.subject} have {len(self.V)}: it "
-                "is another subject's"
+                f"{path} has vertex {cortex.max()}, and the surfaces of {self.subject} have "
+                f"{len(self.V)}: it is another subject's"
             )
         wall = np.ones(len(self.V), dtype=bool)
         wall[cortex] = False

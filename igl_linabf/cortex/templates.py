@@ -5,9 +5,12 @@ from __future__ import annotations
 import gzip
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -43,20 +46,20 @@ class Template:
 @cache
 def fsaverage_template(name: HemisphereName) -> Template:
     """The medial wall and five cuts of fsaverage5's flat map, which comes with nilearn."""
-    datasets = import_optional("nilearn.datasets", HOW_TO_GET)
-    nibabel = import_optional("nibabel", HOW_TO_GET)
     side = {"lh": "left", "rh": "right"}[name]
-    shipped = datasets.fetch_surf_fsaverage("fsaverage5")
-    (points, F), (_, flat) = (
-        [array.data for array in nibabel.GiftiImage.from_bytes(_unzipped(shipped[key])).darrays]
-        for key in (f"sphere_{side}", f"flat_{side}")
-    )
+    (points, F), (_, flat) = (_shipped(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
     sphere = directions(np.asarray(points, dtype=np.float64), "fsaverage5")
     return template_of(sphere, F.astype(np.int64), flat)
 
 
-def _unzipped(path: str) -> bytes:
-    return gzip.decompress(Path(path).read_bytes())
+def _shipped(name: str) -> list[NDArray[Any]]:
+    """The arrays of a surface of fsaverage5 in nilearn's wheel, whose import would take seconds."""
+    nibabel = import_optional("nibabel", HOW_TO_GET)
+    nilearn = find_spec("nilearn")
+    if nilearn is None or nilearn.origin is None:
+        raise ImportError(f"No module named 'nilearn', in which the template is: {HOW_TO_GET}")
+    data = gzip.decompress((Path(nilearn.origin).parent / "datasets/data/fsaverage5" / name).read_bytes())
+    return [array.data for array in nibabel.GiftiImage.from_bytes(data).darrays]
 
 
 def template_of_patch(patch: Path, sphere: Path) -> Template:

@@ -51,15 +51,14 @@ def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolAr
     A path is the shortest one where an edge costs the more the farther it is from the template's line, so
     that there is one, it is in one piece, and it runs beside the line.
     """
-    edges = np.unique(np.sort(F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-    start, end = sphere[edges.T]
-    length = np.linalg.norm(end - start, axis=1)
+    edges = igl.edges(F)
+    length = np.linalg.norm(sphere[edges[:, 0]] - sphere[edges[:, 1]], axis=1)
     side = float(length.mean())
     nearest = cKDTree(sphere)
     ends, paths = wall.copy(), list[IntArray]()
     for line in template.cuts:
         points = _dense(line, side / POINTS_AN_EDGE)
-        away = cKDTree(points).query((start + end) / 2)[0] / side
+        away = (cKDTree(points).query(sphere)[0] / side)[edges].mean(axis=1)
         graph = sparse.csr_array((length * (1 + away**2), edges.T), shape=(len(sphere), len(sphere)))
         before = csgraph.dijkstra(
             graph, directed=False, indices=np.flatnonzero(ends), min_only=True, return_predecessors=True

@@ -5,6 +5,7 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 """
 
 from .._runtime import replacing
+from .external import Patch as Patch
 from .external import call_reader as call_reader
 from .external import import_optional as import_optional
 from .external import mean_surface as mean_surface
