@@ -6,6 +6,6 @@ flat at the scale at which distances are best kept, with the numbers of the subj
 
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
 from .subjects import HEMISPHERES, HemisphereName
-from .writing import files_of, write_hemisphere, writing_hemispheres
+from .writing import FLAT_PATCH, files_of, write_hemisphere, writing_hemispheres
 
 __all__ = ["FlatHemisphere", "flatten_hemisphere", "flatten_hemispheres", "write_hemisphere"]

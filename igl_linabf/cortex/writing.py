@@ -18,9 +18,10 @@ from .pictures import area_changes, draw
 from .subjects import HOW_TO_GET, HemisphereName
 
 STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # as GIFTI names them
+FLAT_PATCH = "cortex.flat.patch.3d"  # the map
 NAMES = (
     "cortex.patch.3d",  # what stays, in space
-    "cortex.flat.patch.3d",  # the map
+    FLAT_PATCH,
     "cortex.flat.surf.gii",  # the map as a surface
     "cortex.area.shape.gii",  # log(area in the map / area of the surface)
     "cortex.png",
