@@ -5,6 +5,7 @@ flat at the scale at which distances are best kept, with the numbers of the subj
 """
 
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
+from .pictures import mean_curvatures
 from .subjects import HEMISPHERES, HemisphereName
 from .writing import FLAT_PATCH, files_of, write_hemisphere, writing_hemispheres
 

@@ -17,6 +17,10 @@ RIM_PRICE = 2.0
 
 # --- transfer ---
 
+# Barycentric weight of vertices within the wall from which a place is in it. Less takes vertices on the rim
+# by rounding; more makes the wall smaller by that share of an edge. tests/cortex/test_transfer.py
+RIM_WEIGHT = 1e-6
+
 # Points along a template's cut for each edge length of the subject. With fewer, paths are drawn to the points
 # and away from the line between them; more cost time. tests/cortex/test_transfer.py
 POINTS_AN_EDGE = 2

@@ -31,8 +31,8 @@ class Template:
     sphere : (#V, 3) float64
         Unit vectors: the template's vertices on the sphere to which subjects are registered.
     F : (#F, 3) int64
-    wall : (#F,) bool
-        The faces of the medial wall.
+    wall : (#V,) bool
+        The vertices within the medial wall: none of their faces is kept.
     cuts : tuple of (#, 3) float64
         Points along each cut, from its tip to where it ends: at the wall, or at a cut before it.
     """
@@ -96,10 +96,8 @@ def template_of(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "th
     deep = _largest_part(edges, deep)
     margin = WALL_DEPTH + 1.5 * float(length.mean())
     wall = inside & (_distance(edges, length, np.flatnonzero(deep), n)[0] <= margin)
-    wall_faces = np.zeros(len(F), dtype=bool)
-    wall_faces[~is_kept] = wall[left_out].all(axis=1)
     cuts = _branches(edges, length * np.where(faces == 2, 1.0, RIM_PRICE), wall, inside)
-    return Template(sphere, F, wall_faces, tuple(sphere[path] for path in cuts))
+    return Template(sphere, F, wall & ~rim, tuple(sphere[path] for path in cuts))
 
 
 def _branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:

@@ -11,7 +11,7 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from .._types import BoolArray, FloatArray, IntArray
-from .constants import POINTS_AN_EDGE
+from .constants import POINTS_AN_EDGE, RIM_WEIGHT
 from .templates import Template, path_to_source
 
 
@@ -40,9 +40,11 @@ class Cuts:
 
 
 def carry_wall(template: Template, sphere: FloatArray) -> BoolArray:
-    """The subject's vertices whose place on the sphere is in the template's medial wall."""
-    face = igl.point_mesh_squared_distance(sphere, template.sphere, template.F)[1]
-    return np.asarray(template.wall[face])
+    """The subject's vertices whose place on the sphere is in the template's medial wall, not on its rim."""
+    _, face, nearest = igl.point_mesh_squared_distance(sphere, template.sphere, template.F)
+    corners = template.F[face]
+    weights = igl.barycentric_coordinates(nearest, *(template.sphere[corners[:, k]] for k in range(3)))
+    return np.asarray((weights * template.wall[corners]).sum(axis=1) > RIM_WEIGHT)
 
 
 def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolArray) -> Cuts:

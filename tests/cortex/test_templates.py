@@ -32,16 +32,16 @@ def drawn(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int 
 def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> None:
     template = fsaverage_template(hemisphere)
     assert len(template.cuts) == 5
-    inside = template.sphere[np.unique(template.F[template.wall])]
+    inside = template.sphere[template.wall]
     for cut in template.cuts:
         length = np.linalg.norm(np.diff(cut, axis=0), axis=1).sum()
         assert 0.3 < length < 1.3  # 30 to 130 mm
-        assert np.linalg.norm(inside - cut[-1], axis=1).min() == 0
+        assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.06  # on its rim
         assert np.linalg.norm(inside - cut[0], axis=1).min() > 0.2
     # the wall is where the hemispheres meet: its faces look to the other one
     (pial, _) = fsaverage5(hemisphere, "pial")
     towards = {"lh": 1, "rh": -1}[hemisphere]
-    wall = pial[template.F[template.wall]].mean(axis=(0, 1))
+    wall = pial[template.wall].mean(axis=0)
     assert towards * (wall - pial.mean(axis=0))[0] > 10
 
 
@@ -56,9 +56,7 @@ def test_a_wall_and_cuts_that_were_drawn_are_found_where_they_were_drawn(tmp_pat
         assert np.linalg.norm(cut[0] - tip) < 0.1
         off = np.abs(cut[:-5] @ [-np.sin(longitude), np.cos(longitude), 0])
         assert off.max() < 0.06
-    wall = V[F[template.wall]].mean(axis=1)
-    wall /= np.linalg.norm(wall, axis=1)[:, None]
-    assert 0.35 < np.arccos(wall[:, 2]).max() < 0.6
+    assert 0.35 < np.arccos(V[template.wall, 2]).max() < 0.6
     # the same from files
     freesurfer.write_geometry(tmp_path / "lh.sphere.reg", 100 * V, F)
     kept = np.flatnonzero(~out)
