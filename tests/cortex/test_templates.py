@@ -36,7 +36,7 @@ def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> N
     for cut in template.cuts:
         length = np.linalg.norm(np.diff(cut, axis=0), axis=1).sum()
         assert 0.3 < length < 1.3  # 30 to 130 mm
-        assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.06  # on its rim
+        assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.08  # on its rim
         assert np.linalg.norm(inside - cut[0], axis=1).min() > 0.2
     # the wall is where the hemispheres meet: its faces look to the other one
     (pial, _) = fsaverage5(hemisphere, "pial")
