@@ -18,7 +18,7 @@ from ..linalg import SolverName
 from ..measures import Distances
 from ..surface import Mesh, Submesh, pins, planar_mesh, scatter, shape_is_pinned
 from .boundary_shapes import BoundaryName, shape_of
-from .constants import ABF_TOL, TOL
+from .constants import ABF_TOL, FIT_SOURCES, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
@@ -314,7 +314,7 @@ def flatten(
         turns most. Without pins, the side from the first to the second is at the bottom.
     fit : {"area", "lengths"}
         The scale of the map, without pins: that at which it has the area of the surface, or that at which
-        the mean error of distances within 7 rings is least (`distance_error`), which takes a second or more.
+        the mean error of distances within 7 rings is least (`distance_error`), which takes half a second.
     progress : callable or False, optional
         Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
         raises ends the work. By default, a bar is shown on a terminal after two seconds; False
@@ -380,7 +380,7 @@ def flatten_checked(
         if fit == "lengths":
             begin = perf_counter()
             surface = Submesh.of_arrays(mesh.V, mesh.faces)
-            made = replace(made, uv=made.uv * Distances.within(surface).best_scale(made.uv))
+            made = replace(made, uv=made.uv * Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv))
             seconds["fit"] = perf_counter() - begin
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}

@@ -86,13 +86,17 @@ class Distances:
     length: FloatArray
 
     @classmethod
-    def within(cls, surface: Submesh, rings: int = RINGS) -> Distances:
-        """From vertices of a manifold, all or `MAX_SOURCES`, to their neighbours within some rings."""
+    def within(cls, surface: Submesh, rings: int = RINGS, most: int | None = None) -> Distances:
+        """From vertices of a manifold to their neighbours within some rings; from `most`, if there are more.
+
+        That is `MAX_SOURCES` where nothing else is said.
+        """
         n = len(surface.V)
         sources = np.arange(n)
-        if n > MAX_SOURCES:
+        number = MAX_SOURCES if most is None else min(most, MAX_SOURCES)
+        if n > number:
             # at random: every n-th vertex may lie on a line of a grid
-            sources = np.sort(np.random.default_rng(0).choice(n, MAX_SOURCES, replace=False))
+            sources = np.sort(np.random.default_rng(0).choice(n, number, replace=False))
         near = _reached(surface, sources, rings)
         corners = sparse.csr_array(
             (np.ones(3 * len(surface.F), dtype=np.int32), (surface.F.ravel(), _thrice(len(surface.F)))),
