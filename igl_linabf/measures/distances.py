@@ -93,7 +93,7 @@ class Distances:
         """
         n = len(surface.V)
         sources = np.arange(n)
-        number = MAX_SOURCES if most is None else min(most, MAX_SOURCES)
+        number = MAX_SOURCES if most is None else most
         if n > number:
             # at random: every n-th vertex may lie on a line of a grid
             sources = np.sort(np.random.default_rng(0).choice(n, number, replace=False))
