@@ -6,7 +6,15 @@ flat at the scale at which distances are best kept, with the numbers of the subj
 
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
 from .pictures import mean_curvatures
-from .subjects import HEMISPHERES, HemisphereName
+from .subjects import HEMISPHERES, Hemisphere, HemisphereName
+from .transfer import Cuts
 from .writing import FLAT_PATCH, files_of, write_hemisphere, writing_hemispheres
 
-__all__ = ["FlatHemisphere", "flatten_hemisphere", "flatten_hemispheres", "write_hemisphere"]
+__all__ = [
+    "Cuts",
+    "FlatHemisphere",
+    "Hemisphere",
+    "flatten_hemisphere",
+    "flatten_hemispheres",
+    "write_hemisphere",
+]

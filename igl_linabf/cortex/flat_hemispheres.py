@@ -192,12 +192,15 @@ def flatten_hemispheres(
 
     Parameters
     ----------
-    subject, method, cuts, medial_wall, max_distance_error : see `flatten_hemisphere`
-        As in `flatten_hemisphere`.
+    subject : path of the subject's folder
     hemispheres : iterable of {"lh", "rh"}
+    method, cuts, medial_wall : see `flatten_hemisphere`
+        As in `flatten_hemisphere`.
     template : (patch, sphere), optional
         As in `flatten_hemisphere`, of one hemisphere. The other one's have the same names, but for the
         beginning: rh.cuts.patch.3d, if this is lh.cuts.patch.3d.
+    max_distance_error : see `flatten_hemisphere`
+        As in `flatten_hemisphere`.
 
     Returns
     -------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -65,19 +66,25 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
 def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemisphere]) -> Iterator[None]:
     """Write under temporary names; the files take their places when the block succeeds."""
     Path(folder).mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        for flat in flats:
-            solid, plane, surface, area, picture = (
-                stack.enter_context(replacing(path)) for path in files_of(folder, flat.hemisphere.name)
-            )
-            vertex, border = flat.patch.vertices, flat.border[flat.patch.vertices]
-            write_patch(solid, vertex, border, flat.hemisphere.V[vertex])
-            write_patch(plane, vertex, border, flat.uv[vertex])
-            points = np.insert(np.nan_to_num(flat.uv), 2, 0.0, axis=1)
-            _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
-            _write_gifti(area, flat, ("SHAPE", np.nan_to_num(area_changes(flat))))
-            draw(flat).save(picture)
+    chosen = list(flats)
+    with ExitStack() as stack, ThreadPoolExecutor(max(len(chosen), 1)) as threads:
+        places = [
+            [stack.enter_context(replacing(path)) for path in files_of(folder, flat.hemisphere.name)]
+            for flat in chosen
+        ]
+        list(threads.map(_write, chosen, places))
         yield
+
+
+def _write(flat: FlatHemisphere, places: list[str]) -> None:
+    solid, plane, surface, area, picture = places
+    vertex, border = flat.patch.vertices, flat.border[flat.patch.vertices]
+    write_patch(solid, vertex, border, flat.hemisphere.V[vertex])
+    write_patch(plane, vertex, border, flat.uv[vertex])
+    points = np.insert(np.nan_to_num(flat.uv), 2, 0.0, axis=1)
+    _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
+    _write_gifti(area, flat, ("SHAPE", np.nan_to_num(area_changes(flat))))
+    draw(flat).save(picture)
 
 
 def _write_gifti(path: str, flat: FlatHemisphere, *arrays: tuple[str, FloatArray | Any]) -> None:
