@@ -25,9 +25,17 @@ RIM_WEIGHT = 1e-6
 # and away from the line between them; more cost time. tests/cortex/test_transfer.py
 POINTS_AN_EDGE = 2
 
+# Distance from a template's line, radians, beyond which its path does not go. Less finds no path to a medial
+# wall of the subject's own that is smaller; more takes longer. tests/cortex/test_flat_hemispheres.py
+LARGEST_DETOUR = 0.2
+
 # Share of a hemisphere's vertices from which a piece between cuts and medial wall is worth a warning. Below,
 # crumbs beside a cut are counted among what it takes. tests/cortex/test_flat_hemispheres.py
 CRUMBS_SHARE = 0.005
+
+# Vertices from which the error of distances is measured. From fewer it is off by more than 0.003; more take
+# longer, 2 ms each. tests/cortex/test_flat_hemispheres.py
+SOURCES = 500
 
 # --- found cuts ---
 

@@ -18,7 +18,7 @@ from ..errors import MeshError, MeshWarning, is_number, stack_level
 from ..flattening import Flattening, Method, flatten, method_of
 from ..measures import Distances, Quality, overlapping_pairs, quality_of
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
-from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR
+from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR, SOURCES
 from .found_cuts import find_cuts
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .templates import Template, fsaverage_template, template_of_patch
@@ -283,7 +283,7 @@ def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
     with progress_part("flattening", 0.8):
         result = flatten(surface.V, surface.F, method)
     with progress_part("measuring", 1.0):
-        distances = Distances.within(surface.as_manifold())
+        distances = Distances.within(surface.as_manifold(), most=SOURCES)
         uv = superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
         error = distances.error(uv)
         uv = scatter(uv, surface.vertices, len(given.V))

@@ -12,7 +12,7 @@ from ..errors import MeshError, MeshWarning, stack_level
 from ..flattening import flatten
 from ..measures import Distances
 from ..surface import Submesh, connected_labels, patch_faces
-from .constants import CRUMBS_SHARE, TRADES
+from .constants import CRUMBS_SHARE, SOURCES, TRADES
 from .subjects import Hemisphere
 from .transfer import Cuts
 
@@ -56,7 +56,7 @@ def _error(given: Hemisphere, cuts: Cuts) -> float:
         return np.inf
     surface = Submesh.checked(given.V, given.F[patch.rows])
     uv = flatten(surface.V, surface.F, "isometric").uv
-    distances = Distances.within(surface.as_manifold())
+    distances = Distances.within(surface.as_manifold(), most=SOURCES)
     return distances.error(uv * distances.best_scale(uv))
 
 

@@ -57,7 +57,8 @@ def draw(flat: FlatHemisphere) -> Any:
     change = np.nan_to_num(area_changes(flat)) / LARGEST_LOG_AREA
     shown = np.clip(np.abs(change), 0, 1)[:, None]
     colour = (1 - shown) * LEVEL + shown * np.where(change[:, None] < 0, SHRUNK, GROWN)
-    panels = np.concatenate([_panel(flat, values) for values in (grey, colour)], axis=1)
+    both = _on_map(flat, np.column_stack((grey, colour)))
+    panels = np.concatenate((both[..., :3], both[..., 3:]), axis=1)
     image = Image.fromarray(np.rint(255 * panels).astype(np.uint8))
     pen = ImageDraw.Draw(image)
     measured, factor = flat.quality, np.exp(LARGEST_LOG_AREA)
@@ -73,12 +74,12 @@ def draw(flat: FlatHemisphere) -> Any:
     return image
 
 
-def _panel(flat: FlatHemisphere, values: FloatArray) -> FloatArray:
-    """Colours of the vertices on the map, as rows of pixels on white."""
+def _on_map(flat: FlatHemisphere, values: FloatArray) -> FloatArray:
+    """Values of the vertices on the map, (#V, k), as rows of pixels, which are 1 elsewhere."""
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()
     texels = covered((uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47]), PANEL_PIXELS)
-    made = np.ones((PANEL_PIXELS * PANEL_PIXELS, 3))
+    made = np.ones((PANEL_PIXELS * PANEL_PIXELS, values.shape[1]))
     made[texels.index] = texels.values(values[flat.F])
-    return made.reshape(PANEL_PIXELS, PANEL_PIXELS, 3)[::-1]
+    return made.reshape(PANEL_PIXELS, PANEL_PIXELS, -1)[::-1]

@@ -11,7 +11,8 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from .._types import BoolArray, FloatArray, IntArray
-from .constants import POINTS_AN_EDGE, RIM_WEIGHT
+from ..errors import MeshError
+from .constants import LARGEST_DETOUR, POINTS_AN_EDGE, RIM_WEIGHT
 from .templates import Template, path_to_source
 
 
@@ -60,12 +61,20 @@ def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolAr
     ends, paths = wall.copy(), list[IntArray]()
     for line in template.cuts:
         points = _dense(line, side / POINTS_AN_EDGE)
-        away = (cKDTree(points).query(sphere)[0] / side)[edges].mean(axis=1)
-        graph = sparse.csr_array((length * (1 + away**2), edges.T), shape=(len(sphere), len(sphere)))
+        away = cKDTree(points).query(sphere, distance_upper_bound=LARGEST_DETOUR)[0][edges].max(axis=1)
+        near = np.isfinite(away)
+        price = length[near] * (1 + (away[near] / side) ** 2)
+        graph = sparse.csr_array((price, edges[near].T), shape=(len(sphere), len(sphere)))
         before = csgraph.dijkstra(
             graph, directed=False, indices=np.flatnonzero(ends), min_only=True, return_predecessors=True
         )[1]
-        paths.append(path_to_source(before, int(nearest.query(line[0])[1])))
+        tip = int(nearest.query(line[0])[1])
+        paths.append(path_to_source(before, tip))
+        if not ends[paths[-1][-1]]:
+            raise MeshError(
+                f"the cut that begins at vertex {tip} ends more than {100 * LARGEST_DETOUR:g} mm from the medial "
+                "wall: use medial_wall='template', or another template"
+            )
         ends[paths[-1]] = True
     return Cuts(wall, tuple(paths))
 

@@ -59,7 +59,7 @@ def mean_surface(meshes: list[MeshFile]) -> MeshFile:
     """The first surface, its vertices midway to those of the second, if there are two."""
     first = meshes[0]
     for mesh in meshes[1:]:
-        if mesh.V.shape != first.V.shape or (mesh.triangles != first.triangles).any():
+        if mesh.V.shape != first.V.shape or not np.array_equal(mesh.polygons.corners, first.polygons.corners):
             raise MeshError(
                 f"{first.path} has {len(first.V)} vertices and {mesh.path} {len(mesh.V)}, or other faces: "
                 "they are not of one hemisphere"
