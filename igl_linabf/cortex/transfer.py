@@ -72,8 +72,8 @@ def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolAr
         paths.append(path_to_source(before, tip))
         if not ends[paths[-1][-1]]:
             raise MeshError(
-                f"the cut that begins at vertex {tip} ends more than {100 * LARGEST_DETOUR:g} mm from the medial "
-                "wall: use medial_wall='template', or another template"
+                f"the cut from vertex {tip} ends more than {100 * LARGEST_DETOUR:g} mm from the medial wall: "
+                "use medial_wall='template', or another template"
             )
         ends[paths[-1]] = True
     return Cuts(wall, tuple(paths))
