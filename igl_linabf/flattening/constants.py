@@ -27,7 +27,7 @@ MAX_AREA_WEIGHT = 8.0
 
 # Default share of the isometric energy that may be left to further steps. Less costs steps that nobody sees;
 # more leaves texels uneven that could be even. tests/layouts/isometry/test_isometric.py
-ISOMETRIC_TOL = 0.005
+ISOMETRIC_TOL = 1e-3
 
 # --- the shape of the boundary ---
 
