@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from operator import itemgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -107,14 +106,14 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
             else:
                 parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
-    done.sort(key=itemgetter(0))  # parts stand where the piece was
+    done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
     if options.may_find_seams:
         done = merge_small_charts(done, options.most_stretch, given)
     return _measured([(chart, piece) for _, chart, piece in done])
 
 
 def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
-    """The charts with their quality, which those that kept a map of another chart lack."""
+    """The charts with all their figures; of those that kept a map only some are known."""
     rows = [i for i, (chart, _) in enumerate(done) if not chart.quality.faces]
     table = [(done[i][1], done[i][0].result.uv, done[i][0].overlapping) for i in rows]
     for i, quality in zip(rows, quality_of_each(table), strict=True):

@@ -15,7 +15,7 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
 from ..measures import quality_of
-from ..surface import Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
+from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
 from . import constants
 from .atlas import (
     Atlas,
@@ -244,11 +244,10 @@ def _packed(
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
-    n_vertices, n_faces = np.array([(len(piece.V), len(piece.F)) for piece in pieces]).T
-    of = np.repeat(np.arange(len(pieces)), n_faces)
-    FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
-    rows = np.searchsorted(surface.faces, faces)
-    FTC[rows], label[rows] = F + (np.cumsum(n_vertices) - n_vertices)[of, None], of
+    vertices = Ragged.of_sizes([len(piece.V) for piece in pieces])
+    of = np.repeat(np.arange(len(pieces)), [len(piece.F) for piece in pieces])
+    FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
+    FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
     seams, mismatch = seams_and_mismatch(surface.topology, TC, FTC)
     if len(charts) > 1:

@@ -13,6 +13,10 @@ COORDINATE_NOISE = float(np.finfo(np.float32).eps)
 # tests/charts/panels/test_panels.py
 MIN_SURE_HEIGHT = 100.0
 
+# Faces of less height in a row that take the normal of the face beside the row. With fewer, planes seem to
+# bend in the row; longer rows are rare, and more passes find none. benchmarks/constants.py charts.features
+MAX_UNSURE_ROW = 8
+
 # Radians by which rounding bends an edge within a plane, however high its faces are. Less finds no planes in
 # coordinates of few digits; more joins facets of fine meshes. benchmarks/constants.py charts.features
 BEND_ROUNDING = 1e-5

@@ -75,7 +75,10 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        while len(rows := np.flatnonzero(unsure & ~unsure[other])):
+        for _ in range(constants.MAX_UNSURE_ROW):
+            rows = np.flatnonzero(unsure & ~unsure[other])
+            if not len(rows):
+                break
             normal[rows], unsure[rows] = normal[other[rows]], False
     return np.asarray(normal)
 

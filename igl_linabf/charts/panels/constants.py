@@ -37,6 +37,20 @@ SHARP_CREASE_PRICE = 0.15
 # Less takes rounding for distortion; more leaves some. tests/charts/panels/test_panels.py
 EXACT_NET_DISTORTION = 1e-3
 
+# Distortion of a net above which the surface is smooth with some creases, and a net has to save more. Less
+# keeps nets from bodies with small fillets; more cuts smooth ones along creases.
+# benchmarks/constants.py charts.panels
+CREASED_NET_DISTORTION = 0.05
+
+# Cost that such a net has to save. Less cuts smooth surfaces along short creases; more leaves these to
+# longer seams. benchmarks/constants.py charts.panels
+MIN_SMOOTH_NET_GAIN = 0.1
+
+# Cost that a net saves of what is expected of the seam, from which the seam needs no map to compare: its
+# stretch is hardly less than expected. Less trusts that too far; more flattens seams in vain.
+# benchmarks/constants.py charts.panels
+SURE_NET_GAIN = 0.02
+
 # Cost within which an expected cost is no better than another one. Less compares no nets that may be better;
 # more flattens large surfaces in vain. benchmarks/constants.py charts.panels
 EXPECTED_COST_MARGIN = 0.05

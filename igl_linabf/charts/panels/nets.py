@@ -196,25 +196,27 @@ class Nets:
             return None
         left = cache(lambda level: self._left(level, parts, grown))
         uncut = np.inf if gain is None else sketched_distortion(parts(seam[:0])) - gain
-        best = self._cheapest(levels, min(self.cost(seam), uncut), left)
-        if best is None:
+        expected = self.cost(seam)
+        best, least = self._cheapest(levels, min(expected, uncut), left)
+        if best is None or least > expected - constants.SURE_NET_GAIN:
             measured = sketched_distortion(parts(seam)) + self._price(seam)
-            best = self._cheapest(levels, min(measured, uncut), left)
+            best, _ = self._cheapest(levels, min(measured, uncut), left)
         return best
 
     def _cheapest(
         self, levels: Sequence[int], least: float, left: Callable[[int], tuple[Seam, float]]
-    ) -> Seam | None:
-        """The net that costs least, if less than `least`; `left(level)` flattens one."""
+    ) -> tuple[Seam | None, float]:
+        """The net that costs least, if less than `least`, and its cost. `left(level)` flattens a net."""
         best = None
         for level in levels:
             net = self._through(level, least - 1)
             if net is None or 1 + self._price(net) >= least:
                 continue
             net, stretch = left(level)
-            if stretch + self._price(net) < least:
-                best, least = net, stretch + self._price(net)
-        return best
+            cost, creased = stretch + self._price(net), stretch <= 1 + constants.CREASED_NET_DISTORTION
+            if cost < least - (0.0 if creased else constants.MIN_SMOOTH_NET_GAIN):
+                best, least = net, cost
+        return best, least
 
     def _left(self, level: int, parts: Parts, grown: Grown) -> tuple[Seam, float]:
         """The net of a level, with branches if it is not exact, and the distortion of its map."""
