@@ -143,15 +143,6 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[KnownMap | No
     return known
 
 
-def _small_or_many(pieces: list[Submesh]) -> list[int]:
-    """Rows of the pieces that are flattened together: all of many, or the smallest ones of a few."""
-    if len(pieces) >= constants.MIN_PIECES_TOGETHER:
-        return list(range(len(pieces)))
-    size = np.array([len(piece.F) for piece in pieces])
-    order = np.argsort(size, kind="stable")
-    return sorted(order[np.cumsum(size[order]) <= constants.MAX_FACES_TOGETHER].tolist())
-
-
 @dataclass(frozen=True, eq=False)
 class _Mapped:
     """A piece's map, and what is known of it.

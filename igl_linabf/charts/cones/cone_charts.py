@@ -117,7 +117,9 @@ def _settled(found: ComponentCones) -> ComponentCones:
     """Quarter cones that were found, moved where closed paths then turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
-    if quarters is None or not place.paths or piece.laplacian.thin_share > constants.MAX_THIN_SHARE:
+    if quarters is None or not place.paths or piece.graph.n < constants.MIN_NODES_OF_MOVES:
+        return found
+    if piece.laplacian.thin_share > constants.MAX_THIN_SHARE:
         return found
     angles = holonomy_angles_of(
         component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)

@@ -23,6 +23,10 @@ CONES_PER_NEW_CONE = 16
 # limbs)
 MAX_GREEN_VALUES = 200_000_000
 
+# Interior vertices to each cone, at least, beyond those that are found one by one. Fewer make cones of the
+# vertices of coarse meshes; more leave limbs of these without cones. benchmarks/constants.py charts.cones
+MIN_VERTICES_PER_CONE = 8
+
 # Cones in a row that do not pay, after which no more are tried. Fewer stop before limbs that need two
 # cones; more take time in vain. benchmarks/constants.py charts.cones
 MAX_IDLE_CONES = 4
@@ -68,6 +72,10 @@ WIDENING_LOG_STRETCH = 1.0
 # more take time in proportion. benchmarks/constants.py charts.cones
 STRETCH_SAMPLES = 4_000
 
+# Exchanges of a quarter turn between two cones. Fewer leave stretch where cones are many; more hardly gain,
+# as each lowers the stretch less than the last one. benchmarks/constants.py charts.cones
+MAX_EXCHANGES = 500
+
 # Share of the squared stretch to which an exchange of a quarter turn has to lower it. More goes on for
 # nothing that shows; less leaves stretch. benchmarks/constants.py charts.cones
 EXCHANGE_GAIN = 0.999
@@ -92,6 +100,22 @@ ESTIMATED_PAIRS = 150
 # does not come true among needles. More moves cones to worse places; less distorts handles.
 # benchmarks/constants.py charts.cones
 MAX_THIN_SHARE = 0.2
+
+# Nodes from which cones move: fewer are hardly any to move to. With less, cones of coarse meshes move in
+# vain; more distorts handles. benchmarks/constants.py charts.cones
+MIN_NODES_OF_MOVES = 1_000
+
+# Log stretch above which cones stay, since what moves change is expected to second order only. More moves
+# them to worse places; less distorts handles. benchmarks/constants.py charts.cones
+MAX_MOVED_LOG_STRETCH = 3.0
+
+# Rounds of moves, each within balls around where cones then are. Fewer leave cones on their way; more take a
+# factor each for what hardly gains. benchmarks/constants.py charts.cones
+MAX_MOVE_ROUNDS = 4
+
+# Sweeps over all cones in a round. Fewer leave cones where others no longer want them; more are rarely
+# needed. benchmarks/constants.py charts.cones
+MAX_SWEEPS = 30
 
 # Log stretch that missing quarter turns have to cost, for cones to move. Less takes time for what does not
 # show; more distorts handles. benchmarks/constants.py charts.cones

@@ -147,16 +147,19 @@ class ConeMoves:
     def best(self) -> Arrangement | None:
         """The cones for which stretch and missing quarters cost least; None if moves save too little."""
         fixed = self._exchanged(self.holonomy.cost)
+        if fixed.log_stretch > constants.MAX_MOVED_LOG_STRETCH:
+            return None
         if self._cost(fixed) < fixed.log_stretch + constants.MIN_MISSING_COST:
             return None
         free = self._exchanged(self._softened / constants.DISTORTION_PER_LOG_STRETCH / QUARTER_TURN**2)
         starts = [fixed] if np.array_equal(free.k, fixed.k) else [fixed, free]
         now = min((self._further(start) for start in starts), key=self._cost)
-        gain = np.inf
-        while gain >= constants.MIN_MOVE_GAIN:
+        for _ in range(constants.MAX_MOVE_ROUNDS - 1):
             further = self._further(now)
             gain = self._cost(now) - self._cost(further)
             now = further if gain > 0 else now
+            if gain < constants.MIN_MOVE_GAIN:
+                break
         return now if self._cost(now) < self._cost(fixed) - constants.MIN_MOVE_GAIN else None
 
     def _exchanged(self, cost: FloatArray) -> Arrangement:
@@ -214,7 +217,7 @@ class ConeMoves:
         at = [ball.nearest(there) for ball, there in zip(balls, way.reshape(-1, 3), strict=True)]
         missing = missing + sum(ball.weighed_turns[j] for ball, j in zip(balls, at, strict=True))
         least = np.inf
-        while True:
+        for _ in range(constants.MAX_SWEEPS):
             for i, ball in enumerate(balls):
                 others = missing - ball.weighed_turns[at[i]]
                 at[i] = int(np.argmin(((others + ball.weighed_turns) ** 2).sum(axis=1) + ball.price))

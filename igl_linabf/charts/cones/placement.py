@@ -129,7 +129,8 @@ class ConeComponent:
     @property
     def limit(self) -> int:
         """Number of cones at most, if they are to be found."""
-        return max(self.enough, constants.MAX_GREEN_VALUES // self.piece.graph.n)
+        by_memory = constants.MAX_GREEN_VALUES // self.piece.graph.n
+        return max(self.enough, min(by_memory, len(self.inner) // constants.MIN_VERTICES_PER_CONE))
 
     def vertices(self, nodes: IntArray) -> IntArray:
         """The component's vertices of nodes that are no holes."""

@@ -67,7 +67,7 @@ class QuantisedCurvatures:
         k, (lower, upper) = self._in_slots(k), self._bounds
         weight, bare, green = self._sampled
         grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
-        while True:
+        for _ in range(constants.MAX_EXCHANGES):
             u = np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
             # with one quarter more at i and one less at j, u grows by green_i - green_j
             squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T

@@ -108,6 +108,10 @@ GROWING_ROOM = 1.3
 # gaps; more take time in proportion. benchmarks/constants.py charts.packing
 MAX_MOVED_PLACES = 400
 
+# Moves of charts at random, however few there are. Fewer leave gaps; more hardly find a smaller square.
+# benchmarks/constants.py charts.packing
+MAX_MOVES = 100
+
 # Side of a layout over the best one's, on the coarse grid, up to which it is tried on the fine one. Less
 # misses those that a fine grid favours; more takes time. benchmarks/constants.py charts.packing
 CLOSE_SIDE = 1.02
@@ -115,6 +119,10 @@ CLOSE_SIDE = 1.02
 # Share by which the page of such a trial is larger than what it needs, doubled each time. Less needs more
 # trials; more widens gaps. benchmarks/constants.py charts.packing
 FINE_SLACK = 0.002
+
+# Such trials of one layout. Fewer give up layouts that a larger page holds; with gaps as wide as the page
+# allows none ever does, so that without a limit trials would not end. tests/charts/packing/test_packing.py
+MAX_FINE_TRIALS = 8
 
 # --- the side of several pages ---
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import count
 
 import numpy as np
 
@@ -231,7 +230,7 @@ def _moved(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLay
     up_to = np.cumsum(charts.areas / charts.areas.sum())
     longest = np.minimum.reduceat(masks.shapes.max(axis=1), masks.spans[:, 0])
     least = int(longest.max())  # cells along any square for them
-    for _ in range(constants.MAX_MOVED_PLACES // n):
+    for _ in range(min(constants.MAX_MOVES, constants.MAX_MOVED_PLACES // n)):
         if best.cells <= least:
             break
         order, now = best.order, spans
@@ -283,7 +282,7 @@ def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number:
         if tried >= number and (best_side <= close or entry.needed >= best_side):
             break
         side, turns = entry.needed * (1 + constants.FINE_SLACK), entry.layout.turn[:, None]
-        for trial in count():
+        for trial in range(constants.MAX_FINE_TRIALS):
             masks = _masks(charts, entry.order, turns, grid / side, spacing.gap * grid)
             n = len(charts.outlines)
             found.append(_square_layout(n, entry.order, masks, masks.spans, side, grid, spacing))

@@ -92,9 +92,8 @@ class TrialPage:
 
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
         gap = self.spacing.gap * TRIAL_GRID
-        inner = (
-            self.spacing.inner * self._cells * float(np.sqrt(self.area))
-        )  # of a page as large as its charts
+        full = self._cells * float(np.sqrt(self.area))  # cells along a page that its charts would cover
+        inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
         room = GROWING_ROOM * TRIAL_GRID
         while most >= 1:

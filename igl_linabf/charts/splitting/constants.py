@@ -37,8 +37,8 @@ MIN_PART_OF_MAP = 0.9
 # overlaps; with a lower limit, most are flattened in vain. benchmarks/constants.py charts.splitting
 REUSED_STRETCH = 1.3
 
-# The same share for maps of more stretch. Less keeps maps that a cut would
-# relax; at 1 each face cut off flattens the rest again. benchmarks/constants.py charts.splitting
+# The same share for maps of more stretch. Less keeps maps that a cut would relax; at 1 each face cut off
+# flattens the rest again. benchmarks/constants.py charts.splitting
 MIN_PART_OF_STRETCHED_MAP = 0.995
 
 # L2 stretch and conformal distortion up to which a part of any size keeps the map: a new one is the same.

@@ -327,6 +327,16 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
     assert len(chart.groups(6).centre) < len(F) / 2
 
 
+@pytest.mark.parametrize("number", [80, 90, 100])
+def test_charts_whose_gaps_leave_no_room_are_refused(number: int) -> None:
+    square, F = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    sizes = np.random.default_rng(0).uniform(0.5, 1, number)
+    with pytest.raises(
+        MeshError, match=f"{number} charts do not fit with a margin of 0.1: use a smaller one"
+    ):
+        pack([(square * size, F) for size in sizes], Packing(margin=0.1))
+
+
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
