@@ -16,7 +16,7 @@ from .._core import (
     boundary_loops,
     connected_labels,
     fans_around,
-    in_one_piece,
+    is_connected,
     sum_by,
     undirected,
 )
@@ -105,7 +105,7 @@ class Topology:
         # In one piece across edges, with a characteristic of 2 - loops, it has no handle: taken apart
         # at vertices where fans meet, it would have a larger one than the 2 - 2 genus - loops of a piece.
         loops, n_faces = len(self.loops), len(self.corner[0])
-        return loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, n_faces)
+        return loops > 0 and self.characteristic == 2 - loops and is_connected(self.sides, n_faces)
 
     def once(self, name: str, make: Callable[[], T]) -> T:
         """What `make` computes from the connectivity alone; a `KeptTopology` computes it once a name."""

@@ -33,7 +33,7 @@ def normals(V, corner):
     return normal / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
 
 
-def bends(V, corner, sides, normal):
+def dihedrals(V, corner, sides, normal):
     """The angles between normals at edges; negative where the surface is concave."""
     m = corner.shape[1]
     turned = normal[sides[0] % m] - normal[sides[1] % m]
@@ -71,7 +71,7 @@ def angle_sums(corner, alpha, cot, n):
     return sum_by(corner, alpha, n), sum_by(corner, log_sine[PREV] - log_sine[NEXT], n)
 
 
-def cut_short(alpha, e, reach):
+def limit_step(alpha, e, reach):
     """Up to a share of the way to a vanishing angle; where an angle would vanish."""
     with np.errstate(divide="ignore"):
         times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
@@ -251,7 +251,7 @@ def developed_loop(turning, log_ratio, movable):
     return np.append(0, np.cumsum(edge * (1 + mu @ u))[:-1]), abs(gap)
 
 
-def drawn_loops(loops, turning, log_ratio):
+def lay_out_loops(loops, turning, log_ratio):
     """The gaps of closed loops of vertices, and their derivatives, one loop after the other."""
     gaps, q = [], [np.empty(0, np.complex128)]
     for loop in loops:

@@ -80,7 +80,7 @@ def spanning_forest(pairs, order, n):
     return np.array(chosen, dtype=np.int64)
 
 
-def in_one_piece(sides, n_faces):
+def is_connected(sides, n_faces):
     return connected_labels(sides[:, sides[1] >= 0].T % n_faces, n_faces).max() == 0
 
 
@@ -126,7 +126,7 @@ def far_apart(indptr, indices, order, hops, closed):
     return chosen
 
 
-def above(pairs, n):
+def forest_parents(pairs, n):
     root = np.unique(connected_labels(pairs, n), return_index=True)[1]
     # breadth first from a node that is beside each root
     ends = np.concatenate((pairs, np.column_stack((root, np.full(len(root), n)))))

@@ -91,7 +91,7 @@ def taken(points, page):
     return np.maximum(sides.prod(axis=0), LONG * (sides.max(axis=0) ** 2 / 2 - page)).min()
 
 
-def assembled(regions, depths, pairs, turns, shifts, worths, pages):
+def merge_regions(regions, depths, pairs, turns, shifts, worths, pages):
     """The chart of each region and its motion there, after the hinges have been tried one after the other."""
     n = len(regions)
     chart, turn, shift = np.arange(n), np.ones(n, dtype=complex), np.zeros(n, dtype=complex)

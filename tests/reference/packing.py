@@ -70,7 +70,7 @@ def place(taken, extent, masks):
     return best[2], best[4], best[3]
 
 
-def placed(side, most, spans, cells):
+def place_masks(side, most, spans, cells):
     """Mask, page, x and y of charts one after the other, -1 of those without a place; the pages' extents."""
     places, pages = np.full((len(spans), 4), FREE), []
     for chart, (first, after) in enumerate(spans):

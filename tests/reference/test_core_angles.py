@@ -60,12 +60,12 @@ def arguments(g):
         "sum_by": (g.corner.ravel(), g.e.ravel(), g.n),
         "products": (g.V, g.corner),
         "normals": (g.V, g.corner),
-        "bends": (g.V, g.corner, inside, core.normals(g.V, g.corner)),
+        "dihedrals": (g.V, g.corner, inside, core.normals(g.V, g.corner)),
         "lengths": (g.V, g.edges),
         "cotangents": (beyond,),
         "rescaled": (g.corner, length, factor),
         "angle_sums": (g.corner, g.alpha, huge, g.n),
-        "cut_short": (g.alpha, g.e, 0.7),
+        "limit_step": (g.alpha, g.e, 0.7),
         "row_sums": (g.corner, g.cot, g.e, g.n),
         "projected": (g.w, g.d, g.e),
         "conformally": (g.cot, g.e),
@@ -317,8 +317,8 @@ def test_loops_end_where_turning_and_scale_lead():
     loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
     turning, log_ratio = rng.normal(size=(2, n)) / 3
     log_ratio[5] = 800.0  # more than an exponential holds
-    made = core.drawn_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
-    for a, b in zip(made, reference.drawn_loops(loops, turning, log_ratio), strict=True):
+    made = core.lay_out_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
+    for a, b in zip(made, reference.lay_out_loops(loops, turning, log_ratio), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
 
 

@@ -44,7 +44,7 @@ def cases():
         "cycles": [(order,), (np.arange(3),), (NONE,)],
         "connected_labels": [(t.edges[::3], t.n), (count.T, 7), (NO_PAIRS, 3)],
         "spanning_forest": [(few, rng.permutation(len(few))[::2], t.n), (count.T, np.arange(40), 5)],
-        "in_one_piece": [(t.sides, m), (t.sides[:, ::2], m)],
+        "is_connected": [(t.sides, m), (t.sides[:, ::2], m)],
         "fans_around": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
         "shortest_pairs": [
             (t.edges, length, t.n),
@@ -54,7 +54,7 @@ def cases():
         "far_apart": [
             (*graph, order, hops, np.arange(t.n) % 9 == 4) for graph in (ways[:2], wide) for hops in (0, 1, 2)
         ],
-        "above": [(tree, t.n), (NO_PAIRS, 3)],
+        "forest_parents": [(tree, t.n), (NO_PAIRS, 3)],
         "nearest_sources": [
             (*graph, ways[2], np.array(sources, dtype=np.int64), np.arange(t.n) % 7 > 0, limit)
             for graph in (ways[:2], wide)

@@ -141,8 +141,8 @@ def test_regions_are_joined_where_they_have_room_and_are_worth_it(kind) -> None:
             shift = 3 * rng.normal(size=(number, 2)) @ [1, 1j]
         worth, page = rng.choice([200.0, 7.1, 0.1], size=number), rng.choice([20.0, 2.0], size=number)
         hinges = pairs, turn, shift, worth, page
-        made = _core.assembled(np.concatenate(regions), depth, start, *hinges)
-        expected = reference.assembled(regions, np.split(depth, start[1:-1]), *hinges)
+        made = _core.merge_regions(np.concatenate(regions), depth, start, *hinges)
+        expected = reference.merge_regions(regions, np.split(depth, start[1:-1]), *hinges)
         np.testing.assert_array_equal(made[0], expected[0])
         np.testing.assert_allclose(made[1], expected[1], rtol=0, atol=1e-11)
         np.testing.assert_allclose(made[2], expected[2], rtol=1e-11, atol=1e-11)
@@ -153,12 +153,12 @@ def test_regions_are_joined_where_they_have_room_and_are_worth_it(kind) -> None:
 
 def test_no_regions_and_none_that_are_finite_are_put_together() -> None:
     none, one = np.zeros(0), np.ones(1)
-    made = _core.assembled(
+    made = _core.merge_regions(
         np.zeros((0, 3), complex), none, np.zeros(1, int), np.zeros((0, 2), int), *[none] * 4
     )
     assert [len(part) for part in made] == [0, 0, 0]
     for value in (np.nan, np.inf, 1e300):
         triangle = np.full((40, 3), value * (1 + 1j))
         start, pairs = np.array([0, 20, 20, 40]), np.array([[0, 2]])
-        chart = _core.assembled(triangle, np.zeros(40), start, pairs, one, value * one, one, one)[0]
+        chart = _core.merge_regions(triangle, np.zeros(40), start, pairs, one, value * one, one, one)[0]
         assert len(chart) == 3

@@ -46,7 +46,7 @@ def masks_in_turn(scale):
     turns = scale * np.concatenate([np.exp(2j * np.pi * np.arange(k) / k) for k in number])
     of = np.repeat(np.arange(len(sizes)), number)
     weight = np.ones(len(start), dtype=np.int64)
-    shapes, _, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, 0.25)
+    shapes, _, blocks, begin = _core.rasterize(start, end, weight, sides, turns, of, 0.25)
     after = np.cumsum(number)
     return np.column_stack((after - number, after)), shapes, blocks, begin
 
@@ -63,7 +63,7 @@ def test_masks_have_the_cells_that_turned_outlines_touch(half):
     start, end, weight, sides = outlines()
     turns = np.array([1, np.exp(0.7j), 2.1 * np.exp(1.9j), 1, 1j, 0.01, 3 * np.exp(-1j), 1, np.exp(2j)])
     of = np.repeat([0, 1, 2], [3, 4, 2])
-    shapes, low, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, half)
+    shapes, low, blocks, begin = _core.rasterize(start, end, weight, sides, turns, of, half)
     for k, touched in enumerate(cells_of(shapes, blocks, begin)):
         own = slice(sides[of[k]], sides[of[k] + 1])
         corner, expected = reference.mask(turns[k] * start[own], turns[k] * end[own], weight[own], half)
@@ -77,7 +77,7 @@ def test_masks_have_the_cells_that_turned_outlines_touch(half):
 def test_opposite_turns_give_the_mask_turned_over():
     start, end, weight, sides = outlines()
     turns, of = np.exp(0.7j) * np.array([1, -1, 1, 1, -1]), np.array([0, 0, 0, 1, 1])
-    shapes, low, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, 0.8)
+    shapes, low, blocks, begin = _core.rasterize(start, end, weight, sides, turns, of, 0.8)
     cells = cells_of(shapes, blocks, begin)
     for one, other in ((0, 1), (1, 2), (3, 4)):
         np.testing.assert_array_equal(cells[one], cells[other][::-1, ::-1])
@@ -89,14 +89,14 @@ def test_an_outline_that_no_grid_holds_is_refused(corner):
     start, end = sides_of(np.array([0, 1, corner + 1j]))
     one = np.ones(1, dtype=np.complex128)
     with pytest.raises((ValueError, MemoryError)):
-        _core.drawn(start, end, np.ones(3, np.int64), np.array([0, 3]), one, np.zeros(1, np.int64), 0.5)
+        _core.rasterize(start, end, np.ones(3, np.int64), np.array([0, 3]), one, np.zeros(1, np.int64), 0.5)
 
 
 @pytest.mark.parametrize(("scale", "side", "most"), [(4, 22, 3), (4, 22, 1), (5, 70, 9), (30, 40, 2)])
 def test_masks_go_where_the_square_that_holds_all_grows_least(scale, side, most):
     spans, shapes, blocks, begin = masks_in_turn(scale)
-    made = _core.placed(side, most, spans, shapes, blocks, begin, NONE_KNOWN)
-    expected = reference.placed(side, most, spans, cells_of(shapes, blocks, begin))
+    made = _core.place_masks(side, most, spans, shapes, blocks, begin, NONE_KNOWN)
+    expected = reference.place_masks(side, most, spans, cells_of(shapes, blocks, begin))
     for a, b in zip(made, expected, strict=True):
         np.testing.assert_array_equal(a, b)
 
@@ -104,16 +104,16 @@ def test_masks_go_where_the_square_that_holds_all_grows_least(scale, side, most)
 @pytest.mark.parametrize("known", [0, 2, 5, 6])
 def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(known):
     row = masks_in_turn(27)  # on pages of several words
-    expected = _core.placed(144, 3, *row, NONE_KNOWN)
+    expected = _core.place_masks(144, 3, *row, NONE_KNOWN)
     assert expected[0][:, 0].min() >= 0
-    for a, b in zip(_core.placed(144, 3, *row, expected[0][:known]), expected, strict=True):
+    for a, b in zip(_core.place_masks(144, 3, *row, expected[0][:known]), expected, strict=True):
         np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("side", [48, 144])
 def test_charts_at_their_places_take_cells_that_no_other_takes(side):
     spans, shapes, blocks, begin = masks_in_turn(side * 3 / 16)
-    places, extents = _core.placed(side, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    places, extents = _core.place_masks(side, 3, spans, shapes, blocks, begin, NONE_KNOWN)
     cells, expected = cells_of(shapes, blocks, begin), np.zeros((len(extents), side, side), dtype=np.int64)
     for k, page, x, y in places:
         high, wide = shapes[k]
@@ -125,7 +125,7 @@ def test_charts_at_their_places_take_cells_that_no_other_takes(side):
 @pytest.mark.parametrize("widest", [6, 60])
 def test_rectangles_stand_on_shelves_behind_taken_cells(widest):
     spans, shapes, blocks, begin = masks_in_turn(9)
-    places, _ = _core.placed(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
     sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
     sizes = sizes[np.argsort(-sizes[:, 1])]
     pages = _core.taken_cells(48, places, blocks, begin)

@@ -83,7 +83,7 @@ static void bind_angles(nb::module_& m) {
           "Loop i has the vertices start[i] to start[i + 1]; at each an exterior angle, the logarithm of the next\n"
           "edge's length over the last one's, and whether the angle may change so that those of the loop sum to 2 pi.\n"
           "Gaps are closed by the smallest change of lengths.");
-    m.def("drawn_loops", bound(&drawn_loops), "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
+    m.def("lay_out_loops", bound(&lay_out_loops), "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
           "The gaps of loops that turn by -2 pi, in units of their lengths, and their derivatives by log_ratio + i\n"
           "turning at the vertices: the vector to the loop's end, minus its mean, over all vertices as the loop's\n"
           "start.");
@@ -92,7 +92,7 @@ static void bind_angles(nb::module_& m) {
           "Twice the areas, the scalar products, and the least double area that rounding does not make.");
     m.def("normals", bound(&normals), "V"_a, "corner"_a,
           "Unit normals of triangles, (#F, 3); zero, or what rounding makes of it, where there is no area.");
-    m.def("bends", bound(&bends), "V"_a, "corner"_a, "sides"_a, "normal"_a,
+    m.def("dihedrals", bound(&dihedrals), "V"_a, "corner"_a, "sides"_a, "normal"_a,
           "Angle between the normals at edges, of sides (2, #E); negative where the surface is concave.");
     m.def("lengths", bound(&lengths), "V"_a, "edges"_a, "Of edges, (#E, 2).");
     m.def("cotangents", bound(&cotangents), "alpha"_a,
@@ -111,7 +111,7 @@ static void bind_angles(nb::module_& m) {
     m.def("conformal_errors", bound(&conformal_errors), "corner"_a, "cot"_a, "vertex"_a, "wheel"_a,
           "K M^T x of multipliers (n,) of single vertices, K the cotangent matrices: `errors` in that metric.");
     m.def("conformally", bound(&conformally), "cot"_a, "y"_a, "K y: (3, #F) angles that sum to zero in each triangle.");
-    m.def("cut_short", bound(&cut_short), "alpha"_a, "e"_a, "reach"_a,
+    m.def("limit_step", bound(&limit_step), "alpha"_a, "e"_a, "reach"_a,
           "The errors, up to a share `reach` of the way to a vanishing angle; and where an angle would vanish.");
     m.def("pair_weights", bound(&pair_weights), "w"_a, "d"_a,
           "w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.");
@@ -222,7 +222,7 @@ Components are numbered from 0, in the order of their first nodes.)");
         R"(Of the edges `order`, by their pairs of n nodes, those that close no cycle with earlier ones.
 
 If the order is by weight, this is the minimum spanning forest (Kruskal 1956).)");
-    m.def("in_one_piece", bound(&in_one_piece), "sides"_a, "n_faces"_a,
+    m.def("is_connected", bound(&is_connected), "sides"_a, "n_faces"_a,
         "Whether every face can be reached from face 0 across edges; `sides` as in `Topology`.");
     m.def("fans_around", bound(&fans_around), "corner"_a, "sides"_a, "n"_a,
         "How many fans each of n vertices has, by the corners (3, #F) and the sides of edges of a `Topology`.");
@@ -241,7 +241,7 @@ end, which is in the last copy; that alone if there is no such walk.)");
         R"(The nodes of a way of the fewest steps, from one of the `ends` back to one of the sources, both masks.
 
 The graph is given as in CSR. There are none if no end can be reached.)");
-    m.def("above", bound(&above), "pairs"_a, "n"_a,
+    m.def("forest_parents", bound(&forest_parents), "pairs"_a, "n"_a,
         R"(The node above each of n nodes of a forest with these edges, (#E, 2); that of a root is itself.
 
 The root of a tree is its first node.)");
@@ -289,7 +289,7 @@ static void bind_overlaps(nb::module_& m) {
           "neighbours: so an overlap is a component of them, and of those the other way around. Where it winds\n"
           "on, so that a face is over one and under another, its sheets are grown from its first pair on until\n"
           "they meet. Each sheet is connected.");
-    m.def("assembled", bound(&assembled), "triangle"_a, "depth"_a, "start"_a, "pairs"_a, "turn"_a, "shift"_a, "worth"_a,
+    m.def("merge_regions", bound(&merge_regions), "triangle"_a, "depth"_a, "start"_a, "pairs"_a, "turn"_a, "shift"_a, "worth"_a,
           "page"_a,
           "The chart of each region, and the motion from the region's frame to the plane of the chart.\n\n"
           "Region r has the counter-clockwise triangles (#T, 3) from `start[r]` to `start[r + 1]`. One after the\n"
@@ -303,7 +303,7 @@ static void bind_overlaps(nb::module_& m) {
 
 static void bind_packing(nb::module_& m) {
     using namespace packing;
-    m.def("drawn", bound(&drawn), "start"_a, "end"_a, "weight"_a, "sides"_a, "turns"_a, "of"_a, "half"_a,
+    m.def("rasterize", bound(&rasterize), "start"_a, "end"_a, "weight"_a, "sides"_a, "turns"_a, "of"_a, "half"_a,
         R"(The blocks of cells that turned outlines, widened by `half` to all four sides, touch.
 
 Outline i has the sides from sides[i] to sides[i + 1], each with a weight. Mask k is that of outline
@@ -312,7 +312,7 @@ the opposite of the one before, of the same outline, it is that mask turned over
 
 Returns rows and columns (#M, 2), the corners (#M,), the blocks (#B, 4), those of a mask by size, and
 where each mask's begin (#M + 1,).)");
-    m.def("placed", bound(&placed), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a, "start"_a, "known"_a,
+    m.def("place_masks", bound(&place_masks), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a, "start"_a, "known"_a,
         R"(Charts on square pages with `side` cells along a side; each has several masks, one of which is chosen.
 
 Those of chart i are from `spans[i, 0]` to `spans[i, 1]`; `shapes` are their rows and columns. Mask k has
@@ -322,7 +322,7 @@ rows of equal runs of cells, the largest ones first. The places of the first cha
 Returns the chart's mask, page, x and y; and the pages' widths and heights that are taken. If `most` pages
 have no room for a chart, or an empty one has none, it and those after it have places of -1.)");
     m.def("taken_cells", bound(&taken_cells), "side"_a, "places"_a, "blocks"_a, "start"_a,
-        "The cells (#pages, side, side) that charts at their places take, as `placed` gives these.");
+        "The cells (#pages, side, side) that charts at their places take, as `place_masks` gives these.");
     m.def("on_shelves", bound(&on_shelves), "sizes"_a, "taken"_a,
         R"(Lower left corners (#P, 2) of as many rectangles as find a place on a page.
 

@@ -387,7 +387,7 @@ def advance(
     e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
     with timed("assembly"):
         if problem.safeguard:
-            e, limited = _core.cut_short(at.alpha, e, LONGEST_WAY)
+            e, limited = _core.limit_step(at.alpha, e, LONGEST_WAY)
         at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
     step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)

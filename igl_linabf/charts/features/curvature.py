@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..._core import bends, entries, lengths, normals, product_with_pairs
+from ..._core import dihedrals, entries, lengths, normals, product_with_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 from . import constants
@@ -86,7 +86,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """The angle between the `face_normals` at each edge with two faces; negative where it is concave."""
     topology = component.topology
-    return bends(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
+    return dihedrals(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:

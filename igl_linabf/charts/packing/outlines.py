@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core import drawn, placed, taken_cells
+from ..._core import place_masks, rasterize, taken_cells
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged
 
@@ -124,7 +124,7 @@ class ChartMasks:
         extents : (#pages, 2) int64
             Cells from the left and from below that the charts of each page take.
         """
-        return placed(side, pages, spans, self.shapes, self.blocks, self.start, known)
+        return place_masks(side, pages, spans, self.shapes, self.blocks, self.start, known)
 
     def taken(self, side: int, places: IntArray) -> BoolArray:
         """The cells (#pages, side, side) that charts at these places take."""
@@ -166,7 +166,7 @@ def masks_of(
         np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
     )
     of, by = np.repeat(np.arange(len(outlines)), number), np.concatenate(turns) * cells_per_unit
-    shapes, low, blocks, begin = drawn(start, end, weight, sides.start, by, of, half)
+    shapes, low, blocks, begin = rasterize(start, end, weight, sides.start, by, of, half)
     origin, reached = low / cells_per_unit, begin.tolist()
     made = []
     for own_turns, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):

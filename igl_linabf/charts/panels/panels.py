@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..._core import assembled, nearest_sources, shortest_pairs
+from ..._core import merge_regions, nearest_sources, shortest_pairs
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
@@ -196,7 +196,7 @@ def _not_joined(panels: Panels, slit: BoolArray, trade: float) -> BoolArray:
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= upright_turns(z, order, panel)[panel, None]
     joins = joints(creased, fold, panel, z, panels.same_motion, trade)
-    chart, turn, shift = assembled(z[order], panels.max_depths(z)[order], start, *joins)
+    chart, turn, shift = merge_regions(z[order], panels.max_depths(z)[order], start, *joins)
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
     a, b = creased.faces[fold].T

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..._core import DEPTH, above, normals, spanning_forest
+from ..._core import DEPTH, forest_parents, normals, spanning_forest
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, connected_labels, index_and_rank, sum_by
 from ..features import CreasedSurface, sharpness
@@ -20,7 +20,7 @@ def unfolded(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     one, other = (z.ravel()[side] for side in creased.sides(tree))
     turn, shift = _motions(one, other)
     pairs = creased.faces[tree]
-    parent = above(pairs, m)
+    parent = forest_parents(pairs, m)
     by, to = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
     down = parent[pairs[:, 1]] == pairs[:, 0]  # motions are those of the second face to the first
     child = np.where(down, pairs[:, 1], pairs[:, 0])
@@ -112,7 +112,7 @@ def _few_of_each(label: IntArray) -> IntArray:
     return np.sort(order[step > before])
 
 
-_Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # as `assembled` takes them
+_Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # as `merge_regions` takes them
 
 
 def joints(

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ..._core import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
+from ..._core import dihedrals, lengths, nearest_sources, nodes_on_paths, shortest_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
@@ -197,7 +197,7 @@ def _edges_within(piece: Submesh, near: BoolArray, hidden: FloatArray | None) ->
     topology = piece.topology
     inside = piece.cuttable_edges
     inside = inside[near[topology.edges[inside]].all(axis=1)]
-    bend = bends(
+    bend = dihedrals(
         piece.V, topology.corner, np.ascontiguousarray(topology.sides[:, inside]), face_normals(piece)
     )
     ends = topology.edges[inside]

@@ -69,7 +69,7 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
 // The gaps of loops that turn by -2 pi, in units of their length, and the derivatives by log_ratio + i turning at
 // their vertices: the vector from the vertex to the loop's end, minus its mean, over all vertices as the loop's start.
 // What a loop turns by too much is spread evenly over it first.
-inline std::tuple<Array<Complex>, Array<Complex>> drawn_loops(View<const Index> vertex, View<const Index> start,
+inline std::tuple<Array<Complex>, Array<Complex>> lay_out_loops(View<const Index> vertex, View<const Index> start,
                                                               View<const double> turning,
                                                               View<const double> log_ratio) {
     Array<Complex> gap(start.size - 1), q(vertex.size);

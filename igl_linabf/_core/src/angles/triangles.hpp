@@ -155,7 +155,7 @@ inline double arctangent(double y, double x) {
 }
 
 // The angle between the normals at each edge, of sides (2, #E); negative where the surface is concave.
-inline Array<double> bends(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
+inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
     const Index m = corner.columns;
     return over(sides.columns, [=](Index e) {
         const Index s = sides[0][e], t = sides[1][e];
@@ -297,7 +297,7 @@ inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex,
 }
 
 // The errors, in each triangle up to a share `reach` of the way to a vanishing angle; and where an angle would vanish.
-inline Flagged cut_short(Values alpha, Values e, double reach) {
+inline Flagged limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
     Grid<double> made(3, m);
     Array<bool> vanishing(m);

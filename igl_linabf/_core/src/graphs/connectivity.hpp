@@ -232,7 +232,7 @@ inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const 
 }
 
 // Whether every face can be reached from face 0 across edges.
-inline bool in_one_piece(Matrix<const Index> sides, Index m) {
+inline bool is_connected(Matrix<const Index> sides, Index m) {
     if (m == 0) return true;
     const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // faster than a remainder
     std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // the face across each half-edge; m for none

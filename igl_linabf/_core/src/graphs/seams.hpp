@@ -67,7 +67,7 @@ Array<bool> far_apart(View<const Int> indptr, View<const Int> indices, View<cons
 }
 
 // The node above each node of a forest; the root of a tree is its first node, and above itself.
-inline Array<Index> above(Matrix<const Index> pairs, Index n) {
+inline Array<Index> forest_parents(Matrix<const Index> pairs, Index n) {
     const Lists beside = lists_of(n, [&](const auto& put) {
         for (Index e = 0; e < pairs.rows; ++e) put(pairs[e][0], pairs[e][1]), put(pairs[e][1], pairs[e][0]);
     });

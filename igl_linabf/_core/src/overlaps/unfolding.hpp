@@ -234,7 +234,7 @@ struct Assembled {
 
 // The chart of each region, and the motion from the region's frame to the plane of the chart. Hinge h joins the
 // regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] of b's frame to a's.
-inline Assembled assembled(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
+inline Assembled merge_regions(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
                            Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
                            View<const double> worth, View<const double> page) {
     const Regions regions(triangle, depth, start);

@@ -167,7 +167,7 @@ inline void take(Page& page, Shape shape, View<const Block> blocks, Index x, Ind
 
 // Charts on square pages with `side` cells along a side, each by one of its masks; the places of the first ones are
 // known. Where `most` pages have no room for a chart, or an empty one has none, it and those after it have none.
-inline std::tuple<std::vector<Place>, std::vector<Extent>> placed(Index side, Index most, View<const Span> spans,
+inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index side, Index most, View<const Span> spans,
                                                                   View<const Shape> shapes, View<const Block> blocks,
                                                                   View<const Index> start, View<const Place> known) {
     std::vector<Place> places(spans.size, Place{-1, -1, -1, -1});

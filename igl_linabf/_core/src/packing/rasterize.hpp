@@ -121,7 +121,7 @@ struct Drawn {
 // The masks of turned outlines, widened by `half` to all four sides: outline i has the sides from sides[i] to
 // sides[i + 1], and mask k is that of outline of[k] times turns[k], in the smallest grid. Where turns[k] is the
 // opposite of the one before, of the same outline, it is that mask turned over.
-inline Drawn drawn(View<const Complex> start, View<const Complex> end, View<const Index> weight,
+inline Drawn rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
                    View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
     Drawn made;
     made.begin.push_back(0);
