@@ -1,4 +1,4 @@
-.PHONY: demo test lint pytest sanitize docs benchmark results fuzz release-check blender clean
+.PHONY: demo test lint pytest mutants sanitize docs benchmark results fuzz release-check blender clean
 
 PYTHON ?= python3
 BIN = .venv/bin
@@ -24,6 +24,10 @@ lint: .venv/ready
 
 pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile
+
+# ROOM="angles layouts" runs only those of these rooms
+mutants: .venv/ready
+	$(PY) scripts/mutants.py $(ROOM)
 
 # the core, built with AddressSanitizer and UBSan
 sanitize: .venv/ready

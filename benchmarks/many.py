@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
-from igl_linabf.charts import pack
+from igl_linabf.charts import pack_charts
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -127,7 +127,7 @@ def main() -> None:
             (chart.result.uv, np.unique(atlas.FTC[chart.faces], return_inverse=True)[1].reshape(-1, 3))
             for chart in atlas.charts
         ]
-        packing = np.median([seconds(lambda: pack(charts)) for _ in repeat])  # noqa: B023
+        packing = np.median([seconds(lambda: pack_charts(charts)) for _ in repeat])  # noqa: B023
         figures = f"{atlas.fill:.2f} | {atlas.quality.stretch_l2:.4f} | {'yes' if atlas.good else 'no'}"
         print(f"| {name} | {len(charts):,} | {taken:.2f} | {packing:.2f} | {figures} |", flush=True)
 

@@ -1,18 +1,23 @@
 """Write docs/results.md: the output of the other benchmarks, each under its command.
 
-    python benchmarks/results.py
+    python benchmarks/results.py [--only WORD]
+
+With --only, sections whose command does not hold this word stay as they are.
 
 A page that would lose a mesh is not written: the run ends with exit code 1, and says which are missing.
 """
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 HEAD = """# Results
+
+{found}
 
 `make results` writes this page. Each table is the output of the command above it. The meshes are the
 cortex of nilearn's wheel and those of the folder that `IGL_LINABF_MESHES` names (files `kind__name.obj`).
@@ -66,12 +71,20 @@ def section(title: str, command: str) -> str:
     return f"\n## {title}\n\n`python benchmarks/{command}`\n\n{done.stdout}"
 
 
-def main() -> int:
-    old = PAGE.read_text() if PAGE.exists() else ""
-    own = {part.split("\n")[0]: f"\n## {part}" for part in old.split("\n## ")[1:]}
-    text = HEAD
+def first_words(made: str) -> str:
+    """The first paragraph of a section below its title and command: what its table shows."""
+    return made.strip().split("\n\n")[2]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--only", default="", metavar="WORD", help="run the commands that hold this word")
+    only = parser.parse_args(arguments).only
+    old = PAGE.read_text("utf-8") if PAGE.exists() else ""
+    own = {part.split("\n")[0]: f"\n## {part.rstrip()}\n" for part in old.split("\n## ")[1:]}
+    parts = []
     for title, command in SECTIONS:
-        made = section(title, command)
+        made = section(title, command) if only in command else own.get(title, "")
         if missing := lost(own.get(title, ""), made):
             print(
                 f"{PAGE} is left as it is, for it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "
@@ -79,9 +92,9 @@ def main() -> int:
                 file=sys.stderr,
             )
             return 1
-        text += made
+        parts.append(made)
         print(title, file=sys.stderr)
-    PAGE.write_text(text)
+    PAGE.write_text(HEAD.format(found=first_words(parts[0])) + "".join(parts), "utf-8")
     return 0
 
 

@@ -22,6 +22,7 @@ _NAMES = {
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",
     "textures": "bake",
+    "uv_sets": "PackedUV UVCheck check_uv pack",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 __all__ = sorted(["adapters", "io", *_ROOM])
@@ -31,6 +32,12 @@ _ROOMS = {*_NAMES, "adapters", "angles", "_core", "linalg"}
 def __getattr__(name: str) -> object:
     if name in _ROOMS:
         return import_module(f"{__name__}.{name}")
+    if name == "__version__":
+        from importlib.metadata import version  # takes as long as the rest of this module
+
+        value: object = version("igl-linabf")
+        globals()[name] = value
+        return value
     if name not in _ROOM:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = globals()[name] = getattr(import_module(f"{__name__}.{_ROOM[name]}"), name)
@@ -38,4 +45,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_ROOMS})
+    return sorted({*globals(), *__all__, *_ROOMS, "__version__"})

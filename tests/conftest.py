@@ -25,7 +25,7 @@ from igl_linabf.io import read_mesh
 from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
-sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(ROOT / folder) for folder in ("demos", "benchmarks", "scripts")]
 collect_ignore = ["blender_scenes.py"]  # for Blender's Python, in which project/test_blender.py runs it
 OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 

@@ -13,6 +13,7 @@ from .meshes import (
     to_open3d,
     to_pyvista,
     to_trimesh,
+    vertex_map,
 )
 from .tensors import from_torch, to_torch
 
@@ -27,4 +28,5 @@ __all__ = [
     "to_pyvista",
     "to_torch",
     "to_trimesh",
+    "vertex_map",
 ]

@@ -11,6 +11,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError
 from ..io import as_mesh_file, split_at_seams
 from ..surface import face_array
+from .data import CELLS_OF_NO_SURFACE, check_alike, keep_data_of_pyvista, keep_data_of_trimesh, of_triangles
 
 if TYPE_CHECKING:
     import meshio
@@ -55,7 +56,14 @@ def from_trimesh(mesh: trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
 
 
-def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> trimesh.Trimesh:
+def to_trimesh(
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    *,
+    like: trimesh.Trimesh | None = None,
+) -> trimesh.Trimesh:
     """A `trimesh.Trimesh` with the texture coordinates in `mesh.visual.uv`.
 
     Parameters
@@ -66,6 +74,8 @@ def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
         Texture coordinates, or a map of `flatten`.
     FTC : (#F, 3) int, optional
         Their rows at the corners of the faces, as an atlas has them; `F` by default.
+    like : trimesh.Trimesh, optional
+        The mesh that V and F come from: its colours, attributes and metadata are kept.
 
     Returns
     -------
@@ -76,7 +86,7 @@ def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not fit together, or to `like`, or are not finite.
 
     Examples
     --------
@@ -84,8 +94,13 @@ def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import trimesh
 
-    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    return trimesh.Trimesh(V, F, visual=trimesh.visual.TextureVisuals(uv=TC), process=False)
+    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    visual = trimesh.visual.TextureVisuals(uv=made.TC)
+    mesh = trimesh.Trimesh(made.V, made.F, visual=visual, process=False)
+    if like is not None:
+        check_alike(V, F, len(like.vertices), len(like.faces))
+        keep_data_of_trimesh(mesh, like, made.vertex)
+    return mesh
 
 
 def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
@@ -120,12 +135,19 @@ def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
 
     if not isinstance(mesh, pyvista.PolyData):
         raise MeshError(f"this is a {type(mesh).__name__}, no pyvista.PolyData: take mesh.extract_surface()")
-    faces = mesh if mesh.is_all_triangles else mesh.triangulate()
+    faces = of_triangles(mesh)
     F = np.asarray(faces.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
     return np.array(faces.points, dtype=np.float64), np.ascontiguousarray(F)
 
 
-def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> pyvista.PolyData:
+def to_pyvista(
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    *,
+    like: pyvista.PolyData | None = None,
+) -> pyvista.PolyData:
     """A `pyvista.PolyData` with the texture coordinates in `mesh.active_texture_coordinates`.
 
     Parameters
@@ -136,6 +158,8 @@ def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
         Texture coordinates, or a map of `flatten`.
     FTC : (#F, 3) int, optional
         Their rows at the corners of the faces, as an atlas has them; `F` by default.
+    like : pyvista.PolyData, optional
+        The mesh that V and F come from: its arrays of points, cells and fields are kept.
 
     Returns
     -------
@@ -146,7 +170,7 @@ def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not fit together, or to `like`, or are not finite.
 
     Examples
     --------
@@ -154,9 +178,13 @@ def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import pyvista
 
-    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    mesh = pyvista.PolyData.from_regular_faces(V, F)
-    mesh.active_texture_coordinates = TC
+    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    mesh = pyvista.PolyData.from_regular_faces(made.V, made.F)
+    if like is not None:
+        triangles = of_triangles(like)
+        check_alike(V, F, triangles.n_points, triangles.GetNumberOfPolys())
+        keep_data_of_pyvista(mesh, triangles, made.vertex)
+    mesh.active_texture_coordinates = made.TC
     return mesh
 
 
@@ -189,7 +217,7 @@ def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
     >>> textured.point_data["obj:vt"].shape == (len(textured.points), 2)
     True
     """
-    surface = [block for block in mesh.cells if block.type not in ("vertex", "line", "line3")]
+    surface = [block for block in mesh.cells if block.type not in CELLS_OF_NO_SURFACE]
     others = {block.type: len(block.data) for block in surface if block.type != "triangle"}
     if others:
         listed = ", ".join(f"{count} cells {kind!r}" for kind, count in others.items())
@@ -200,7 +228,14 @@ def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
     return V, np.concatenate([np.zeros((0, 3), np.int64), *blocks])
 
 
-def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> meshio.Mesh:
+def to_meshio(
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    *,
+    like: meshio.Mesh | None = None,
+) -> meshio.Mesh:
     """A `meshio.Mesh` with the texture coordinates in `mesh.point_data["obj:vt"]`.
 
     Parameters
@@ -211,6 +246,8 @@ def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None =
         Texture coordinates, or a map of `flatten`.
     FTC : (#F, 3) int, optional
         Their rows at the corners of the faces, as an atlas has them; `F` by default.
+    like : meshio.Mesh, optional
+        The mesh that V and F come from: its data of points, cells and fields are kept.
 
     Returns
     -------
@@ -221,7 +258,7 @@ def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None =
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not fit together, or to `like`, or are not finite.
 
     Examples
     --------
@@ -229,8 +266,18 @@ def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None =
     """
     import meshio
 
-    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    return meshio.Mesh(V, [("triangle", F)], point_data={"obj:vt": TC})
+    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    points, cells, fields = {}, {}, {}
+    if like is not None:
+        surface = [i for i, block in enumerate(like.cells) if block.type not in CELLS_OF_NO_SURFACE]
+        check_alike(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
+        points = {name: np.asarray(values)[made.vertex] for name, values in like.point_data.items()}
+        cells = {
+            name: [np.concatenate([values[i] for i in surface])] for name, values in like.cell_data.items()
+        }
+        fields = like.field_data
+    points["obj:vt"] = made.TC
+    return meshio.Mesh(made.V, [("triangle", made.F)], points, cells, fields)
 
 
 def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArray]:
@@ -264,7 +311,12 @@ def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArra
 
 
 def to_open3d(
-    V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    *,
+    like: open3d.geometry.TriangleMesh | None = None,
 ) -> open3d.geometry.TriangleMesh:
     """An Open3D mesh with the texture coordinates in `mesh.triangle_uvs`.
 
@@ -276,6 +328,8 @@ def to_open3d(
         Texture coordinates, or a map of `flatten`.
     FTC : (#F, 3) int, optional
         Their rows at the corners of the faces, as an atlas has them; `F` by default.
+    like : open3d.geometry.TriangleMesh, optional
+        The mesh that V and F come from: its colours and normals are kept.
 
     Returns
     -------
@@ -286,7 +340,7 @@ def to_open3d(
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not fit together, or to `like`, or are not finite.
 
     Examples
     --------
@@ -301,4 +355,42 @@ def to_open3d(
     )
     mesh.triangle_uvs = open3d.utility.Vector2dVector(made.TC[made.texture])
     mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(made.polygons), dtype=np.int32))
+    if like is not None:
+        check_alike(V, F, len(like.vertices), len(like.triangles))
+        mesh.vertex_colors, mesh.vertex_normals = like.vertex_colors, like.vertex_normals
+        mesh.triangle_normals = like.triangle_normals
     return mesh
+
+
+def vertex_map(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> IntArray:
+    """The vertex of V that each vertex of `to_trimesh`, `to_pyvista` and `to_meshio` is a copy of.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    TC : (#TC, 2) float
+    FTC : (#F, 3) int, optional
+        As they are passed to those functions.
+
+    Returns
+    -------
+    vertex : (#P,) int64
+        Values at the vertices of V become those of the new mesh by `values[vertex]`.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or are not finite.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> mesh = to_trimesh(V, F, atlas.TC, atlas.FTC)
+    >>> vertex = vertex_map(V, F, atlas.TC, atlas.FTC)
+    >>> bool((mesh.vertices == V[vertex]).all())
+    True
+    """
+    return split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC)).vertex

@@ -18,12 +18,13 @@ from .._types import FloatArray
 from ..charts import Cones, Packing, Seams, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
-from ..io import MeshFile, read_file, unit_square, write_file
+from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
 How = Literal["unwrap", "flatten"]
+Scale = Literal["square", "mesh"]  # what `batch` calls units
 OF_UNWRAP = ("seams", "cones", "packing")
 
 _one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
@@ -40,6 +41,7 @@ class Settings:
     cones: Cones | None = None
     packing: Packing | None = None
     boundary: BoundaryName = "free"
+    units: Scale | None = None
     memory: int | None = None
 
     def key(self, version: str) -> str:
@@ -96,7 +98,10 @@ def _row_of(task: Task) -> Row:
             TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
-                write_file(path, mesh, TC, FTC)
+                # the plan has seen what is there; names of other files lead nowhere from a URL
+                folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
+                with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
+                    pass
             return done
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")
@@ -114,13 +119,15 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
     told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
-    return atlas.TC, atlas.FTC, _with_quality(told, atlas.quality)
+    TC = atlas.TC / atlas.scale if lies_flat(row.output) else atlas.TC
+    return TC, atlas.FTC, _with_quality(told, atlas.quality)
 
 
 def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
-    uv = unit_square(result.uv)
+    units = settings.units or ("mesh" if lies_flat(row.output) else "square")
+    uv = unit_square(result.uv) if units == "square" else result.uv
     measured = quality(V, F, uv)
     outcome, message = result.outcome, "" if result.outcome.good else result.message
     if outcome.good and measured.flips:

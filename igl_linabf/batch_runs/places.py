@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from .._runtime import replacing
 from ..errors import MeshError
-from ..io import READABLE
+from ..io import READABLE, suffix_of
 
 TEMPORARY = ".igl_linabf-*"  # what `replacing` writes before it takes its place
 
@@ -98,7 +98,7 @@ def _in_folder(place: str) -> list[str]:
 
 def _is_mesh(place: str) -> bool:
     name = os.path.basename(place)
-    return not name.startswith(".") and os.path.splitext(name)[1].lower() in READABLE
+    return not name.startswith(".") and suffix_of(name) in READABLE
 
 
 def _stated(path: str, base: str) -> Found:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
+from errno import EEXIST
 from functools import partial
 from hashlib import sha256
 from importlib.util import find_spec
@@ -21,14 +22,14 @@ import numpy as np
 
 from .._runtime import Progress, counting, undo_at_interrupt
 from ..charts import Cones, Packing, Seams, asked_for
-from ..errors import is_number
+from ..errors import is_number, some
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
 from .clusters import Lookout, client_of, local_client
 from .constants import AHEAD, AHEAD_AT_LEAST, DEATHS_ALONE, PATIENCE
-from .one_mesh import OF_UNWRAP, How, Settings, Task, run
-from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown, write_down
+from .one_mesh import OF_UNWRAP, How, Scale, Settings, Task, run
+from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, PARQUET, Row, Table, shown, write_down
 
 NO_ROOM = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
@@ -86,7 +87,9 @@ def batch(
     cones: Cones | int | Literal["auto"] | None = None,
     packing: Packing | None = None,
     boundary: BoundaryName = "free",
+    units: Scale | None = None,
     retry: bool = False,
+    force: bool = False,
     progress: Progress = None,
 ) -> Batch:
     """Unwrap many mesh files on many processes or machines, with Dask.
@@ -127,8 +130,13 @@ def batch(
         As in `unwrap`.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
+    units : {"square", "mesh"}, optional
+        Scale of the maps of `how="flatten"`: the unit square, or the mesh's units of length. By default
+        "square"; "mesh" in GIFTI and FreeSurfer, where the map is a surface.
     retry : bool
         Do again, too, what died, ran out of memory or failed in an earlier run.
+    force : bool
+        Replace files in `out` that no batch has written.
     progress : callable or False, optional
         As in `flatten`; the default also prints the address of Dask's dashboard, on stderr.
 
@@ -143,8 +151,8 @@ def batch(
     ValueError
         An argument is none of those above.
     OSError
-        There is no such input, `out` cannot be written to, the disk is full, another batch is writing
-        there, or no scheduler answers.
+        There is no such input, `out` cannot be written to, a file is there that no batch has written, the
+        disk is full, another batch is writing there, or no scheduler answers.
     ImportError
         Dask is not installed.
 
@@ -160,7 +168,7 @@ def batch(
     limit = _in_bytes(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
-    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, limit)
+    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, units, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
@@ -169,7 +177,7 @@ def batch(
     folder = places.absolute(out)
     found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
     with Table(folder) as table:
-        tasks = _planned(found, table, settings, retry)
+        tasks = _planned(found, table, settings, retry, force)
         seconds = 0.0
         if tasks:
             with ExitStack() as stack:
@@ -216,6 +224,10 @@ def _check_settings(asked: Settings) -> None:
         raise ValueError(f"format is {asked.format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
     if asked.how == "flatten" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
         raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
+    if asked.units not in (None, *get_args(Scale)):
+        raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
+    if asked.how == "unwrap" and asked.units is not None:
+        raise ValueError("units mean nothing to unwrap, whose charts are packed: leave them out, or flatten")
     if asked.how == "unwrap" and asked.boundary != "free":
         raise ValueError("charts have a free boundary: leave boundary out, or flatten")
     if asked.boundary not in get_args(BoundaryName):
@@ -236,7 +248,9 @@ def _check_settings(asked: Settings) -> None:
     asked_for(seams, cones, asked.packing)
 
 
-def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:
+def _planned(
+    found: list[places.Found], table: Table, settings: Settings, retry: bool, force: bool
+) -> list[Task]:
     """The tasks that are missing; the table has a row for every input then."""
     there = places.names_in(table.folder)
     places.remove_temporaries(there, table.folder)
@@ -256,8 +270,29 @@ def _planned(found: list[places.Found], table: Table, settings: Settings, retry:
             continue
         rows.append(row)
         tasks.append(Task(file.place, row, table.folder, settings))
+    if not force:
+        _check_free(tasks, table, there)
     table.plan(rows)
     return tasks
+
+
+def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
+    """Raise where a file would be replaced that no batch has written."""
+    own = table.taken()
+    wanted = [PARQUET] if not own else []
+    for task in tasks:
+        output = task.row.output
+        if output not in own:
+            stem, suffix = os.path.splitext(output)
+            wanted += [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
+    taken = [name for name in wanted if name in there]
+    if taken:
+        raise FileExistsError(
+            EEXIST,
+            f"{some(taken)} are there already, and no batch has written them: give another folder, or "
+            "replace them with --force (in Python, force=True)",
+            table.folder,
+        )
 
 
 def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, str]:

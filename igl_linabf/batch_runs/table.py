@@ -140,7 +140,8 @@ class Table:
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
             with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
-                self.write()
+                if self._rows:  # none if what is there was not to be replaced
+                    self.write()
                 if kind is None:
                     self._remove_journals()
         finally:

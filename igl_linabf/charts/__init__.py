@@ -8,7 +8,9 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 from .atlas import Atlas, Chart, texture_seams
 from .cones import Cones, find_cones
 from .options import Seams, asked_for
-from .packing import UDIM_ROW, Packing, pack, pack_together
+from .packing import UDIM_ROW, Packing, pack_together
+from .packing import pack_charts as pack_charts
+from .panels import overlap_depths as overlap_depths
 from .seams import cut, find_seams
 from .splitting import make_bijective, separating_seams
 from .unwrapping import unwrap

@@ -15,7 +15,16 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
 from ..measures import quality_of
-from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
+from ..surface import (
+    Cleaned,
+    Ragged,
+    Submesh,
+    cleaned_surface,
+    complex_positions,
+    merge_coincident,
+    signed_double_areas,
+    unrepaired,
+)
 from . import constants
 from .atlas import (
     Atlas,
@@ -107,7 +116,8 @@ def unwrap(
     Warns
     -----
     MeshWarning
-        The mesh was repaired; `atlas.repairs` has the details.
+        The mesh was repaired; `atlas.repairs` has the details. Or edges of its boundary lie in one place, as
+        files have them at old seams: charts end there without `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
@@ -143,15 +153,16 @@ def unwrap(
     if split is not None:
         surface = mark_diagonals(surface, cleaned, split)
         cleaned = replace(cleaned, repairs=repairs_of_polygons(cleaned.repairs, split))
-    if cleaned.repairs:
-        listed = "; ".join(map(str, cleaned.repairs))
-        warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
+    _warn_of_repairs(cleaned)
     if not len(surface.F):
         atlas = empty_atlas(cleaned, given)
         return atlas if split is None else atlas_of_polygons(atlas, split)
+    if weld is None:
+        _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
+        kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
@@ -176,7 +187,7 @@ def unwrap(
                     return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=asked.max_stretch)
+    atlas = replace(atlas, max_stretch=asked.max_stretch, given_seams=kept)
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
@@ -185,6 +196,32 @@ def unwrap(
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
+
+
+def _warn_of_repairs(cleaned: Cleaned) -> None:
+    if cleaned.repairs:
+        listed = "; ".join(map(str, cleaned.repairs))
+        warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
+
+
+def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
+    """Say where the boundary lies on itself: vertices are doubled at the seams of an older map."""
+    topology = surface.topology
+    rim = topology.edges[topology.sides[1] < 0]
+    if not len(rim):
+        return
+    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)  # repairs cut, too
+    place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
+    _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)
+    on_seam = count[edge.ravel()] > 1
+    doubled = len(np.unique(rim[first][on_seam])) - len(np.unique(place[on_seam]))
+    if doubled:
+        warnings.warn(
+            f"{doubled:,} vertices of the boundary are doubled along edges, as programs do at the seams of a "
+            "map: charts end there; weld=0 (--weld 0) joins them",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:

@@ -1,11 +1,14 @@
 """What options and arguments look like, and those that several commands share."""
 
+import argparse
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
 from ..charts import Packing, Seams
 from ..flattening import METHODS, BoundaryName
+
+AXES = ("x", "y", "z")
 
 Argument = Mapping[str, Any]
 """What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
@@ -28,6 +31,20 @@ def value(
     """What `kind` makes of the text; without it, the text. Help tells the default."""
     told = help if default is None else f"{help} (default: %(default){'g' if kind is float else 's'})"
     return {"metavar": metavar, "help": told, "type": kind, "default": default, **more}
+
+
+def axis(text: str) -> list[float]:
+    """x, -y, or any direction as three numbers with commas between."""
+    name = text.lstrip("+-")
+    if name in AXES and len(text) - len(name) <= 1:
+        sign = -1.0 if text.startswith("-") else 1.0
+        return [sign * (letter == name) for letter in AXES]
+    try:
+        x, y, z = (float(number) for number in text.split(","))
+    except ValueError:
+        said = f"{text!r} is no direction: give x, y, z, --up=-z, or three numbers, as 0,-1,0"
+        raise argparse.ArgumentTypeError(said) from None
+    return [x, y, z]
 
 
 def written_to(help: str) -> Argument:
@@ -66,6 +83,15 @@ SHARED: Mapping[str, Argument] = {
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
+    "units": choice(
+        ("square", "mesh"),
+        help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
+        "mesh where the map is written as a surface: GIFTI, .surf, .flat)",
+    ),
+    "force": switch(
+        "replace files that are there already and that -o does not name: MTL and PNG beside OBJ, pictures, "
+        "files in a folder"
+    ),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }

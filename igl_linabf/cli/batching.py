@@ -11,7 +11,10 @@ from .commands import Command, ExitCode, auto_or_number, options_as
 
 
 def _batch(options: argparse.Namespace) -> int:
-    names = ("workers", "scheduler", "how", "method", "format", "memory", "boundary", "retry")
+    names = (
+        *("workers", "scheduler", "how", "method", "format", "memory", "boundary", "units"),
+        *("retry", "force"),
+    )
     chosen = {name: getattr(options, name) for name in names}
     cones: Any = auto_or_number("cones", options.cones)
     if options.cone_angles is not None:
@@ -40,10 +43,11 @@ BATCH = Command(
         **shared("method"),
         "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "of the maps"),
         "memory": value("SIZE", "what one mesh may take, like 2GiB"),
-        **shared("trade", "holes", "bijective", "boundary", "cones"),
+        **shared("trade", "holes", "bijective", "boundary", "units", "cones"),
         "cone-angles": choice(("quarter",), help="in quarter turns (default: of one scale)"),
         **shared("resolution", "padding"),
         "retry": switch("do again what died, ran out of memory or failed before"),
+        "force": switch("replace files in OUT that no batch has written"),
     },
     "Unwrap many files, with Dask. Exit code 1: done, but not every mesh has a map without flips and "
     "overlaps; results.csv says which and why.",
@@ -51,10 +55,12 @@ BATCH = Command(
         "scans/ -o maps/",
         "scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB",
         "heads/ -o maps/ --how flatten --method abf --boundary circle",
+        "scans/ -o maps/ --how flatten --units mesh    # in the meshes' units of length",
         "bodies/ -o maps/ --cones auto --cone-angles quarter",
         "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
         "scans/ -o maps/ --trade 30 --holes --bijective",
         "scans/ -o maps/ --retry    # what died before",
+        "scans/ -o maps/ --force    # replaces maps that something else has written",
         "scans/ -o maps/ --scheduler tcp://10.0.0.1:8786",
     ),
 )

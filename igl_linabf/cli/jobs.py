@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .._runtime import progress_part, reporting, undo_at_interrupt
-from ..io import MeshFile, detect_suffix, read_file
+from ..io import MeshFile, check_free, detect_suffix, files_beside, read_file
 from .commands import STANDARD, Run, told
 
 # Share of the progress bar at which each part of a job ends; a picture may follow what is written.
@@ -32,6 +32,8 @@ def run_each(options: argparse.Namespace, run: Run) -> int:
         for kind, suffix in (("output", f".{getattr(options, 'format', None) or 'obj'}"), ("picture", ".png"))
         if getattr(options, kind, None) is not None
     }
+    asked = getattr(options, "output", None)
+    check_free((place for places in into.values() for place in places if place != asked), getattr(options, "force", False))
     code = 0
     with contextlib.ExitStack() as stack:
         for i, name in enumerate(names):
@@ -58,6 +60,18 @@ def given_mesh(options: argparse.Namespace) -> MeshFile:
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with progress_part("reading", PROGRESS["reading"]):
         return read_file(options.mesh)
+
+
+def check_beside(options: argparse.Namespace, mesh: MeshFile, image: bool = False) -> None:
+    """Refuse before the work what would replace a file beside the output, or one of this run."""
+    if options.output == Path(STANDARD):
+        return
+    beside = files_beside(options.output, mesh, image)
+    if options.picture in beside:
+        raise ValueError(
+            f"the picture and the texture would both be written to {options.picture}: name another"
+        )
+    check_free(beside, options.force)
 
 
 def _not_settled() -> None:

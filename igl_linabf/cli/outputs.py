@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,7 +20,7 @@ import numpy as np
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
-from ..io import replacing
+from ..io import replacing, suffix_of, write_atomically
 from .commands import STANDARD, ExitCode
 from .jobs import PROGRESS
 
@@ -32,12 +33,18 @@ def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] =
     for path, known in ((mesh, suffixes), (png, (".png",))):
         if path is None or path == Path(STANDARD):
             continue
-        if path.suffix.lower() not in known:
+        if suffix_of(path) not in known:
             raise ValueError(f"{path} does not end in {' or '.join(known)}: give a file name that does")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
         from .. import plot  # noqa: F401  # says how to get pyvista where it is missing
+
+
+def written_from(options: argparse.Namespace) -> Callable[..., AbstractContextManager[None]]:
+    """What writes a mesh file; on standard output, names of files are those from the present folder."""
+    folder = Path.cwd() if options.output == Path(STANDARD) else None
+    return partial(write_atomically, force=options.force, folder=folder)
 
 
 def judged(options: argparse.Namespace, good: bool, troubles: Iterable[str]) -> int:

@@ -17,9 +17,10 @@ from .flattening import FLATTEN
 from .jobs import run_each
 from .pattern_making import PATTERN
 from .unwrapping import UNWRAP
+from .uv_sets import CHECK, PACK
 from .viewing import VIEW
 
-COMMANDS = (FLATTEN, COMPARE, UNWRAP, PATTERN, VIEW, BATCH, DOCTOR)
+COMMANDS = (FLATTEN, COMPARE, UNWRAP, CHECK, PACK, PATTERN, VIEW, BATCH, DOCTOR)
 EXAMPLES = "examples:"
 SHELLS = ("bash", "zsh", "fish")
 FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}

@@ -13,12 +13,12 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, WITH_IMAGES, MeshFile, write_atomically
+from ..io import SUFFIXES, WITH_IMAGES, MeshFile, corner_colours, lies_flat, object_frames
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
-from .commands import Command, method_with, options_as
-from .jobs import PROGRESS, given_mesh
-from .outputs import check_outputs, hand_out, judged
+from .commands import STANDARD, Command, method_with, options_as
+from .jobs import PROGRESS, check_beside, given_mesh
+from .outputs import check_outputs, hand_out, judged, written_from
 
 # Texels along the side of a baked texture where none are asked for. Less shows texels on a screen; more makes
 # files that take long to load. docs/baking.md has the time that it takes.
@@ -30,6 +30,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     method = method_with(options.method, {"weight": options.weight})
     mesh = given_mesh(options)
     _check_bake(options.bake, mesh, options.output, options.pages)
+    check_beside(options, mesh, options.bake is not None)
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F
@@ -70,8 +71,12 @@ def _unwrap(options: argparse.Namespace) -> int:
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with progress_part("baking", PROGRESS["baking"]):
-        image = _baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
-    write = partial(write_atomically, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
+        image = (
+            _baked(options.bake, mesh, atlas, options.resolution, options.output) if options.bake else None
+        )
+    to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
+    TC = atlas.TC / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
+    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
 
@@ -110,22 +115,30 @@ def _check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | Non
         raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
     if pages is not None and pages > 1:
         raise ValueError("--bake writes one image: leave out --pages")
-    if kind == "colors" and mesh.colours is None:
-        raise MeshError(f"{mesh.path} has no colours at its vertices: bake normals or position")
+    if kind == "colors" and corner_colours(mesh) is None:
+        raise MeshError(
+            f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
+        )
 
 
-def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int) -> FloatArray:
-    """The image, from 0 to 1."""
+def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int, output: Path) -> FloatArray:
+    """The image, from 0 to 1, for the file that is written."""
     if atlas.pages > 1:
         raise MeshError(
             f"--bake writes one image, and the atlas has {atlas.pages} pages: use a smaller density"
         )
     V, triangles = mesh.V, mesh.triangles
     if kind == "colors":
-        assert mesh.colours is not None
-        return bake(V, mesh.F, atlas, mesh.colours[:, :3], resolution)
+        colours = corner_colours(mesh)
+        assert colours is not None  # which has been checked
+        return bake(V, mesh.F, atlas, colours[mesh.split.place], resolution)
     if kind == "normals":
-        normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))
+        normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
+        frames = object_frames(mesh, output)
+        if frames is not None:
+            normals = normals @ frames[mesh.split.face]
+            length = np.linalg.norm(normals, axis=2, keepdims=True)
+            normals /= np.where(length > 0, length, 1)
         image = bake(V, mesh.F, atlas, normals, resolution)
         length = np.linalg.norm(image, axis=2, keepdims=True)
         return np.asarray(image / np.where(length > 0, length, 1) / 2 + 0.5)
@@ -184,10 +197,10 @@ UNWRAP = Command(
         "bake": choice(
             ("colors", "normals", "position"),
             help=f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, "
-            "or beside an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), "
-            "or positions in the bounding cube",
+            "or beside an OBJ: the colours of vertices, faces and materials, normals in the object's space "
+            "(127.5 (n + 1)), or positions in the bounding cube",
         ),
-        **shared("method", "json", "quiet", "weight"),
+        **shared("method", "force", "json", "quiet", "weight"),
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
     (
@@ -203,6 +216,7 @@ UNWRAP = Command(
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
+        "body.ply -o body.obj --bake colors --force    # also where body.png is there already",
         "scan.stl -o scan.ply --weld 1e-5 --holes",
         "part.obj -o part.obj --strict --bijective",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",

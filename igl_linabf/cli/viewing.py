@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..io import read_mesh, replacing
+from ..io import check_free, read_mesh, replacing
 from ..measures import MEASURES
 from .arguments import choice, shared, value
 from .commands import Command, ExitCode, auto_or_number
@@ -12,6 +12,7 @@ from .outputs import check_outputs
 
 def _view(options: argparse.Namespace) -> int:
     check_outputs(None, options.screenshot)
+    check_free([options.screenshot] if options.screenshot else [], options.force)
     from ..plot import view
 
     V, F = read_mesh(options.mesh)
@@ -37,6 +38,7 @@ VIEW = Command(
         "measure": choice(MEASURES, help="distortion to show instead of the checkerboard"),
         "frequency": value("N", "checkerboard squares along the map", float, 30.0),
         "screenshot": value("OUT.png", "write a picture instead of opening a window", Path),
+        **shared("force"),
     },
     "Show any surface beside its flat map. In the window, h lists the keys.",
     (
@@ -45,5 +47,6 @@ VIEW = Command(
         "face.obj --boundary circle",
         "bunny.obj --cones auto    # the cones as spheres, both sides of a seam in one colour",
         "bunny.obj --measure area --screenshot bunny.png    # opens no window",
+        "bunny.obj --screenshot bunny.png --force    # replaces an older one",
     ),
 )

@@ -63,3 +63,22 @@ LARGEST_WIDENING = 0.2
 # Steps after converged ABF until the sides of seams match, at most. Fewer leave seams that are seen; more
 # lead away from its minimum, and rarely gain. tests/charts/cones
 MAX_STEPS_TO_SEAMS = 3
+
+# The least length of a unit direction projected to the surface and averaged in the map, at which it turns
+# the map. Below, rounding and the mesh would choose the turn; with more, slanting surfaces are refused.
+# tests/flattening/test_upright.py turns maps of a dome and of a flat plate.
+LEAST_UP = 0.01
+
+# The share of the triangles of pins that are turned over against the free map, from which on the pins are
+# mirrored. With less, pins at random are refused; with more, a circle pinned clockwise gives flipped maps
+# of ragged surfaces. tests/flattening/test_mirrored_pins.py, tests/layouts/test_pins.py
+MIRRORED = 0.9
+
+# The triangles of pins that are looked at. With fewer, chance decides; with more, it takes longer than
+# needed. tests/flattening/test_mirrored_pins.py
+MOST_PINNED_TRIANGLES = 2000
+
+# The L2 stretch of a valid map from which on it is warned of. With less, maps of heads and limbs are, which
+# may be wanted as they are (a camel's head has 16); with more, those of long tubes are not.
+# tests/flattening/test_stretched.py
+MOST_STRETCH = 100.0

@@ -50,6 +50,7 @@ class Flattener:
         outer: int | None = None,
         boundary: BoundaryName | ArrayLike = "free",
         corners: ArrayLike | None = None,
+        up: ArrayLike | None = None,
         progress: Progress = None,
     ) -> Flattening:
         """Flatten the triangles with vertices at `V`: what `flatten(V, F, ...)` returns, to the bit.
@@ -58,7 +59,7 @@ class Flattener:
         ----------
         V : (#V, 3) float
             Vertex positions.
-        method, b, bc, outer, boundary, corners, progress
+        method, b, bc, outer, boundary, corners, up, progress
             As in `igl_linabf.flatten`; each call may have its own.
 
         Returns
@@ -79,4 +80,6 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
         (12, 2)
         """
-        return flatten_checked(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners)
+        return flatten_checked(
+            lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up
+        )

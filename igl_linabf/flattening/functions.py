@@ -7,16 +7,32 @@ from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, reporting
 from .._types import FloatArray
-from ..errors import MeshError, OutcomeWarning, stack_level
+from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import Mesh, pins, planar_mesh, scatter, shape_is_pinned
+from ..measures import quality_of
+from ..surface import (
+    Mesh,
+    Pins,
+    Submesh,
+    complex_positions,
+    coordinates,
+    direction_in_space,
+    mapped_direction,
+    of_size_one,
+    pins,
+    planar_mesh,
+    scatter,
+    shape_is_pinned,
+    signed_double_areas,
+)
 from .boundary_shapes import BoundaryName, shape_of
-from .constants import ABF_TOL, TOL
+from .constants import ABF_TOL, LEAST_UP, MIRRORED, MOST_PINNED_TRIANGLES, MOST_STRETCH, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
@@ -149,7 +165,8 @@ def abf(
     tol : float
         The iterations end when both the largest relative change of an angle that another step would bring,
         and the largest residual, are at most this; at least 1e-10. They end earlier where all further steps
-        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt is accurate to five digits.
+        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt of the angles is accurate to
+        five digits, or to 1e-10. A map whose areas differ by 20 orders of magnitude or more rounds them.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
@@ -275,6 +292,7 @@ def flatten(
     outer: int | None = None,
     boundary: BoundaryName | ArrayLike = "free",
     corners: ArrayLike | None = None,
+    up: ArrayLike | None = None,
     progress: Progress = None,
 ) -> Flattening:
     """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
@@ -307,6 +325,9 @@ def flatten(
     corners : (4,) int, optional
         The boundary vertices at the corners of the rectangle. By default those where the boundary
         turns most. Without pins, the side from the first to the second is at the bottom.
+    up : (3,) float, optional
+        Direction in space that points up in the map, on average over the surface; (0, 0, 1) turns the map of
+        a face upright. Not with pins or a rectangle, which place the map. By default principal axes do.
     progress : callable or False, optional
         Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
         raises ends the work. By default, a bar is shown on a terminal after two seconds; False
@@ -322,10 +343,19 @@ def flatten(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
-        or no flat map has such a `boundary`; the message has the angles that would be right.
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices
+        or are mirrored, as a boundary that is pinned clockwise, or no flat map has such a `boundary`; the
+        message has the angles that would be right.
     ValueError
-        The method or the `boundary` has no such name, or the method cannot shape the boundary.
+        The method or the `boundary` has no such name, or the method cannot shape the boundary. `up` is no
+        direction, or something else places the map.
+
+    Warns
+    -----
+    MeshWarning
+        `up` points nowhere on the surface; the map is not turned.
+    OutcomeWarning
+        The map is stretched beyond use, as that of a long tube is; `unwrap` cuts it.
 
     Examples
     --------
@@ -335,7 +365,7 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    return flatten_checked(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners)
+    return flatten_checked(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up)
 
 
 def flatten_checked(
@@ -346,6 +376,7 @@ def flatten_checked(
     progress: Progress,
     boundary: BoundaryName | ArrayLike = "free",
     corners: ArrayLike | None = None,
+    up: ArrayLike | None = None,
 ) -> Flattening:
     """`flatten` of the mesh that `checked` returns."""
     start, chosen = perf_counter(), method_of(method)
@@ -360,10 +391,76 @@ def flatten_checked(
                 f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
                 "whole map, or leave the boundary free"
             )
+        upwards = None if up is None else _checked_up(up, pinned is not None, shape.name)
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
+    if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
+        _check_not_mirrored(mesh, pinned)
+    if made.outcome.good:
+        _warn_if_stretched(mesh, made.uv)
+    if upwards is not None:
+        made = replace(made, uv=_turned_up(mesh, made.uv, upwards))
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
     return replace(made, uv=uv, F=F, seconds=seconds)
+
+
+def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
+    """Refuse pins that only a mirrored map meets, as a boundary that is pinned clockwise."""
+    index, positions = pinned
+    three = np.random.default_rng(0).integers(len(index), size=(MOST_PINNED_TRIANGLES, 3)).T
+    of_map, of_pins = (
+        np.sign(signed_double_areas(z, three))
+        for z in (complex_positions(LinABF().run(mesh, None).uv)[index], complex_positions(positions))
+    )
+    turned, size = np.count_nonzero(of_map * of_pins < 0), np.count_nonzero(of_map * of_pins)
+    if size and turned >= MIRRORED * size:
+        raise MeshError(
+            f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
+            "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "
+            "positions, as bc * [1, -1], or turn the faces over, F[:, ::-1]"
+        )
+
+
+def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
+    """Warn of a valid map that is of no use: most of the surface shrinks to a point beside the rest."""
+    corner, area = mesh.topology.corner, mesh.double_area
+    flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
+    with np.errstate(divide="ignore", over="ignore"):
+        least = (
+            float(area @ (area / flat)) * float(flat.sum()) / float(area.sum()) ** 2
+        )  # if no angle changes
+    if least <= MOST_STRETCH**2:
+        return
+    n = len(mesh.V)
+    surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
+    stretch = quality_of(surface, uv, overlaps=0).stretch_l2
+    warnings.warn(
+        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are shrunk beyond "
+        "use, as those far from the boundary of a long tube; cut the mesh, as igl_linabf.unwrap does",
+        OutcomeWarning,
+        stacklevel=stack_level(),
+    )
+
+
+def _checked_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
+    """The direction that is to be up; an error if something else places the map."""
+    if has_pins or boundary == "rectangle":
+        what = "pins" if has_pins else "the rectangle's corners"
+        raise ValueError(f"up does not go together with {what}, which place the map: leave out one of them")
+    return direction_in_space(up, "up")
+
+
+def _turned_up(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:
+    """The map turned so that this direction points up, on average."""
+    z = complex_positions(uv)
+    along, area = mapped_direction(mesh.V, z, mesh.topology.corner.T, up)
+    mean = complex(along @ area / area.sum())
+    size = np.sqrt(np.abs(signed_double_areas(z, mesh.topology.corner)).sum() / area.sum() / 2)
+    if not abs(mean) > LEAST_UP * size:
+        said = f"up is {up.tolist()}, which points nowhere on this surface: the map is not turned"
+        warnings.warn(f"{said}; give another direction", MeshWarning, stacklevel=stack_level())
+        return uv
+    return coordinates(z * (1j * mean.conjugate() / abs(mean)))

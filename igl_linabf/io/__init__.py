@@ -5,6 +5,7 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 """
 
 from .._runtime import replacing
+from .colours import corner_colours as corner_colours
 from .external import import_optional as import_optional
 from .files import as_mesh_file as as_mesh_file
 from .files import (
@@ -20,7 +21,12 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
+from .formats import files_beside as files_beside
+from .formats import lies_flat as lies_flat
+from .formats import object_frames as object_frames
+from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
 from .mesh_file import MeshFile
 from .parsing import Extras

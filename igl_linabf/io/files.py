@@ -119,6 +119,8 @@ def write_file(
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
     image: ArrayLike | None = None,
+    *,
+    force: bool = False,
 ) -> None:
     """Write what was read, with texture coordinates; the suffix chooses the format.
 
@@ -134,6 +136,8 @@ def write_file(
         Their rows at the corners; by default `mesh.F`.
     image : (#rows, #columns[, 1, 3 or 4]) float, optional
         The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file.
+    force : bool
+        Replace MTL and PNG files beside OBJ that are there already. The file itself is always replaced.
 
     Raises
     ------
@@ -142,7 +146,7 @@ def write_file(
     ImportError
         The package that writes this format is missing.
     OSError
-        The file cannot be written. In that case nothing is left behind.
+        The file cannot be written, or a file is there beside it. In that case nothing is left behind.
 
     Warns
     -----
@@ -160,16 +164,16 @@ def write_file(
     >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
     [[0, 1, 2, 3]]
     """
-    with write_atomically(path, mesh, TC, FTC, image):
+    with write_atomically(path, mesh, TC, FTC, image, force=force):
         pass
 
 
 def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
-    """Read the texture coordinates of an OBJ file.
+    """Read the texture coordinates of an OBJ or PLY file.
 
     Parameters
     ----------
-    path : path of an OBJ file
+    path : path of an OBJ or PLY file
 
     Returns
     -------
@@ -253,10 +257,11 @@ def write_mesh(
     """Write a surface with texture coordinates; the suffix chooses the format.
 
     OBJ has separate indices for positions and texture coordinates, so the surface stays connected
-    along seams; numbers are written exactly. PLY and GLB have texture coordinates at vertices only:
-    a vertex is written once for each of its texture coordinates. Texture coordinates in PLY (`s`,
-    `t`) and everything in GLB are **32-bit floats**, seven digits; positions in PLY are doubles. In
-    GLB v is flipped, as glTF requires; readers undo this.
+    along seams; numbers are written exactly. PLY has texture coordinates at vertices (`s`, `t`), or
+    where there are seams, lists of them at the triangles (`texcoord`). GLB has them at vertices only:
+    a vertex is written once for each of its texture coordinates; so it is in PLY, where polygons have
+    seams. Texture coordinates in PLY and everything in GLB are **32-bit floats**, seven digits;
+    positions in PLY are doubles. In GLB v is flipped, as glTF requires; readers undo this.
 
     Parameters
     ----------
@@ -293,7 +298,14 @@ def write_mesh(
 
 
 def write_textured(
-    path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, image: ArrayLike
+    path: str | os.PathLike[str],
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike,
+    image: ArrayLike,
+    *,
+    force: bool = False,
 ) -> None:
     """Write a surface with an image as its texture.
 
@@ -310,13 +322,15 @@ def write_textured(
     FTC : (#F, 3) int, or in the shape of `F`
     image : (#rows, #columns[, 1, 3 or 4]) float
         From 0 to 1, the upper row first, as `bake` returns it. Viewers take it for sRGB.
+    force : bool
+        As in `write_file`.
 
     Raises
     ------
     MeshError
         The suffix is none of these, or arrays have other shapes.
     OSError
-        The file cannot be written. In that case nothing is left behind.
+        The file cannot be written, or a file is there beside it. In that case nothing is left behind.
 
     Examples
     --------
@@ -328,7 +342,7 @@ def write_textured(
     >>> os.path.getsize(path) > 1000
     True
     """
-    with write_atomically(path, as_mesh_file(V, F), TC, FTC, image):
+    with write_atomically(path, as_mesh_file(V, F), TC, FTC, image, force=force):
         pass
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
-from .parsing import numbers
+from .parsing import as_bytes, as_text, name_of, numbers, plain_text
 
 SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
 PLAIN = "igl_linabf"  # the material of faces that have none
@@ -45,6 +45,8 @@ class Material:
         Whether it has images, which fit to the texture coordinates that were read.
     lines : tuple of str
         Its lines in the MTL file that it comes from.
+    factor : (red, green, blue, alpha) or None
+        By what other colours are multiplied, proportional to light, where the format says so: glTF, 3MF.
     """
 
     colour: Colour = WHITE
@@ -54,6 +56,7 @@ class Material:
     emission: Colour = BLACK
     images: bool = False
     lines: tuple[str, ...] = ()
+    factor: tuple[float, ...] | None = None
 
 
 def srgb(light: FloatArray) -> FloatArray:
@@ -76,12 +79,11 @@ def library(path: Path) -> dict[str, Material]:
     """The materials of an MTL file by name; what it says that is not understood stays in their lines."""
     lines: dict[str, list[str]] = {}
     now: list[str] = []
-    for line in path.read_text(encoding="utf-8-sig", errors="replace").splitlines():
-        key, _, rest = line.strip().partition(" ")
-        if key == "newmtl":
-            now = lines.setdefault(rest.strip(), [])
-        elif key and not key.startswith("#"):
-            now.append(line.strip())
+    for line in map(bytes.strip, plain_text(path.read_bytes()).splitlines()):
+        if line.split(None, 1)[:1] == [b"newmtl"]:
+            now = lines.setdefault(as_text(name_of(line)), [])
+        elif line and not line.startswith(b"#"):
+            now.append(as_text(line))
     return {name: _of_lines(tuple(its)) for name, its in lines.items()}
 
 
@@ -89,7 +91,7 @@ def _of_lines(lines: tuple[str, ...]) -> Material:
     said: dict[str, list[float]] = {}
     for line in lines:
         key, *words = line.split()
-        said[key] = numbers([word.encode() for word in words[:3]], min(len(words), 3))
+        said[key] = numbers([*map(as_bytes, words[:3])], min(len(words), 3))
 
     def colour(key: str, default: Colour) -> Colour:
         values = said.get(key) or list(default)
@@ -147,26 +149,30 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         roughness=float(shading.get("roughnessFactor", 1.0)),
         emission=Colour(*srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
+        factor=tuple(factor),
     )
 
 
-def warn_of_images(count: int) -> None:
-    """Images that stay were made for what is no longer there."""
+def warn_of_images(count: int, baked: bool = False) -> None:
+    """Images that were made for what is no longer there."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: bake them anew",
+            f"{count} images of its materials were made for the old texture coordinates: "
+            + ("the baked one takes their place" if baked else "bake them anew"),
             MeshWarning,
             stacklevel=stack_level(),
         )
 
 
-def without_images(material: dict[str, Any]) -> None:
-    """Leave out all images that a material of glTF names, also in its extensions."""
-    for key in list(material):
-        if key.endswith(TEXTURE):
-            del material[key]
-        elif isinstance(material[key], dict):
-            without_images(material[key])
+def warn_of_lost_images(count: int) -> None:
+    """Images for the old texture coordinates give way to one for the new ones."""
+    if count:
+        warnings.warn(
+            f"the images of {count} materials were made for the old texture coordinates: the new library "
+            "leaves them out",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def as_gltf(look: Material, name: str | None = None) -> dict[str, Any]:

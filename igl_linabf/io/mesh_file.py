@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,16 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NOTHING, Extras
+
+Unit = Literal["um", "mm", "cm", "m", "in", "ft"]
+UNITS: dict[str, Unit] = {
+    "micron": "um",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "meter": "m",
+    "inch": "in",
+    "foot": "ft",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +81,11 @@ class MeshFile:
     def colours(self) -> FloatArray | None:
         """Colours of the vertices, (#V, 3 or 4), from 0 to 1; None if the file has none."""
         return self.extras.colours
+
+    @property
+    def units(self) -> Unit | None:
+        """The unit of length, as `write_pattern` takes it; None if the file does not say."""
+        return None if self.extras.units is None else UNITS[self.extras.units]
 
     @property
     def parts(self) -> tuple[str, ...]:

@@ -1,27 +1,51 @@
-"""Read OFF, COFF, NOFF and STOFF, in text."""
+"""Read OFF, in text: positions, and the normals, colours and texture coordinates of NOFF, COFF and STOFF."""
 
 import re
+from contextlib import suppress
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
+from .._types import FloatArray
 from .mesh_file import MeshFile
-from .parsing import Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
+from .parsing import (
+    SPACE,
+    Damaged,
+    Extras,
+    Property,
+    as_text,
+    columns_of,
+    indices,
+    polygons_of,
+    refuse,
+    rows_of,
+)
 
-VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
 # Digits of a face's number of corners, at most: Python refuses to read numbers of thousands of digits. With
 # fewer, long polygons are refused; more fit no list of a file (tests/io/test_formats.py).
 CORNER_COUNT_DIGITS = 9
 NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
+NO_VERTEX = "is no vertex: it takes three numbers"
+NO_COLOUR = 170 / 255  # Geomview's own of faces without one
+
+
+class AtVertices(NamedTuple):
+    """What follows the positions in the lines of vertices."""
+
+    normals: FloatArray | None
+    colours: FloatArray | None
+    TC: FloatArray | None
+    unknown: bool
 
 
 def parse_off(data: bytes) -> MeshFile:
-    """The mesh in the bytes of an OFF file; colours and the like at the end of a line are ignored."""
+    """The mesh in the bytes of an OFF file."""
     rows, at = rows_of(data, b"#")
     rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some leave the blank out
     head = rows[0].split() if rows else [b""]
-    if not re.fullmatch(rb"(ST)?C?N?OFF", head[0]):
+    if not re.fullmatch(rb"(ST|C|N)*OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
     if head[1:] == [b"BINARY"]:
         raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
@@ -39,7 +63,7 @@ def parse_off(data: bytes) -> MeshFile:
             f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow: correct the head "
             "if these are all"
         )
-    points = columns_of(rows[:n], at[:n], VERTEX, "is no vertex: it takes three numbers")
+    V, more = _vertices(rows[:n], at[:n], head[0])
     rows, at = rows[n:], at[n:]
     polygons = columns_of(rows, at, FACE, NO_FACE)["corners"]
     for i in np.flatnonzero(np.asarray(polygons.sizes) < 3)[:1]:
@@ -47,7 +71,81 @@ def parse_off(data: bytes) -> MeshFile:
     faces = polygons_of(polygons)
     for i in faces.outside(n)[:1]:
         refuse(at[i], rows[i], f"names a vertex outside 0..{n - 1}")
-    return MeshFile(np.column_stack([points[axis].values for axis in "xyz"]), faces)
+    face_colours, other = _face_colours(rows, faces.sizes.tolist())
+    lost = {
+        "numbers after the positions of its vertices": more.unknown,
+        "numbers after the corners of its faces": other,
+    }
+    comments = map(bytes.strip, re.findall(rb"#([^\r\n]*)", data))
+    extras = Extras(
+        colours=more.colours,
+        normals=more.normals,
+        normal=None if more.normals is None else faces.corners,
+        face_colours=face_colours,
+        comments=tuple(as_text(line) for line in comments if line),
+        unshared=tuple(what for what, is_there in lost.items() if is_there),
+    )
+    return MeshFile(V, faces, more.TC, None if more.TC is None else faces.corners, extras)
+
+
+def _vertices(rows: list[bytes], at: list[int], head: bytes) -> tuple[FloatArray, AtVertices]:
+    """Positions, and the normals, colours and texture coordinates that the head promises, in this order."""
+    width = len(rows[0].split()) if rows else 3
+    has_normals, has_colours, has_texture = (key in head.replace(b"OFF", b"") for key in (b"N", b"C", b"ST"))
+    rest = width - 3 * (1 + has_normals) - 2 * has_texture  # numbers of a colour
+    known = rest in (3, 4) if has_colours else rest == 0
+    numbers = np.empty((0, 0))
+    if known and width > 3:
+        with suppress(Damaged):  # where some vertices lack it, all do
+            numbers = _columns(rows, at, width)
+    if not numbers.size:
+        return _columns(rows, at, 3), AtVertices(None, None, None, unknown=width > 3)
+    V, *parts = np.split(numbers, np.cumsum([3, 3 * has_normals, rest * has_colours]), axis=1)
+    normals, colours, TC = parts
+    return V, AtVertices(
+        normals if has_normals else None,
+        _to_one(colours) if has_colours else None,
+        TC if has_texture else None,
+        unknown=False,
+    )
+
+
+def _columns(rows: list[bytes], at: list[int], width: int) -> FloatArray:
+    names = list(map(str, range(width)))
+    table = columns_of(rows, at, [Property(name, "f8") for name in names], NO_VERTEX)
+    return np.column_stack([table[name].values for name in names])
+
+
+def _to_one(colours: FloatArray) -> FloatArray:
+    """Colours from 0 to 1: fractions, or whole numbers to 255."""
+    return colours / 255 if colours.max(initial=0) > 1 else colours
+
+
+def _face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
+    """Colours after the corners of some faces, and whether anything else follows there."""
+    blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
+    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # words
+        return None, False
+    colours, other = np.full((len(rows), 4), np.nan), False
+    for colour, row, k in zip(colours, rows, sizes, strict=True):
+        words = row.split()[1 + k :]
+        try:
+            values = list(map(float, words))
+        except ValueError:
+            values = [0.0]
+        if len(values) in (3, 4):
+            colour[:] = values if len(values) == 4 else [*values, np.inf]
+        else:
+            other |= bool(values)  # as an index into a map of colours
+    given = colours[~np.isnan(colours[:, 0])]
+    if not len(given):
+        return None, other
+    opaque = np.isinf(given[:, 3])
+    given[opaque, 3] = 255 if given[:, :3].max() > 1 else 1
+    made = np.full(colours.shape, NO_COLOUR)
+    made[:, 3] = 1
+    made[~np.isnan(colours[:, 0])] = _to_one(given)
+    return made if not opaque.all() else made[:, :3], other
 
 
 def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[bytes], list[int]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..surface import Polygons, distinct_corners
+from ..surface import Polygons, distinct_corners, index_and_rank
 
 
 def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
@@ -38,6 +38,7 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
     return np.asarray(F[distinct_corners(F) & (strip[:-2] == strip[2:])])
 
 
+SPACE = ord(" ")
 INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
 
 
@@ -54,8 +55,10 @@ class Extras:
 
     Attributes
     ----------
-    colours : (#V, 3 or 4) float64
-        From 0 to 1.
+    colours, face_colours : (#V, 3 or 4) float64, (#F, 3 or 4) float64
+        Of vertices and of faces, from 0 to 1.
+    corner_colours : (#C, 3 or 4) float64
+        Of corners, where those of a vertex or of a face differ.
     normals, normal : (#N, 3) float64, (#C,) int64
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
@@ -64,17 +67,25 @@ class Extras:
         What the materials look like.
     units : str or None
         Of length, as 3MF names them: "millimeter", "inch", ...
+    comments : tuple of str
+        Lines for people.
+    unshared : tuple of str
+        What else there is that no other format takes, as a warning names it: "the elements camera".
     source : object
         What only the format's own writer understands.
     """
 
     colours: FloatArray | None = None
+    face_colours: FloatArray | None = None
+    corner_colours: FloatArray | None = None
     normals: FloatArray | None = None
     normal: IntArray | None = None
     parts: Named | None = None
     materials: Named | None = None
     looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
+    comments: tuple[str, ...] = ()
+    unshared: tuple[str, ...] = ()
     source: Any = None
 
 
@@ -111,6 +122,15 @@ class Column:
     def __len__(self) -> int:
         return len(self.values if self.sizes is None else self.sizes)
 
+    def take(self, rows: IntArray) -> Column:
+        """The values of these rows."""
+        if self.sizes is None:
+            return Column(self.values[rows])
+        sizes = self.sizes[rows]
+        start = (np.cumsum(self.sizes) - self.sizes)[rows]
+        _, rank = index_and_rank(sizes)
+        return Column(self.values[np.repeat(start, sizes) + rank], sizes)
+
 
 Columns = dict[str, Column]
 
@@ -123,6 +143,21 @@ def plain_text(data: bytes) -> bytes:
         return data.decode("utf-16").encode()
     except UnicodeError:
         raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
+
+
+def as_text(data: bytes) -> str:
+    """UTF-8 as text; bytes that are none stay what they are, as in Python's names of files."""
+    return data.decode("utf-8", "surrogateescape")
+
+
+def as_bytes(text: str) -> bytes:
+    """The bytes that `as_text` has read."""
+    return text.encode("utf-8", "surrogateescape")
+
+
+def name_of(line: bytes) -> bytes:
+    """What follows a keyword: blanks and # in it belong to a name."""
+    return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:

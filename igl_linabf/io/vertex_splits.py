@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,18 @@ from numpy.typing import NDArray
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
+
+# Extents by which coordinates may lie from the origin before they are counted from a point near them. With
+# more, single precision rounds them by more than a millionth of the extent; with less, meshes that are well
+# where they are get a translation. tests/io/test_precision.py.
+FAR = 8
+
+# The share of the extent by which a format may round coordinates without a word. Single precision rounds by
+# 6e-8 of the largest coordinate. With less, it would warn of what nobody sees; with more, steps show in thin
+# triangles. tests/io/test_precision.py.
+ROUNDING = 1e-6
+
+COORDINATES = ("V", "TC")  # what has an extent
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,26 +36,68 @@ class SplitVertices:
     normals : (#P, 3) float64 or None
     corners : (#C,) int64
         Which one is at each corner.
+    colours : (#P, 3 or 4) float64 or None
     """
 
     vertex: IntArray
     TC: FloatArray
     normals: FloatArray | None
     corners: IntArray
+    colours: FloatArray | None = None
 
 
 def split_vertices(
-    mesh: MeshFile, corner: IntArray | slice = slice(None), normals: bool = False
+    mesh: MeshFile,
+    corner: IntArray | slice = slice(None),
+    normals: bool = False,
+    colours: FloatArray | None = None,
 ) -> SplitVertices:
-    """One index for the corners, or for some of them, instead of two; or, with normals, of three."""
+    """One index for the corners, or for some of them, instead of two; or more, with normals and colours.
+
+    Colours are those at all corners, (#C, 3 or 4).
+    """
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
-    given, of = mesh.extras.normals, mesh.extras.normal
-    if not normals or given is None or of is None:
-        (vertex, texture), corners = unique_tuples(*indices)
-        return SplitVertices(vertex, mesh.TC[texture], None, corners)
-    (vertex, texture, normal), corners = unique_tuples(*indices, of[corner])
-    return SplitVertices(vertex, mesh.TC[texture], given[normal], corners)
+    indices = {"vertex": mesh.polygons.corners[corner], "texture": mesh.texture[corner]}
+    given, of, shades = mesh.extras.normals, mesh.extras.normal, None
+    if normals and given is not None and of is not None:
+        indices["normal"] = of[corner]
+    if colours is not None:
+        shades, shade = np.unique(colours[corner], axis=0, return_inverse=True)
+        indices["colour"] = shade.ravel()
+    rows, corners = unique_tuples(*indices.values())
+    row = dict(zip(indices, rows, strict=True))
+    return SplitVertices(
+        row["vertex"],
+        mesh.TC[row["texture"]],
+        given[row["normal"]] if "normal" in row and given is not None else None,
+        corners,
+        shades[row["colour"]] if shades is not None else None,
+    )
+
+
+def split_behind(mesh: MeshFile, normals: bool = False) -> SplitVertices:
+    """As `split_vertices`, where each vertex keeps its number: its first copy does, the others follow behind.
+
+    So what names vertices by number stays right. Vertices of no corner stay, too, at 0, 0 of the texture.
+    """
+    made, n = split_vertices(mesh, normals=normals), len(mesh.V)
+    known, first = np.unique(made.vertex, return_index=True)
+    rest = np.ones(len(made.vertex), dtype=bool)
+    rest[first] = False
+    number = np.empty(len(made.vertex), dtype=np.int64)
+    number[first], number[rest] = known, n + np.arange(int(rest.sum()))
+
+    def ordered(rows: FloatArray) -> FloatArray:
+        table = np.zeros((n + int(rest.sum()), rows.shape[1]))
+        table[number] = rows
+        return table
+
+    return SplitVertices(
+        np.append(np.arange(n), made.vertex[rest]),
+        ordered(made.TC),
+        None if made.normals is None else ordered(made.normals),
+        number[made.corners],
+    )
 
 
 def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
@@ -56,33 +111,70 @@ def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     return [index[first] for index in indices], place.ravel().astype(np.int64)
 
 
-def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
+class SplitTriangles(NamedTuple):
+    """Triangles that have one index for position and texture coordinates.
+
+    Attributes
+    ----------
+    V, TC : (#P, 3) and (#P, 2) float64
+    F : (#T, 3) int64
+    vertex : (#P,) int64
+        The vertex that each row is of.
+    """
+
+    V: FloatArray
+    TC: FloatArray
+    F: IntArray
+    vertex: IntArray
+
+
+def split_at_seams(mesh: MeshFile) -> SplitTriangles:
     """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
     made = split_vertices(mesh)
-    return mesh.V[made.vertex], made.TC, made.corners[mesh.split.place]
+    return SplitTriangles(mesh.V[made.vertex], made.TC, made.corners[mesh.split.place], made.vertex)
 
 
-def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
-    """The flat map as a surface, u, v, 0: points (n, 3) and triangles.
+def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
+    """The flat map as a surface, u, v, 0: points (n, 3) and triangles; and the vertices of the points.
 
     Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
+    Then there is None instead of the vertices.
     """
     made = split_vertices(mesh)
     if len(np.unique(made.vertex)) == len(made.vertex):
         points = np.zeros((len(mesh.V), 3))
         points[made.vertex, :2] = made.TC
-        return points, mesh.triangles
-    warnings.warn(
-        "vertices are written once for each of their texture coordinates: data of the given vertices "
-        "does not fit to the flat surface",
-        MeshWarning,
-        stacklevel=stack_level(),
-    )
-    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place]
+        return points, mesh.triangles, None
+    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place], made.vertex
+
+
+def origin_of(V: FloatArray) -> FloatArray:
+    """A point (3,) from which single precision holds coordinates (n, 3); 0 where it does so already."""
+    low, high = V.min(axis=0), V.max(axis=0)
+    middle, extent = low / 2 + high / 2, (high - low).max()
+    if not np.abs(V).max() > FAR * extent or not np.isfinite(extent):
+        return np.zeros(3)
+    return np.asarray(middle)
+
+
+def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
+    """Say by how much the format rounds coordinates, if that is to be seen."""
+    extent = np.ptp(rows, axis=0).max() if len(rows) else 0.0
+    off = np.abs(rows - rounded).max(initial=0)
+    if off > ROUNDING * extent > 0:
+        warnings.warn(
+            f"{name} is rounded by up to {off / extent:.2g} of its extent, as the format has too few digits: "
+            "write OBJ, which keeps all of them, or bring it nearer to the origin and to a size of 1",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """The rows in single precision."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
         raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it, or write OBJ")
-    return rows.astype("<f4")
+    made = rows.astype("<f4")
+    if name in COORDINATES:
+        warn_of_rounding(rows, made, name)
+    return made

@@ -157,8 +157,10 @@ def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
 
 
 def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
-    """Whether loops are simple and disjoint, one of them counter-clockwise; for each of a number of charts.
+    """Whether all loops are simple and just one is counter-clockwise; for each of a number of charts.
 
+    Of faces that are all upright, nothing then overlaps: as many faces cover a place as the loops wind
+    around it, which is at most once, and never less than zero, so that the loops are disjoint, too.
     Each point has the place of the one after it, and its chart.
     """
     ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
@@ -169,9 +171,4 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
     chart = of[first]
     turns = np.bincount(chart[shapely.is_ccw(lines)], minlength=number)
     simple = np.bincount(chart[~shapely.is_simple(lines)], minlength=number) == 0
-    several = np.flatnonzero((np.bincount(chart, minlength=number) > 1)[chart])
-    if len(several):
-        several = several[np.argsort(chart[several], kind="stable")]
-        charts, place = np.unique(chart[several], return_inverse=True)
-        simple[charts] &= shapely.is_simple(shapely.multilinestrings(lines[several], indices=place))
     return np.asarray(simple & (turns == 1))

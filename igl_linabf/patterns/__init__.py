@@ -4,6 +4,7 @@ In: a surface and its atlas or flat map. Out: a `Pattern`, the outlines of its p
 numbered seams, fold lines and grain arrows; and the drawing of it in a file.
 """
 
+from .pieces import DEFAULT_UNITS as DEFAULT_UNITS
 from .pieces import MILLIMETRES, Pattern
 from .pieces import pattern_of as pattern_of
 from .seam_pairs import PatternSeam

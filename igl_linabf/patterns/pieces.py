@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
-from .._types import BoolArray, FloatArray, IntArray
-from ..charts import Atlas
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..charts import Atlas, Packing, pack_charts
 from ..errors import MeshError
 from ..surface import (
     NEXT,
@@ -17,16 +17,19 @@ from ..surface import (
     Topology,
     Triangles,
     complex_positions,
-    connected_labels,
+    coordinates,
+    direction_in_space,
     map_array,
     signed_double_areas,
-    topology_of,
     vertex_array,
 )
-from .grain_arrows import arrows_of
+from .constants import MOST_MARGINS
+from .grain_arrows import arrows_of, directions_of
+from .joined_pieces import CutSurface, with_fewest_pieces
 from .seam_pairs import PatternSeam, seams_of
 
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
+DEFAULT_UNITS = "mm"  # of a surface whose file does not say
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +52,7 @@ class Pattern:
     error : float
         Largest change of an edge's length, as a share of it.
     units : str
-        Of the surface.
+        That lengths on the surface were taken to be in.
     """
 
     size: tuple[float, float]
@@ -75,18 +78,26 @@ class Pattern:
         width, height = self.size
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
         said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
-        return f"{aligned(rows)}\n{said}; edges change by {self.error:.2%} at most"
+        change = f"edges change by {self.error:.2%} at most"
+        return f"{aligned(rows)}\n{said}; {change}; the surface is in {self.units}"
 
 
 def pattern_of(
-    V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, units: str, crease: float, grain: ArrayLike
+    V: ArrayLike,
+    F: ArrayLike,
+    atlas: Atlas | ArrayLike,
+    units: str | None,
+    crease: float,
+    grain: ArrayLike,
+    up: ArrayLike | None = None,
 ) -> Pattern:
     """The pattern of a surface; arguments as in `write_pattern`."""
+    units = units or DEFAULT_UNITS
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
-    cut = _CutSurface.of(V, F, atlas, MILLIMETRES[units])
-    topology = topology_of(cut.F, cut.vertices)
-    _, piece = np.unique(connected_labels(topology.edges, len(cut.flat)), return_inverse=True)
+    upwards = None if up is None else direction_in_space(up, "up")
+    cut, arrows = laid_out(V, F, atlas, MILLIMETRES[units], direction_in_space(grain, "grain"), upwards)
+    topology, piece = cut.topology, cut.piece
     loops = topology.loops
     length, flat_length = (
         np.linalg.norm(points[topology.edges[:, 0]] - points[topology.edges[:, 1]], axis=1)
@@ -98,65 +109,75 @@ def pattern_of(
         piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
         seams=seams_of(cut.surface, cut.flat, loops, piece),
         folds=cut.flat[_creases(cut.surface, topology, cut.inner, crease)],
-        grain=arrows_of(cut.surface, cut.flat, cut.F, loops, piece, grain),
+        grain=arrows_of(cut, loops, piece, arrows),
         error=float(np.max(np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1), initial=0)),
         units=units,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _CutSurface:
-    """A surface cut along its seams, and its map; both in millimetres, without collapsed faces.
+def laid_out(
+    V: ArrayLike,
+    F: ArrayLike,
+    atlas: Atlas | ArrayLike,
+    unit: float,
+    grain: FloatArray,
+    up: FloatArray | None = None,
+) -> tuple[CutSurface, ComplexArray]:
+    """The surface in as few pieces as can be, turned and side by side; and where the grain points on each."""
+    cut = _cut_surface(V, F, atlas, unit)
+    if isinstance(atlas, Atlas):
+        cut = with_fewest_pieces(cut, atlas.given_seams)
+    pointing = directions_of(cut, grain)
+    turn = pointing.upright_turn if up is None else 1j * directions_of(cut, up).towards.conj()
+    return _turned(cut, turn), pointing.towards * turn
 
-    Attributes
-    ----------
-    surface, flat : (#v, 3) and (#v, 2) float64
-    F : (#f, 3) int64
-    vertices : (#v,) int64
-        Rows of the map that was given.
-    inner : (#f, 3) bool, or None
-        Whether the side from corner k to k + 1 is a diagonal of a polygon; None if there are no polygons.
-    """
 
-    surface: FloatArray
-    flat: FloatArray
-    F: IntArray
-    vertices: IntArray
-    inner: BoolArray | None
+def _cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
+    """The surface and its map in millimetres, of which `unit` are one of V's."""
+    points = vertex_array(V)
+    split: Triangles | None
+    if isinstance(atlas, Atlas):
+        TC, FTC, origin, split = atlas.TC, atlas.triangles, atlas.origin, atlas.split
+        if origin.max() >= len(points):
+            raise MeshError(
+                f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
+            )
+    else:
+        split, origin = Polygons.of(F).split(points), np.arange(len(points))
+        TC, FTC = map_array(atlas, len(points)), split.F
+    solid = (FTC[:, NEXT] != FTC).all(axis=1)
+    used, corner = np.unique(FTC[solid], return_inverse=True)
+    faces = corner.reshape(-1, 3)
+    surface, flat = points[origin[used]] * unit, TC[used]
+    if not np.isfinite(flat).all():
+        raise MeshError("coordinates in uv are NaN or infinite: pass a map of all faces")
+    a, b, c = surface[faces.T]
+    on_surface = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    if not np.isfinite(on_surface):
+        raise MeshError(f"the surface has an area of {on_surface} square millimetres: scale V")
+    area = signed_double_areas(complex_positions(flat), faces.T)
+    if not np.abs(area).sum() > 0:
+        raise MeshError("uv has no area: pass the map of V and F")
+    if isinstance(atlas, Atlas) and atlas.repairs:  # faces run as they were given, also if they were turned
+        faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
+    flat = flat * np.sqrt(on_surface / np.abs(area).sum())
+    return CutSurface(surface, flat, faces, used, origin[used], None if split is None else split.inner[solid])
 
-    @classmethod
-    def of(cls, V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> _CutSurface:
-        points = vertex_array(V)
-        split: Triangles | None
-        if isinstance(atlas, Atlas):
-            TC, FTC, origin, split = atlas.TC, atlas.triangles, atlas.origin, atlas.split
-            if origin.max() >= len(points):
-                raise MeshError(
-                    f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
-                )
-        else:
-            split, origin = Polygons.of(F).split(points), np.arange(len(points))
-            TC, FTC = map_array(atlas, len(points)), split.F
-        solid = (FTC[:, NEXT] != FTC).all(axis=1)
-        used, corner = np.unique(FTC[solid], return_inverse=True)
-        faces = corner.reshape(-1, 3)
-        surface, flat = points[origin[used]] * unit, TC[used]
-        if not np.isfinite(flat).all():
-            raise MeshError("coordinates in uv are NaN or infinite: pass a map of all faces")
-        a, b, c = surface[faces.T]
-        on_surface = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-        if not np.isfinite(on_surface):
-            raise MeshError(f"the surface has an area of {on_surface} square millimetres: scale V")
-        area = signed_double_areas(complex_positions(flat), faces.T)
-        if not np.abs(area).sum() > 0:
-            raise MeshError("uv has no area: pass the map of V and F")
-        if (
-            isinstance(atlas, Atlas) and atlas.repairs
-        ):  # faces run as they were given, also if they were turned
-            faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
-        flat = flat * np.sqrt(on_surface / np.abs(area).sum())
-        flat -= flat.min(axis=0)
-        return cls(surface, flat, faces, used, None if split is None else split.inner[solid])
+
+def _turned(cut: CutSurface, turn: ComplexArray) -> CutSurface:
+    """The pieces turned, and laid side by side above and right of 0."""
+    z, piece = complex_positions(cut.flat) * turn[cut.piece], cut.piece
+    flat, of = coordinates(z), piece[cut.F[:, 0]]
+    number, local = len(turn), np.empty(len(piece), dtype=np.int64)
+    rows = [np.flatnonzero(piece == i) for i in range(number)]
+    for own in rows:
+        local[own] = np.arange(len(own))
+    charts = [(flat[own], local[cut.F[of == i]]) for i, own in enumerate(rows)]
+    margin = min(Packing.margin, np.sqrt(MOST_MARGINS / number))
+    made = flat.copy()
+    for own, placed in zip(rows, pack_charts(charts, Packing(margin=margin), rotate=False), strict=True):
+        made[own] = placed.uv / abs(placed.ratio)
+    return replace(cut, flat=made - made.min(axis=0))
 
 
 def _creases(surface: FloatArray, topology: Topology, inner: BoolArray | None, crease: float) -> IntArray:

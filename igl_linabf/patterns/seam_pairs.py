@@ -89,7 +89,7 @@ def seams_of(
     if not loops:
         return ()
     sides = Sides.of(loops)
-    partner, twisted = _partners(sides, surface, piece)
+    partner, twisted = partners_of(sides, surface, piece)
     length, flat_length = sides.lengths(surface), sides.lengths(flat)
     seams = list[PatternSeam]()
     for one in _runs(sides, partner, _continued(sides, partner, twisted)):
@@ -111,7 +111,7 @@ def seams_of(
     return tuple(seams)
 
 
-def _partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
+def partners_of(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
     """For each side the one on the same edge of the surface, or -1; and whether both run the same way.
 
     They do where a one-sided surface was cut.

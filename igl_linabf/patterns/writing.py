@@ -25,7 +25,7 @@ EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
 COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
 DASHED = {FOLD}
-Units = Literal["mm", "cm", "m", "in"]
+Units = Literal["mm", "cm", "m", "in", "ft", "um"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +62,11 @@ def write_pattern(
     V: ArrayLike,
     F: ArrayLike,
     atlas: Atlas | ArrayLike,
-    units: Units = "mm",
+    units: Units | None = None,
     *,
     crease: float = 30.0,
     grain: ArrayLike = (0.0, 0.0, 1.0),
+    up: ArrayLike | None = None,
     paper: str = "A4",
 ) -> Pattern:
     """Write the pieces of a flattened surface at true scale, to be cut out and joined.
@@ -73,6 +74,10 @@ def write_pattern(
     Each seam has one number on both of its sides, at a notch in their middle. Creases are dashed fold
     lines. An arrow on each piece shows the grain, and a bar below has a known length. A PDF is tiled
     into pages, which overlap by a centimetre.
+
+    Pieces of an `Atlas` that fit along a seam are one piece, and a slit whose sides lie on each other is
+    none: a hole in a plate stays a hole. Seams that were given to `unwrap` stay. All pieces are turned so
+    that their arrows point up.
 
     Parameters
     ----------
@@ -82,12 +87,17 @@ def write_pattern(
     F : (#F, 3) int, or polygons
     atlas : Atlas, or (#V, 2) float
         What `unwrap` made of V and F, or a flat map. `method="isometric"` keeps lengths best.
-    units : {"mm", "cm", "m", "in"}
-        Of V.
+    units : {"mm", "cm", "m", "in", "ft", "um"}, optional
+        Of V; by default "mm". A file may say it: `read_file(path).units`. `units` of the pattern is what was
+        taken.
     crease : float
         Degrees between neighbouring faces from which their edge is a fold line.
     grain : (3,) float
-        Direction in space along which the arrows point.
+        Direction in space along which the arrows point. On a piece on which it points nowhere, the arrow
+        lies along the piece.
+    up : (3,) float, optional
+        Direction in space that points up on the pieces; by default that of the grain. If it points nowhere
+        on any piece, they lie across; a single flat piece has its sides upright.
     paper : {"A4", "A3", "A0", "letter"}
         Of a PDF.
 
@@ -101,7 +111,7 @@ def write_pattern(
     MeshError
         The suffix is unknown, or the arrays do not fit together.
     ValueError
-        `units`, `grain` or `paper` is none of the above.
+        `units`, `grain`, `up` or `paper` is none of the above.
     ImportError
         The package that writes this format is missing; the text names the pip command.
     OSError
@@ -124,7 +134,7 @@ def write_pattern(
         raise MeshError(f"{path} is no pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
-    pattern = pattern_of(V, F, atlas, units, crease, grain)
+    pattern = pattern_of(V, F, atlas, units, crease, grain, up)
     with writing_pattern(path, pattern, paper):
         return pattern
 
@@ -235,20 +245,29 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
-    """One page where the sheet fits on it, else tiles that overlap, with their row and column."""
+    """One page where the sheet fits on it, else tiles that overlap, with their row and column.
+
+    Pages lie across where fewer of them do.
+    """
     figures = import_optional("matplotlib.figure", EXTRA)
     pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
-    free = np.array(paper) - 2 * MARGIN
-    if sheet.width > sheet.height and (sheet.width > free[0]):
-        free, paper = free[::-1], (paper[1], paper[0])
-    columns, rows = (max(1, int(np.ceil((size - MARGIN) / (room - MARGIN) - 1e-9)))
-                     for size, room in zip((sheet.width, sheet.height), free, strict=True))  # fmt: skip
+    paper = min((paper, paper[::-1]), key=lambda size: int(np.prod(_tiles(sheet, size))))
+    free, (columns, rows) = np.array(paper) - 2 * MARGIN, _tiles(sheet, paper)
     with pages.PdfPages(path, metadata={"Creator": "igl_linabf", "CreationDate": None}) as file:
         for row in range(rows):
             for column in range(columns):
                 corner = np.array([column, rows - 1 - row]) * (free - MARGIN)
                 name = f"row {row + 1} of {rows}, column {column + 1} of {columns}"
                 file.savefig(_page(figures, sheet, corner, free, paper, name))
+
+
+def _tiles(sheet: Sheet, paper: tuple[float, float]) -> tuple[int, int]:
+    """The columns and rows of pages of this size that a sheet takes."""
+    columns, rows = (
+        max(1, int(np.ceil((size - MARGIN) / (room - 3 * MARGIN) - 1e-9)))
+        for size, room in zip((sheet.width, sheet.height), paper, strict=True)
+    )
+    return columns, rows
 
 
 def _page(

@@ -6,7 +6,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from .._core import NEXT, PREV, cycles, sum_by
-from .areas import measure
+from .areas import measure, without_area
 from .arrays import (
     Pins,
     check_finite,
@@ -31,8 +31,10 @@ from .plane import (
     centred,
     complex_positions,
     coordinates,
+    direction_in_space,
     flat_angles,
     flipped_faces,
+    mapped_direction,
     move_to_pins,
     of_size_one,
     signed_double_areas,

@@ -1,6 +1,7 @@
 """Plane geometry of flat maps: areas, angles, scale, and similarities."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import _core
 from .._core import signed_double_areas
@@ -60,6 +61,37 @@ def move_to_pins(z: ComplexArray, pinned: Pins) -> ComplexArray:
     if z[i] == z[j]:
         raise MeshError(f"vertices {i} and {j} coincide in the map: pin two other vertices")
     return np.asarray(position[0] + (z - z[i]) * ((position[1] - position[0]) / (z[j] - z[i])))
+
+
+def direction_in_space(given: ArrayLike, name: str) -> FloatArray:
+    """Three numbers as a unit vector.
+
+    Raises
+    ------
+    ValueError
+        They are not three, not finite, or all zero.
+    """
+    try:
+        direction = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        direction = np.empty(0)
+    length = float(np.linalg.norm(direction))
+    if direction.shape != (3,) or not 0 < length < np.inf:
+        raise ValueError(f"{name} is {given!r}: give a direction in space, three numbers")
+    return np.asarray(direction / length)
+
+
+def mapped_direction(
+    V: FloatArray, z: ComplexArray, F: IntArray, direction: FloatArray
+) -> tuple[ComplexArray, FloatArray]:
+    """A direction in space projected to each triangle (#F, 3) and mapped, (#F,); and their areas in space."""
+    e, f = (V[F[:, k]] - V[F[:, 0]] for k in (1, 2))
+    u, v = (z[F[:, k]] - z[F[:, 0]] for k in (1, 2))
+    ee, ef, ff = (e * e).sum(1), (e * f).sum(1), (f * f).sum(1)
+    de, df = e @ direction, f @ direction
+    det = np.maximum(ee * ff - ef * ef, np.finfo(float).tiny)  # a collapsed triangle has none
+    along = (de * ff - df * ef) / det * u + (df * ee - de * ef) / det * v
+    return along, np.sqrt(det) / 2
 
 
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:

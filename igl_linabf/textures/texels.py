@@ -111,7 +111,7 @@ class Nearby:
     at : (#P,) float64
         Where on the side its nearest point is, from 0 to 1.
     distance : (#P,) float64
-        The larger one of those in x and in y.
+        To that point, in texels.
     """
 
     index: IntArray
@@ -128,18 +128,15 @@ def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
     offset, direction = start[side] - centre, (end - start)[side]
-    best, at = np.full(len(side), np.inf), np.zeros(len(side))
     # max(|x|, |y|) along a side is least at an end, where x or y vanishes, or where they are equal
-    zero, one = np.zeros(len(side)), np.ones(len(side))
-    both = ((offset @ s, direction @ s) for s in ([1, 0], [0, 1], [1, 1], [1, -1]))
+    reach = np.minimum(np.abs(offset).max(axis=1), np.abs(offset + direction).max(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        tried = [zero, one, *(np.clip(np.nan_to_num(-o / d), 0, 1) for o, d in both)]
-    for t in tried:
-        distance = np.abs(offset + t[:, None] * direction).max(axis=1)
-        nearer = distance < best
-        best[nearer], at[nearer] = distance[nearer], t[nearer]
-    near = best < 1 + ROUNDING
-    return Nearby(centre[near] @ [1, resolution], side[near], at[near], best[near])
+        for axis in ([1, 0], [0, 1], [1, 1], [1, -1]):
+            t = np.clip(np.nan_to_num(-(offset @ axis) / (direction @ axis)), 0, 1)
+            reach = np.minimum(reach, np.abs(offset + t[:, None] * direction).max(axis=1))
+        at = np.clip(np.nan_to_num(-(offset * direction).sum(axis=1) / (direction**2).sum(axis=1)), 0, 1)
+    distance, near = np.linalg.norm(offset + at[:, None] * direction, axis=1), reach < 1 + ROUNDING
+    return Nearby(centre[near] @ [1, resolution], side[near], at[near], distance[near])
 
 
 def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: int) -> Texels:

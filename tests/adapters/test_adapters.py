@@ -58,6 +58,86 @@ def test_a_map_of_a_disk_doubles_no_vertex(library: str) -> None:
     assert np.array_equal(G, F)
 
 
+def shades(count: int, columns: int = 4) -> np.ndarray:
+    return np.random.default_rng(count).integers(0, 256, (count, columns), dtype=np.uint8)
+
+
+def test_colours_and_attributes_of_trimesh_are_kept(tmp_path, unwrapped) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    V, F, atlas = unwrapped
+    maps = atlas.TC, atlas.FTC
+    vertex = adapters.vertex_map(V, F, *maps)
+    given = trimesh.Trimesh(V, F, vertex_colors=shades(len(V)), process=False, metadata={"scan": 7})
+    given.vertex_attributes["height"], given.face_attributes["label"] = V[:, 2], np.arange(len(F))
+    mesh = adapters.to_trimesh(V, F, *maps, like=given)
+    assert (np.asarray(mesh.vertices) == V[vertex]).all()
+    assert (mesh.vertex_attributes["height"] == V[vertex, 2]).all()
+    assert (mesh.face_attributes["label"] == np.arange(len(F))).all()
+    assert mesh.metadata["scan"] == 7
+    mesh.export(tmp_path / "ant.glb")
+    (read,) = trimesh.load(tmp_path / "ant.glb", process=False).geometry.values()
+    assert (np.asarray(read.visual.vertex_attributes["color"])[:, :3] == shades(len(V))[vertex, :3]).all()
+    of_faces = trimesh.Trimesh(V, F, face_colors=shades(len(F)), process=False)
+    again = adapters.to_trimesh(V, F, *maps, like=of_faces)
+    assert (again.face_attributes["color"] == shades(len(F))).all()
+    with pytest.raises(MeshError, match=r"like has .* pass the mesh that they come from"):
+        adapters.to_trimesh(V, F, *maps, like=trimesh.creation.box())
+
+
+def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
+    pyvista = pytest.importorskip("pyvista")
+    given = pyvista.Cylinder(resolution=12).triangulate().clean()
+    given.point_data["colours"] = shades(given.n_points, 3)
+    given.cell_data["label"] = np.arange(given.n_cells)
+    given.field_data["scan"] = [7]
+    given.point_data["old uv"] = np.zeros((given.n_points, 2))
+    given.GetPointData().SetActiveAttribute("old uv", 3)
+    given.set_active_scalars("colours")
+    V, F = adapters.from_pyvista(given)
+    atlas = unwrap(V, F)
+    mesh = adapters.to_pyvista(V, F, atlas.TC, atlas.FTC, like=given)
+    vertex = adapters.vertex_map(V, F, atlas.TC, atlas.FTC)
+    assert (mesh.point_data["colours"] == shades(given.n_points, 3)[vertex]).all()
+    assert (mesh.cell_data["label"] == np.arange(given.n_cells)).all()
+    assert list(mesh.field_data["scan"]) == [7]
+    assert mesh.point_data.active_scalars_name == "colours"
+    assert "old uv" not in mesh.point_data
+    assert np.allclose(coordinates_at_corners("pyvista", mesh), atlas.TC[atlas.FTC], atol=1e-7)
+
+
+def test_data_of_meshio_are_kept() -> None:
+    meshio = pytest.importorskip("meshio")
+    V, F = igl.icosahedron()
+    blocks = [("triangle", F[:8]), ("line", [[0, 1]]), ("triangle", F[8:])]
+    given = meshio.Mesh(
+        V,
+        blocks,
+        {"height": V[:, 2], "obj:vt": V[:, :2]},
+        {"label": [np.arange(8), [99], np.arange(8, 20)]},
+        {"scan": np.array([7])},
+    )
+    assert (adapters.from_meshio(given)[1] == F).all()
+    atlas = unwrap(V, F)
+    mesh = adapters.to_meshio(V, F, atlas.TC, atlas.FTC, like=given)
+    vertex = adapters.vertex_map(V, F, atlas.TC, atlas.FTC)
+    assert (mesh.point_data["height"] == V[vertex, 2]).all()
+    assert (mesh.cell_data["label"][0] == np.arange(20)).all()
+    assert mesh.field_data == {"scan": np.array([7])}
+    assert np.allclose(coordinates_at_corners("meshio", mesh), atlas.TC[atlas.FTC])
+
+
+def test_colours_and_normals_of_open3d_are_kept(unwrapped) -> None:
+    open3d = pytest.importorskip("open3d")
+    V, F, atlas = unwrapped
+    given = adapters.to_open3d(V, F, atlas.TC, atlas.FTC)
+    given.vertex_colors = open3d.utility.Vector3dVector(shades(len(V), 3) / 255)
+    given.compute_vertex_normals()
+    mesh = adapters.to_open3d(V, F, atlas.TC, atlas.FTC, like=given)
+    for name in ("vertex_colors", "vertex_normals", "triangle_normals"):
+        assert np.allclose(getattr(mesh, name), getattr(given, name))
+        assert len(getattr(mesh, name))
+
+
 def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> None:
     trimesh, meshio = pytest.importorskip("trimesh"), pytest.importorskip("meshio")
     V, F, atlas = unwrapped

@@ -319,7 +319,7 @@ def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path
 
     def killed_after(number: int) -> None:
         with pytest.raises(ZeroDivisionError), Table(str(out)) as table:  # all of it is the run
-            for task in _planned(found, table, settings, retry=False)[:number]:
+            for task in _planned(found, table, settings, retry=False, force=False)[:number]:
                 run(task)
             raise ZeroDivisionError
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 from conftest import CARRIED_DISKS, DISKS, STRESS, load
 
-from igl_linabf import FallbackWarning, LinABF, Outcome, OutcomeWarning, flatten, linabf, quality
+from igl_linabf import FallbackWarning, LinABF, Outcome, OutcomeWarning, Residuals, flatten, linabf, quality
+from igl_linabf.angles import constraints_of
+from igl_linabf.angles.full_system import right_hand_sides
+from igl_linabf.flattening import far_pins
+from igl_linabf.surface import planar_mesh
 
 # F/3nt of one iteration, within 2 % (docs/results.md, "The paper's Table 1")
 ONE_ITERATION = {
@@ -66,6 +72,30 @@ def test_no_flips_where_igl_lscm_flips(name: str) -> None:
     ours = flatten(V, F)
     assert len(ours.flipped) == 0
     assert quality(V, F, ours.uv).angle_distortion < quality(V, F, lscm.uv).angle_distortion
+
+
+@pytest.mark.parametrize("name", ["bumps", "disk__igl_camel_b.obj"])
+def test_residuals_are_those_of_the_full_system_at_the_angles_that_are_returned(name: str) -> None:
+    V, F = load(name)
+    result = flatten(V, F, LinABF(iterations=1))
+    constraints = constraints_of(planar_mesh(V, F).topology)
+    at_vertices, triangle = right_hand_sides(constraints, result.angles.T)
+    vertex, wheel = np.abs(at_vertices).reshape(-1, 2).max(axis=0)
+    expected = Residuals(vertex=vertex, triangle=np.abs(triangle).max(), wheel=wheel)
+    assert astuple(result.after) == pytest.approx(astuple(expected), rel=1e-6, abs=1e-13)
+    assert expected.triangle < 1e-12 < 1e-6 < min(vertex, wheel)
+    assert vertex != pytest.approx(wheel, rel=0.01)  # none stands for another
+
+
+def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
+    V, F = load("limb")
+    two = flatten(V, F, "linabf", *far_pins(planar_mesh(V, F)))
+    assert two.outcome is Outcome.FLIPPED
+    assert "pin" not in two.message
+    V, F = load("bumps")
+    three = flatten(V, F, "linabf", [0, 1, 2], [[0, 0], [1, 0], [1e-3, 0]])
+    assert three.outcome is Outcome.FLIPPED
+    assert "as 3 pins may ask for: pin fewer vertices" in three.message
 
 
 @pytest.mark.parametrize("name", [HOLDS_FLIPS, "limb"])

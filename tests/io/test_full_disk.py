@@ -19,8 +19,18 @@ COMMANDS = {
     "atlas": ["unwrap", "{mesh}", "-o", "{folder}/x.obj"],
     "ply": ["unwrap", "{mesh}", "-o", "{folder}/x.ply"],
     "glb": ["unwrap", "{mesh}", "-o", "{folder}/x.glb"],
-    "png": ["compare", "{mesh}", "--methods", "lscm", "--repeat", "1", "--picture", "{folder}/x.png"],
-    "obj and png": ["flatten", "{mesh}", "-o", "{folder}/x.obj", "--picture", "{folder}/x.png"],
+    "png": [
+        "compare",
+        "{mesh}",
+        "--methods",
+        "lscm",
+        "--repeat",
+        "1",
+        "--picture",
+        "{folder}/x.png",
+        "--force",
+    ],
+    "obj and png": ["flatten", "{mesh}", "-o", "{folder}/x.obj", "--picture", "{folder}/x.png", "--force"],
 }
 
 

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import igl
 import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import MeshError, linabf
-from igl_linabf.io import read_mesh, replacing, unit_square, write_obj
+from igl_linabf import MeshError, MeshWarning, linabf
+from igl_linabf.io import (
+    Extras,
+    as_mesh_file,
+    read_file,
+    read_mesh,
+    read_texture,
+    replacing,
+    unit_square,
+    write_file,
+    write_mesh,
+    write_obj,
+)
+from igl_linabf.io.materials import Colour, Material
 
 
 @pytest.mark.parametrize("suffix", ["obj", "off", "ply", "stl"])
@@ -72,3 +86,48 @@ def test_what_is_no_mesh_is_refused(tmp_path, name: str, text: str) -> None:
         read_mesh(path)
     with pytest.raises(FileNotFoundError):
         read_mesh(tmp_path / "nothing.obj")
+
+
+def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
+    """Two materials of one name, one without, and one of the name that stands for none, as glTF has them."""
+    V, F = igl.icosahedron()
+    names = ("red", "red", "", "two\nlines", "end\\", "igl_linabf", "a # b", "a")
+    of = np.array([*range(len(names)), *[-1] * (len(F) - len(names))])
+    looks = tuple(Material(colour=Colour(i / 10, 0, 0)) for i in range(len(names)))
+    mesh = replace(
+        as_mesh_file(V, F),
+        extras=Extras(materials=(names, of), parts=(("none", "x", "x"), of % 4 - 1), looks=looks),
+    )
+    with pytest.warns(MeshWarning, match="names as they are"):
+        write_file(tmp_path / "out.obj", mesh, V[:, :2])
+    after = read_file(tmp_path / "out.obj")
+    assert after.materials == (
+        "red",
+        "red.2",
+        "unnamed",
+        "two lines",
+        "end_",
+        "igl_linabf",
+        "a # b",
+        "a",
+        "igl_linabf_",
+    )
+    assert after.extras.materials[1].tolist() == np.where(of < 0, len(names), of).tolist()
+    reds = [look.colour.red for look in after.extras.looks]
+    assert reds == pytest.approx([*(i / 10 for i in range(len(names))), 1])
+    parts, part = after.extras.parts
+    assert set(parts) == {"none", "x", "x.2", "none_"}
+    assert [parts[i] for i in part] == ["none_" if i < 0 else ("none", "x", "x.2")[i] for i in of % 4 - 1]
+
+
+@pytest.mark.parametrize("suffix", ["ply", "obj"])
+def test_texture_coordinates_of_seams_come_back_as_they_were(tmp_path, suffix: str) -> None:
+    V, F = igl.icosahedron()
+    TC = np.random.default_rng(0).random((60, 2)).astype(np.float32)
+    path = tmp_path / f"atlas.{suffix}"
+    write_mesh(path, V, F, TC, np.arange(60).reshape(20, 3))
+    positions, faces = read_mesh(path)
+    assert (positions == V).all()  # no vertex is written twice
+    assert (faces == F).all()
+    map_, corners = read_texture(path)
+    assert (map_[corners].reshape(-1, 2) == TC).all()

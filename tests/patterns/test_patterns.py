@@ -14,7 +14,8 @@ from nasty_meshes import NASTY
 
 from igl_linabf import MeshError, MeshWarning, linabf, unwrap, write_pattern
 from igl_linabf.cli import main
-from igl_linabf.patterns import Pattern
+from igl_linabf.patterns import Pattern, pattern_of
+from igl_linabf.patterns.pieces import laid_out
 
 pytest.importorskip("svgwrite")
 ezdxf = pytest.importorskip("ezdxf")
@@ -110,7 +111,8 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     V, F = quads()
     atlas = unwrap(V, F, method="isometric", progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
-    place = {tuple(np.round(p, 9)): v for p, v in zip(_laid(V, atlas), atlas.origin.tolist(), strict=True)}
+    cut, _ = laid_out(V, F, atlas, 1.0, np.array([0.0, 0.0, 1.0]))
+    place = {tuple(np.round(p, 9)): v for p, v in zip(cut.flat, cut.origin.tolist(), strict=True)}
     covered = 0
     for seam in pattern.seams:
         one, other = ([place[tuple(np.round(p, 9))] for p in side.tolist()] for side in seam.sides)
@@ -119,14 +121,6 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
         assert seam.lengths[0] == pytest.approx(np.linalg.norm(np.diff(seam.sides[0], axis=0), axis=1).sum())
         covered += len(one) - 1
     assert covered == len(atlas.seams)
-
-
-def _laid(V: np.ndarray, atlas: object) -> np.ndarray:
-    """The atlas at the scale of the pattern."""
-    TC, T = atlas.TC, atlas.triangles
-    area = igl.doublearea(V, atlas.split.F).sum()
-    flat = TC * np.sqrt(area / np.abs(igl.doublearea(np.ascontiguousarray(TC), T)).sum())
-    return flat - flat.min(axis=0)
 
 
 def test_dxf_is_read_by_ezdxf(tmp_path: Path) -> None:
@@ -161,8 +155,8 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     image = np.asarray(page.render(scale=scale).to_pil().convert("L"))
     dark = image < 128
     rows = np.flatnonzero(dark.sum(axis=1) > 0.3 * dark.shape[1])
-    longest = max((np.ptp(np.flatnonzero(dark[row])) for row in rows), default=0)
-    assert longest * 25.4 / 72 / scale == pytest.approx(100, abs=0.5)
+    bar = np.ptp(np.flatnonzero(dark[rows[-1]]))  # it is below all pieces
+    assert bar * 25.4 / 72 / scale == pytest.approx(100, abs=0.5)
 
 
 def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -219,5 +213,15 @@ def test_what_unwrap_repairs_can_be_drawn(tmp_path: Path, name: str) -> None:
     V, F = NASTY[name]()
     atlas = unwrap(V, F, progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
-    assert pattern.pieces == len(atlas.charts)
+    assert 0 < pattern.pieces <= len(atlas.charts)
     assert all(len(line) >= 3 for line in pattern.outlines)
+
+
+def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
+    square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
+    strip = square * [4, 1, 1] + [200, 0, 0]
+    F = np.array([[0, 1, 2], [0, 2, 3]])
+    # the square is halved one way and grows by a tenth the other; the strip makes up for its area
+    flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
+    made = pattern_of(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
+    assert made.error == pytest.approx(0.5)

@@ -18,7 +18,7 @@ PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api
 SOURCES = [
     path for name in ("igl_linabf", "demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")
 ]
-FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv)")
+FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl)")
 
 
 def check(names: list[str]) -> None:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -230,6 +231,7 @@ def test_the_version_is_one() -> None:
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == citation["version"] == PROJECT["version"]
+    assert igl_linabf.__version__ == metadata.version("igl-linabf")
 
 
 def test_the_conda_recipe_wants_what_the_package_wants() -> None:

@@ -220,3 +220,15 @@ def test_the_command_refuses_what_it_cannot_bake(tmp_path: Path, capsys: pytest.
         assert main(["unwrap", str(source), "-o", str(tmp_path / target), "--bake", kind]) == 2
         assert why in capsys.readouterr().err
         assert not (tmp_path / target).exists()
+
+
+def test_a_texel_beside_a_chart_has_the_value_of_the_nearest_point_of_its_outline() -> None:
+    V = np.array([[0, 0, 0], [3, 0, 0], [3, 2, 0], [0, 2, 0.0]])
+    F = np.array([[0, 1, 2], [0, 2, 3]])
+    atlas = unwrap(V, F, packing=Packing(resolution=128, padding=10))
+    image = bake(V, F, atlas, atlas.TC, 128, padding=0, background=np.nan)
+    row, column = np.nonzero(np.isfinite(image[..., 0]))
+    centre = np.column_stack((column + 0.5, 128 - row - 0.5)) / 128
+    nearest = np.clip(centre, atlas.TC.min(axis=0), atlas.TC.max(axis=0))  # the chart is an upright rectangle
+    assert (nearest != centre).any(axis=1).sum() > 100
+    np.testing.assert_allclose(image[row, column], nearest, atol=1e-9)

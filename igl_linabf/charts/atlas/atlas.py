@@ -98,6 +98,8 @@ class Atlas:
         Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
     split : Triangles or None
         How polygons were split; None if the faces are triangles.
+    given_seams : (#G, 2) int64
+        The edges that were asked to be cut; `write_pattern` joins no pieces along them.
     """
 
     TC: FloatArray
@@ -120,6 +122,7 @@ class Atlas:
     coned: bool = False
     period: float | None = None
     split: Triangles | None = None
+    given_seams: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
     def pages(self) -> int:

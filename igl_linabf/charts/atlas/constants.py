@@ -27,3 +27,8 @@ MIN_LONE_HEIGHT = 1e-6
 # coordinates. With less, rounding closes it again; more shows in the map.
 # benchmarks/constants.py charts.atlas
 LONE_ROUNDING = 16 * np.finfo(float).eps
+
+# Double area of a face in a given map, over its size times the largest coordinate, below which its sign is
+# rounding: single precision has 6e-8. Less cuts slivers of such files out as if they turned over; more does
+# not see thin faces that do. tests/charts/atlas/test_polygons.py
+MIN_TURNING_AREA = 1e-6

@@ -31,6 +31,7 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         chart=chart,
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
+        given_seams=cleaned.origin[atlas.given_seams],
         seam_length=atlas.seam_length * 2.0**-cleaned.power,
         scale=atlas.scale * 2.0**cleaned.power,
         cones=cleaned.origin[atlas.cones],

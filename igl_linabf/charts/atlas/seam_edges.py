@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
-from ...surface import NEXT, PREV, Polygons, Topology, merge_coincident, vertex_array
+from ...surface import NEXT, PREV, Polygons, Ragged, Topology, merge_coincident, vertex_array
+from .constants import MIN_TURNING_AREA
 
 Given = ArrayLike | None
 
@@ -32,7 +33,8 @@ def texture_seams(
     """The seams of existing texture coordinates.
 
     An edge is a seam of a face if other faces have it, too, and none of them has the same texture
-    coordinates there.
+    coordinates there. With `TC`, an edge at which the map turns over is a seam, too: both faces lie on one
+    side of it in the map, as where the halves of a body share one place as mirror images.
 
     Parameters
     ----------
@@ -80,7 +82,8 @@ def texture_seams(
             f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
             "correct FTC or complete TC"
         )
-    mask = _on_seam(polygons, _as_one(polygons, positions), _as_one(texture, points))
+    turns = np.zeros(len(polygons), dtype=np.int64) if points is None else _turns(texture, points)
+    mask = _on_seam(polygons, _as_one(polygons, positions), _as_one(texture, points), turns)
     if sides:
         return polygons.shape(mask)
     pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))[mask]
@@ -94,20 +97,39 @@ def _as_one(faces: Polygons, points: FloatArray | None) -> IntArray:
     return np.asarray(merge_coincident(points, np.unique(faces.corners))[faces.corners])
 
 
-def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:
-    """Which sides are seams; a and s number the vertices and the texture coordinates at the corners."""
+def _turns(texture: Polygons, points: FloatArray) -> IntArray:
+    """Which way around each face goes in the map: 1, -1, or 0 where it has no area beside rounding."""
+    uv = points[texture.corners]
+    uv = uv - uv[texture.starts][texture.owner]
+    beside = uv[texture.following]
+    rows = Ragged.of_sizes(texture.sizes)
+    area = rows.sum(uv[:, 0] * beside[:, 1] - uv[:, 1] * beside[:, 0])
+    size = rows.max(np.abs(uv).max(axis=1))
+    turns = np.abs(area) > MIN_TURNING_AREA * size * np.abs(points).max(initial=0)
+    return np.where(turns, np.sign(area), 0).astype(np.int64)
+
+
+def _on_seam(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
+    """Which sides are seams: none beside them has their texture and lies beyond them in the map.
+
+    `a` and `s` number the vertices and the texture coordinates at the corners, `turns` is that of each face.
+    """
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
     side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
+    beyond = np.where(forth, 1, -1) * turns[polygons.owner]
     proper = np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2  # others have no area
     rows = np.flatnonzero((a != b) & proper[polygons.owner])
 
-    def alike(columns: int) -> IntArray:
-        _, which, number = np.unique(side[rows, :columns], axis=0, return_inverse=True, return_counts=True)
-        return np.asarray(number[which.ravel()])
+    def group(columns: int) -> IntArray:
+        return np.unique(side[rows, :columns], axis=0, return_inverse=True)[1].ravel()
 
+    edge, own = group(2), group(4)
+    of_edge, of_own = (np.bincount(which)[which] for which in (edge, own))
+    on_my_side = np.bincount(3 * own + beyond[rows] + 1, minlength=3 * len(rows))[3 * own + beyond[rows] + 1]
+    joined = of_own > np.where(beyond[rows] == 0, 1, on_my_side)
     mask = np.zeros(len(a), dtype=bool)
-    mask[rows] = (alike(2) > 1) & (alike(4) == 1)
+    mask[rows] = (of_edge > 1) & ~joined
     return mask
 
 

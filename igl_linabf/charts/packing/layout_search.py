@@ -55,12 +55,15 @@ class Charts:
     areas : (#C,) float64
     upright : bool
         Turn them by quarter turns only.
+    fixed : bool
+        Do not turn them.
     """
 
     outlines: Sequence[Outline]
     sizes: FloatArray
     areas: FloatArray
     upright: bool = False
+    fixed: bool = False
 
     @property
     def least_side(self) -> float:
@@ -69,6 +72,8 @@ class Charts:
 
     def turns(self, number: int) -> list[ComplexArray]:
         """`turns_of` these charts."""
+        if self.fixed:
+            return [np.ones(1, dtype=np.complex128)] * len(self.areas)
         return turns_of(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
     def placed_by_shape(self) -> IntArray:
@@ -367,8 +372,8 @@ def _on_pages(
     turn, number, corner = layout.turn, layout.page, layout.corner
     taken = masks.taken(inner, placed.places)
     width, height = charts.sizes[small].T
-    lies = width >= height
-    boxes = np.column_stack((np.maximum(width, height), np.minimum(width, height))) * cells + gap
+    lies = (width >= height) | charts.fixed
+    boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1]) * cells + gap
     by_height = np.lexsort((-boxes[:, 0], -boxes[:, 1]))
     small, boxes, lies = small[by_height], boxes[by_height], lies[by_height]
     page = first = 0

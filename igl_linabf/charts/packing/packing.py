@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...errors import MeshError
+from ...errors import MeshError, some
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
@@ -44,7 +44,9 @@ class PackedChart:
     page: int = 0
 
 
-def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None) -> list[PackedChart]:
+def pack_charts(
+    charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None, *, rotate: bool = True
+) -> list[PackedChart]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
     Parameters
@@ -54,6 +56,8 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
         they shall keep (that of their 3-D areas).
     packing : Packing, optional
         Its texel density is per unit of length of `uv`.
+    rotate : bool
+        Turn charts; otherwise they are moved and scaled alone.
 
     Returns
     -------
@@ -72,10 +76,10 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
     --------
     >>> import numpy as np
     >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2], [0, 2, 3]])
-    >>> placed = pack([square] * 4)
+    >>> placed = pack_charts([square] * 4)
     >>> sum(chart.area for chart in placed) > 0.95
     True
-    >>> [chart.page for chart in pack([square] * 3, Packing(resolution=64, texel_density=40))]
+    >>> [chart.page for chart in pack_charts([square] * 3, Packing(resolution=64, texel_density=40))]
     [0, 1, 2]
     """
     given = []
@@ -84,7 +88,8 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None 
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    placed = pack_maps([(chart.V, chart.F) for chart in given], Wish.of(packing))
+    wish = replace(Wish.of(packing), fixed=not rotate)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
@@ -104,6 +109,8 @@ class Wish:
         Turn several charts by quarter turns only.
     unit : float
         Units of the charts to a unit of the caller.
+    fixed : bool
+        Do not turn charts.
     """
 
     spacing: Spacing
@@ -112,6 +119,7 @@ class Wish:
     resolution: int | None
     upright: bool = False
     unit: float = 1.0
+    fixed: bool = False
 
     @classmethod
     def of(cls, packing: Packing | None) -> Wish:
@@ -131,7 +139,7 @@ class Wish:
 
 
 def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[PackedChart]:
-    """`pack` of charts that are checked; every vertex has a face."""
+    """`pack_charts` of charts that are checked; every vertex has a face."""
     if not maps:
         return []
     z, area, turn, origin, vertices, charts = _prepared(maps, wish)
@@ -191,14 +199,18 @@ def _prepared(
     if flat.any():
         i = int(np.argmax(flat))
         raise MeshError(f"chart {i} has no area (its {len(triangles[i])} faces lie on a line): leave it out")
-    if len(maps) == 1:
+    if wish.fixed or (wish.upright and len(maps) > 1):
+        turn = np.ones(len(maps), np.complex128)
+    elif len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
-        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
+        turn = narrowest_turns(z, vertices.start)
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), area, wish.upright)
+    charts = Charts(
+        outlines(z, F, vertices, faces, area), coordinates(extent), area, wish.upright, wish.fixed
+    )
     return z, area, turn, origin, vertices, charts
 
 
@@ -215,18 +227,41 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     assert wish.resolution is not None
     density = wish.resolution / wish.side  # texels per unit of the charts
     asked = density * wish.unit
-    largest = int(charts.sizes.min(axis=1).argmax())
-    wide, high = charts.sizes[largest] * density
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
     remedy = "use a smaller density or a larger resolution"
     if wish.pages is not None:
         remedy = "use a smaller density, a larger resolution, or more pages"
     verb = "do" if n > 1 else "does"
+    too_large = _too_large(charts, wish.side, spacing)
+    if len(too_large):
+        wide, high = charts.sizes[too_large[0]] * density
+        why = f"chart {too_large[0]} takes {wide:.0f} x {high:.0f}"
+        if len(too_large) > 1:
+            why = f"charts {some(too_large)} are too large for any; {why}"
+    else:
+        share = float(charts.areas.sum()) / wish.side**2
+        why = f"each one does alone; together they cover {share:.3g} pages, without the gaps between them"
     raise MeshError(
         f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
-        f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
-        f"{remedy}"
+        f"{wish.resolution} x {wish.resolution} texels ({why}): {remedy}"
     )
+
+
+def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
+    """The charts that do not fit on a page of this side alone, the longest ones first."""
+    long = np.flatnonzero(charts.sizes.max(axis=1) > side * spacing.inner)  # others do as they are
+    long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
+    alone = (
+        replace(
+            charts,
+            outlines=[charts.outlines[i]],
+            sizes=charts.sizes[i : i + 1],
+            areas=charts.areas[i : i + 1],
+        )
+        for i in long.tolist()
+    )
+    fits = [fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
+    return np.asarray(long[~np.array(fits, dtype=bool)])
 
 
 def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:

@@ -12,3 +12,4 @@ from .constants import (
 )
 from .nets import Nets
 from .panels import Panels, RoundedPanels, panel_seams
+from .unfolding import overlap_depths

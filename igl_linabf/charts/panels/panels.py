@@ -64,7 +64,7 @@ class Panels:
     def max_depths(self, z: ComplexArray) -> FloatArray:
         """The `overlap_depths` of the faces, laid flat."""
         extent = self.creased.extent[self.creased.label]
-        return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH, constants.MAX_DEPTH_OF_HEIGHT)
+        return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH)
 
     def made(self, trade: float) -> BoolArray:
         """Which components are made of panels: all that is curved is on sharp creases, or a tip.

@@ -89,7 +89,10 @@ def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> Float
 
 
 def overlap_depths(
-    triangle: ComplexArray, extent: FloatArray, most: float, shallow: float | FloatArray
+    triangle: ComplexArray,
+    extent: FloatArray,
+    most: float,
+    shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
     """The depth to which each triangle may lie over others; negative for slivers, which overlap nothing.
 

@@ -1,22 +1,48 @@
 """Surfaces of brains, by nibabel: GIFTI and FreeSurfer."""
 
+import copy
+import gzip
+import warnings
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...errors import MeshError, some
+from ..._types import FloatArray, IntArray
+from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Polygons, topology_of
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras
-from ..vertex_splits import flat_surface, split_vertices
+from ..vertex_splits import flat_surface, single_precision, split_vertices
 from .optional_packages import call_reader, checked_mesh_file, import_optional
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
+COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
+METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
 PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])  # of FreeSurfer, which nibabel does not write
+OF_TRIANGLES = b"\xff\xff\xfe"  # how FreeSurfer's surfaces of triangles begin; two lines of text follow
+VOLUME = "the volume that it was made from"
+
+
+@dataclass(frozen=True, eq=False)
+class GiftiFile:
+    """The file itself, nibabel's image."""
+
+    image: Any
+    kept: tuple[str, ...] = (METADATA, LABELS, ARRAYS)
+
+
+@dataclass(frozen=True)
+class FreeSurferFile:
+    """What follows the faces of a surface: its volume's geometry, and the commands that made it."""
+
+    rest: bytes
+    kept: tuple[str, ...] = (VOLUME,)
 
 
 def parse_gifti(path: Path) -> MeshFile:
-    """The surface of a GIFTI file."""
+    """The surface of a GIFTI file, compressed or not."""
     image = call_reader(import_optional("nibabel").load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
@@ -27,41 +53,121 @@ def parse_gifti(path: Path) -> MeshFile:
     F = np.asarray(triangles.data)
     if V.ndim != 2 or V.shape[1] != 3 or F.ndim != 2 or F.shape[1] != 3:
         raise Damaged(f"its arrays have the shapes {V.shape} and {F.shape}, not three columns")
+    there = {
+        METADATA: any(len(of.meta) for of in (image, points, triangles)),
+        LABELS: bool(image.labeltable.labels),
+        ARRAYS: bool(_others(image)),
+        "its systems of coordinates": any(map(_says_where, (points.coordsys and [points.coordsys]) or [])),
+    }
     return checked_mesh_file(
-        V, Polygons.of_triangles(F.astype(np.int64)), Extras(source=image, units="millimeter")
+        V,
+        Polygons.of_triangles(F.astype(np.int64)),
+        Extras(
+            colours=_colours(image, len(V)),
+            units="millimeter",
+            unshared=tuple(what for what, is_there in there.items() if is_there),
+            source=GiftiFile(image),
+        ),
     )
+
+
+def _others(image: Any) -> list[Any]:
+    """The arrays beside points and triangles."""
+    names = import_optional("nibabel.nifti1").intent_codes.niistring
+    return [of for of in image.darrays if names[of.intent] not in (POINTS, TRIANGLES)]
+
+
+def _says_where(system: Any) -> bool:
+    """Whether a system of coordinates tells the space of points, or leads to another one."""
+    return bool(system.dataspace or system.xformspace or (np.asarray(system.xform) != np.eye(4)).any())
+
+
+def _colours(image: Any, n: int) -> FloatArray | None:
+    """Of the vertices, from 0 to 1."""
+    for intent in COLOURS:
+        for array in image.get_arrays_from_intent(intent):
+            values = np.asarray(array.data, dtype=np.float64)
+            if values.shape in ((n, 3), (n, 4)):
+                return values / 255 if array.data.dtype.kind in "ui" else values
+    return None
 
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a surface, as flat cortices are."""
     gifti = import_optional("nibabel.gifti")
-    points, triangles = flat_surface(mesh)
-    meta = {"GeometricType": "Flat"}
-    source = mesh.extras.source
-    if hasattr(source, "get_arrays_from_intent"):
-        given = dict(source.get_arrays_from_intent(POINTS)[0].meta)
-        meta = {**{key: given[key] for key in given if key.startswith("Anatomical")}, **meta}
-    arrays = [
-        gifti.GiftiDataArray(points.astype(np.float32), intent=POINTS, meta=gifti.GiftiMetaData(meta)),
-        gifti.GiftiDataArray(triangles.astype(np.int32), intent=TRIANGLES),
-    ]
-    image = gifti.GiftiImage(darrays=arrays)
-    Path(temporary).write_bytes(image.to_bytes())
+    points, triangles, vertex = flat_surface(mesh)
+    of_points, of_triangles = {"GeometricType": "Flat"}, dict[str, str]()
+    source, image = mesh.extras.source, gifti.GiftiImage()
+    if isinstance(source, GiftiFile):
+        given = source.image
+        image = gifti.GiftiImage(meta=given.meta, labeltable=given.labeltable)
+        of_points = {**given.get_arrays_from_intent(POINTS)[0].meta, **of_points}
+        of_triangles = dict(given.get_arrays_from_intent(TRIANGLES)[0].meta)
+        if vertex is not None and "TopologicalType" in of_triangles:
+            of_triangles["TopologicalType"] = "Cut"
+    for data, intent, meta in (
+        (single_precision(points, "TC"), POINTS, of_points),
+        (triangles.astype(np.int32), TRIANGLES, of_triangles),
+    ):
+        image.add_gifti_data_array(gifti.GiftiDataArray(data, intent=intent, meta=gifti.GiftiMetaData(meta)))
+    if isinstance(source, GiftiFile):
+        for array in _at_vertices(_others(source.image), vertex, len(mesh.V)):
+            image.add_gifti_data_array(array)
+    data = image.to_bytes()
+    Path(temporary).write_bytes(gzip.compress(data, mtime=0) if path.suffix.lower() == ".gz" else data)
+
+
+def _at_vertices(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
+    """Arrays of n vertices at those that are written, by their old numbers; None: they are the same."""
+    if vertex is None:
+        return arrays
+    made = []
+    for array in arrays:
+        if len(array.data) == n:
+            array = copy.copy(array)
+            array.data = array.data[vertex]
+            array.dims = list(array.data.shape)
+            made.append(array)
+    if len(made) < len(arrays):
+        warnings.warn(
+            f"{len(arrays) - len(made)} data arrays of the GIFTI file have no value a vertex, and vertices "
+            "are written several times: they are left out",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    return made
 
 
 def parse_freesurfer(path: Path) -> MeshFile:
     """The surface of a FreeSurfer file, lh.pial for example."""
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
-    return checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
+    rest = _rest(path.read_bytes(), 12 * (len(V) + len(F)))
+    extras = Extras(
+        units="millimeter", unshared=(VOLUME,) * bool(rest), source=FreeSurferFile(rest) if rest else None
+    )
+    return checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, extras)
+
+
+def _rest(data: bytes, size: int) -> bytes:
+    """What follows the vertices and faces, which take so many bytes."""
+    if not data.startswith(OF_TRIANGLES):
+        return b""
+    first = data.index(b"\n", len(OF_TRIANGLES))
+    start = data.index(b"\n", first + 1) + 1 + 8  # two numbers: of vertices and of faces
+    return data[start + size :]
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a surface."""
-    points, triangles = flat_surface(mesh)
+    points, triangles, _ = flat_surface(mesh)
+    single_precision(points, "TC")
     import_optional("nibabel.freesurfer").write_geometry(
         temporary, points, triangles, create_stamp="igl_linabf"
     )
+    if isinstance(mesh.extras.source, FreeSurferFile):
+        with open(temporary, "ab") as file:
+            file.write(mesh.extras.source.rest)
 
 
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -81,6 +187,6 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
     on_loop = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
     rows = np.zeros(len(vertex), dtype=PATCH)
     rows["vertex"] = np.where(on_loop, -1, 1) * (made.vertex + 1)
-    rows["place"][:, :2] = made.TC
+    rows["place"][:, :2] = single_precision(made.TC, "TC")
     head = np.array([-1, len(rows)], dtype=">i4")
     Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

@@ -1,6 +1,6 @@
 """VTP, the polygons of VTK, by pyvista."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,18 @@ from ..parsing import Column, Damaged, Extras, polygons_of
 from ..vertex_splits import split_vertices
 from .optional_packages import call_reader, checked_mesh_file, import_optional
 
+# VTK's numbers of what an array may be, and how many there are: scalars, vectors, normals, ..., tangents
+NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
+NEW_TEXTURE = "Texture Coordinates"
+
+
+@dataclass(frozen=True, eq=False)
+class VtpFile:
+    """The file itself, of pyvista."""
+
+    mesh: Any
+    kept: tuple[str, ...]
+
 
 def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
@@ -19,6 +31,7 @@ def parse_vtp(path: Path) -> MeshFile:
     mesh = call_reader(pyvista.read, path)
     if not isinstance(mesh, pyvista.PolyData):
         raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
+    more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
         mesh = mesh.triangulate()
     if mesh.n_points == 0 or mesh.GetNumberOfPolys() == 0:
@@ -31,11 +44,15 @@ def parse_vtp(path: Path) -> MeshFile:
         raise Damaged("it has polygons of less than three corners")
     TC = mesh.active_texture_coordinates
     normals = mesh.point_data.active_normals
+    arrays = _arrays(mesh)
+    tangents = "its tangents" if _named(mesh.GetPointData(), TANGENTS) else ""
     extras = Extras(
-        colours=_colours(mesh),
+        colours=_colours(mesh.point_data, 0, mesh.n_points),
+        face_colours=_colours(mesh.cell_data, mesh.n_verts + mesh.n_lines, len(polygons)),
         normals=None if normals is None else np.asarray(normals, dtype=np.float64),
         normal=None if normals is None else corners,
-        source=mesh,
+        unshared=tuple(filter(None, (arrays, more, tangents))),
+        source=VtpFile(mesh, (arrays,)),
     )
     made = checked_mesh_file(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
     if TC is None:
@@ -44,29 +61,76 @@ def parse_vtp(path: Path) -> MeshFile:
     return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
 
 
-def _colours(mesh: Any) -> FloatArray | None:
-    """The first array of bytes at the points with three or four columns, as VTK has colours."""
-    for values in mesh.point_data.values():
+def _arrays(mesh: Any) -> str:
+    """The arrays that are nothing but numbers, as a warning names them."""
+    taken = {_named(mesh.GetPointData(), i) for i in (NORMALS, TEXTURE, TANGENTS)}
+    taken |= {_colour_array(mesh.point_data), _colour_array(mesh.cell_data)}
+    held = (*mesh.point_data.items(), *mesh.cell_data.items(), *mesh.field_data.items())
+    names = [name for name, _ in held if name not in taken]
+    return f"the arrays {', '.join(names)}" if names else ""
+
+
+def _named(data: Any, attribute: int) -> str | None:
+    """The array of VTK that is this attribute."""
+    array = data.GetAbstractAttribute(attribute)
+    return None if array is None else str(array.GetName())
+
+
+def _colour_array(arrays: Any) -> str | None:
+    """The first array of bytes with three or four columns, as VTK has colours."""
+    for name, values in arrays.items():
         if values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
-            return np.asarray(values, dtype=np.float64) / 255
+            return str(name)
     return None
+
+
+def _colours(arrays: Any, first: int, count: int) -> FloatArray | None:
+    """The colours of some rows."""
+    name = _colour_array(arrays)
+    return None if name is None else np.asarray(arrays[name], dtype=np.float64)[first : first + count] / 255
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write polygons with texture coordinates at the points; all arrays that were read stay."""
-    pyvista, made = import_optional("pyvista"), split_vertices(mesh)
-    rows, source = made.vertex, mesh.extras.source
+    pyvista, source, extras = import_optional("pyvista"), mesh.extras.source, mesh.extras
+    made = split_vertices(mesh, normals=not isinstance(source, VtpFile))
+    rows = made.vertex
     faces = np.insert(made.corners, mesh.polygons.starts, mesh.polygons.sizes)
     written = pyvista.PolyData(mesh.V[rows], faces)
-    if isinstance(source, pyvista.PolyData):
-        first = source.n_verts + source.n_lines  # cells of points and lines come before
-        for name, values in source.point_data.items():
-            written.point_data[name] = np.asarray(values)[rows]
-        for name, values in source.cell_data.items():
-            written.cell_data[name] = np.asarray(values)[first : first + len(mesh.polygons)]
-        for name, values in source.field_data.items():
-            written.field_data[name] = values
-    elif mesh.extras.colours is not None:
-        written.point_data["RGB"] = np.round(np.clip(mesh.extras.colours[rows], 0, 1) * 255).astype(np.uint8)
-    written.active_texture_coordinates = made.TC
+    name = NEW_TEXTURE
+    if isinstance(source, VtpFile):
+        given = source.mesh
+        name = _named(given.GetPointData(), TEXTURE) or NEW_TEXTURE
+        first = given.n_verts + given.n_lines  # cells of points and lines come before
+        for of, values in given.point_data.items():
+            if of not in (name, _named(given.GetPointData(), TANGENTS)):
+                written.point_data[of] = np.asarray(values)[rows]
+        for of, values in given.cell_data.items():
+            written.cell_data[of] = np.asarray(values)[first : first + len(mesh.polygons)]
+        for of, values in given.field_data.items():
+            written.field_data[of] = values
+        _mark(given.GetPointData(), written.GetPointData())
+        _mark(given.GetCellData(), written.GetCellData())
+    else:
+        if extras.colours is not None:
+            written.point_data["RGB"] = _bytes(extras.colours[rows])
+        if extras.face_colours is not None:
+            written.cell_data["RGB"] = _bytes(extras.face_colours)
+        if made.normals is not None:
+            written.point_data["Normals"] = made.normals
+            written.GetPointData().SetActiveAttribute("Normals", NORMALS)
+    written.point_data[name] = made.TC
+    written.GetPointData().SetActiveAttribute(name, TEXTURE)
     written.save(temporary)
+
+
+def _mark(given: Any, written: Any) -> None:
+    """Say again which arrays are scalars, normals and so on."""
+    for attribute in range(ATTRIBUTES):
+        name = _named(given, attribute)
+        if name is not None and written.HasArray(name):
+            written.SetActiveAttribute(name, attribute)
+
+
+def _bytes(colours: FloatArray) -> Any:
+    return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)

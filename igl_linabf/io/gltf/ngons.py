@@ -46,6 +46,14 @@ def fans(split: Triangles, corners: IntArray) -> IntArray:
     return np.asarray(corners[turned[order]])
 
 
+def turned_over(polygons: Polygons) -> Polygons:
+    """The same polygons with their corners the other way round; each begins where it did."""
+    place = np.arange(len(polygons.corners))
+    start = polygons.starts[polygons.owner]
+    back = start + (start - place) % polygons.sizes[polygons.owner]
+    return Polygons(polygons.corners[back], polygons.sizes)
+
+
 def polygons_among(F: IntArray) -> Polygons:
     """The polygons that were written as these triangles, (#T, 3)."""
     follows = (F[1:, 0] == F[:-1, 0]) & (F[1:, 1] == F[:-1, 2])

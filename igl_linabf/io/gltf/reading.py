@@ -9,14 +9,15 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...surface import Polygons
-from ..materials import of_gltf, srgb
+from ..materials import Material, as_gltf, of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
-from .ngons import EXTENSION, polygons_among
-from .scene import Gltf, Mode, load_gltf, placements
+from .ngons import EXTENSION, polygons_among, turned_over
+from .particulars import unshared
+from .scene import Gltf, Mode, Placement, load_gltf, placements
 
 COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
-UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
+UNMOVED = Placement("", np.eye(4))
 
 
 class Primitive(NamedTuple):
@@ -30,6 +31,8 @@ class Primitive(NamedTuple):
         Of the polygons.
     vertex : (#c,) int64
         Its own vertex at each corner.
+    mirrored : bool
+        Whether the scene mirrors it, so that its own faces run the other way round.
     """
 
     mesh: int
@@ -37,14 +40,22 @@ class Primitive(NamedTuple):
     faces: IntArray
     corners: IntArray
     vertex: IntArray
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class GltfFile:
-    """The file itself."""
+    """The file itself.
+
+    Attributes
+    ----------
+    frames : (#meshes, 3, 3) float64
+        From the space of each mesh to that of the scene, but for a translation.
+    """
 
     gltf: Gltf
     primitives: list[Primitive]
+    frames: FloatArray
 
 
 class _Content(NamedTuple):
@@ -81,7 +92,7 @@ def parse_gltf(path: Path) -> MeshFile:
 def _parse_gltf(gltf: Gltf) -> MeshFile:
     shown = placements(gltf)
     found = [
-        (i, j, _content(gltf, primitive, i, shown.get(i, UNMOVED)[1]))
+        (i, j, _content(gltf, primitive, i, shown.get(i, UNMOVED).matrix))
         for i, j, primitive in gltf.primitives()
     ]
     held = [content for _, _, content in found]
@@ -96,8 +107,17 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
             [len(of.corners) for of in polygons],
         )
     )
+    frames = np.array([shown.get(i, UNMOVED).matrix[:3, :3] for i in range(len(gltf.listed("meshes")))])
+    mirrored = np.linalg.det(frames) < 0
     primitives = [
-        Primitive(i, j, np.arange(*face[k : k + 2]), np.arange(*corner[k : k + 2]), content.polygons.corners)
+        Primitive(
+            i,
+            j,
+            np.arange(*face[k : k + 2]),
+            np.arange(*corner[k : k + 2]),
+            content.polygons.corners,
+            bool(mirrored[i]),
+        )
         for k, (i, j, content) in enumerate(found)
     ]
     V = np.concatenate([of.V for of in held])
@@ -108,11 +128,12 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
         V[used],
         Polygons(merged.ravel().astype(np.int64), np.concatenate([of.sizes for of in polygons])),
         extras=Extras(
-            **_colours_and_normals(held, used, flat),
+            **_colours_and_normals(held, used, merged.ravel(), flat),
             **_materials(gltf, np.repeat([of.material for of in held], np.diff(face))),
             parts=(_names(gltf, shown), np.repeat(mesh, np.diff(face))),
             units="meter",
-            source=GltfFile(gltf, primitives),
+            unshared=unshared(gltf.text, sum(of.times - 1 for of in shown.values())),
+            source=GltfFile(gltf, primitives, frames),
         ),
     )
     map_ = _whole([of.attributes[TEXTURE] for of in held])
@@ -129,10 +150,13 @@ def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArra
     if local.ndim != 2 or local.shape[1] != 3:
         raise Damaged(f"the positions of its mesh {mesh} have not three columns")
     polygons = _polygons(gltf, primitive, len(local))
+    if np.linalg.det(linear) < 0:
+        polygons = turned_over(polygons)
     attributes: dict[str, FloatArray | None] = {}
     for name in (TEXTURE, COLOURS, NORMALS):
         values = gltf.numbers(its[name]) if name in its else None
-        attributes[name] = values if values is not None and values.shape[:1] == local.shape[:1] else None
+        fits = values is not None and values.ndim == 2 and len(values) == len(local)
+        attributes[name] = values if fits else None
     if (normals := attributes[NORMALS]) is not None:
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
     number = int(primitive.get("material", -1))
@@ -142,27 +166,50 @@ def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArra
     return _Content(V, polygons, attributes, material)
 
 
-def _colours_and_normals(held: list[_Content], used: IntArray, flat: IntArray) -> dict[str, Any]:
-    """Of `Extras`: colours at the vertices that are used, and normals at the corners."""
-    colours, normals = (_whole([of.attributes[name] for of in held]) for name in (COLOURS, NORMALS))
-    if colours is not None:
-        colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))[used]
-    return {"colours": colours, "normals": normals, "normal": None if normals is None else flat}
+def _colours_and_normals(
+    held: list[_Content], used: IntArray, merged: IntArray, flat: IntArray
+) -> dict[str, Any]:
+    """Of `Extras`: colours at the vertices that are used, or at corners where copies differ; normals."""
+    normals = _whole([of.attributes[NORMALS] for of in held])
+    made: dict[str, Any] = {"normals": normals, "normal": None if normals is None else flat}
+    colours = _colours([of.attributes[COLOURS] for of in held], [len(of.V) for of in held])
+    if colours is None:
+        return made
+    colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))
+    if (colours[used][merged] == colours[flat]).all():
+        return {**made, "colours": colours[used]}
+    return {**made, "corner_colours": colours[flat]}
 
 
 def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
     """Of `Extras`: the materials and what they look like, if one has a name."""
     listed = gltf.listed("materials")
-    if not any("name" in material for material in listed):
+    plain = as_gltf(Material())  # texture coordinates are written with it where there is none
+    while listed and listed[-1] == plain:
+        listed.pop()
+    if not listed:
         return {}
+    of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
     return {"materials": (names, of_face), "looks": tuple(map(of_gltf, listed))}
 
 
-def _names(gltf: Gltf, shown: dict[int, tuple[str, FloatArray]]) -> tuple[str, ...]:
+def _colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:
+    """Of the vertices; those of primitives that have none are white, as glTF says."""
+    if all(values is None for values in rows):
+        return None
+    width = max(values.shape[1] for values in rows if values is not None)
+    made = [np.ones((n, width)) for n in sizes]
+    for row, values in zip(made, rows, strict=True):
+        if values is not None:
+            row[:, : values.shape[1]] = values
+    return np.concatenate(made)
+
+
+def _names(gltf: Gltf, shown: dict[int, Placement]) -> tuple[str, ...]:
     """Of the meshes: those of the nodes that show them, or their own."""
     return tuple(
-        shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
+        shown.get(i, UNMOVED).name or str(mesh.get("name", f"mesh {i}"))
         for i, mesh in enumerate(gltf.listed("meshes"))
     )
 

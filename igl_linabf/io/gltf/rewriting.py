@@ -1,46 +1,71 @@
 """Write glTF and GLB: a new file, or the one that was read with texture coordinates."""
 
 import copy
-import mimetypes
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import quote, unquote, urlsplit
+
+import numpy as np
 
 from ..._types import IntArray
+from ...errors import MeshWarning, stack_level
 from ..materials import PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
+from ..references import named_file, renamed
 from ..vertex_splits import single_precision, unique_tuples
+from .extensions import (
+    COMPRESSED,
+    VIEWS,
+    implied_features,
+    instances,
+    leave_out_of_vertices,
+    names_numbers,
+    properties,
+)
+from .images import old_images, texture_uses
 from .ngons import EXTENSION
 from .reading import TEXTURE, GltfFile
 from .scene import Gltf, Mode, Target
 from .writing import Buffer, save_new_gltf, triangles_of, write_gltf
 
+TANGENTS, FEATURE = "TANGENT", "_FEATURE_ID_{}"
+MADE_OF_THE_MAP = (TANGENTS, TEXTURE)
 # keys of accessors; and all in "attributes"
 REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
+IMAGES = {
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+    ".webp": "image/webp",
+    ".avif": "image/avif",
+    ".ktx2": "image/ktx2",
+    ".dds": "image/vnd-ms.dds",
+}
 
 
 def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write GLB or glTF: a new file, or the one that was read with texture coordinates."""
     if isinstance(mesh.extras.source, GltfFile):
-        _rewrite_gltf(temporary, mesh, mesh.extras.source)
+        _rewrite_gltf(temporary, mesh, mesh.extras.source, path)
     else:
         save_new_gltf(temporary, mesh)
 
 
-def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
+def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) -> None:
     """The file that was read, each primitive's vertices once for each of their texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][of.mesh]["primitives"][of.number] for of in source.primitives]
+    warn_of_images(old_images(text), mesh.image is not None)
+    leave_out_of_vertices(text, [*(text["meshes"][of.mesh] for of in source.primitives), *primitives])
     old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
+    _leave_out_tangents(text, primitives, old)
     for its in primitives:
         its.pop("indices", None)
-    if mesh.image is None:
-        warn_of_images(len(text.get("textures", ())))
-    else:
-        text.pop("images", None)  # it is the only one then
     _carry_over(gltf, text, buffer)
+    _embed_images(text, gltf.folder, path.parent, buffer)
     map_ = mesh.TC * [1, -1] + [0, 1]
     for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):
         (own, texture), vertex = unique_tuples(of.vertex, mesh.texture[of.corners])
@@ -51,12 +76,12 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
                 for key, number in numbers.items()
             }
 
-        attributes.pop(TEXTURE, None)
         st = buffer.add(single_precision(map_[texture], "TC"))
         primitive |= {"mode": Mode.TRIANGLES, "attributes": {**taken(attributes), TEXTURE: st}}
+        _name_features(primitive, own, buffer)
         if targets:
             primitive["targets"] = [taken(target) for target in targets]
-        triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex)
+        triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex, of.mirrored)
         primitive["indices"] = buffer.add(triangles.ravel(), Target.INDICES)
         if extensions:
             primitive.setdefault("extensions", {}).update(extensions["extensions"])
@@ -65,6 +90,38 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
         if "material" not in primitive:
             primitive["material"] = _plain_material(text)
     write_gltf(temporary, text, buffer, mesh.image)
+
+
+def _leave_out_tangents(text: dict[str, Any], primitives: list[dict[str, Any]], old: list[Any]) -> None:
+    """Leave out, of attributes and targets, what was made of the old map; glTF has tangents made of a map.
+
+    Tangents stay where their image goes with other texture coordinates.
+    """
+    count = 0
+    for primitive, (attributes, targets) in zip(primitives, old, strict=True):
+        material = text["materials"][primitive["material"]] if "material" in primitive else {}
+        normal = [use for use in texture_uses(material) if use.key == "normalTexture"]
+        stay = any(use.coordinates for use in normal)
+        count += TANGENTS in attributes and not stay
+        for held in (attributes, *targets):
+            for name in MADE_OF_THE_MAP:
+                if name == TEXTURE or not stay:
+                    held.pop(name, None)
+    if count:
+        warnings.warn(
+            f"the tangents ({TANGENTS}) of {count} of its primitives were made for the old texture "
+            "coordinates: they are left out, and readers make new ones, as glTF asks them to",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+
+
+def _name_features(primitive: dict[str, Any], own: IntArray, buffer: Buffer) -> None:
+    """Write what the old numbers of vertices told, as an attribute: they have others now."""
+    attributes = primitive["attributes"]
+    for of in implied_features(primitive):
+        of["attribute"] = next(k for k in range(len(attributes) + 1) if FEATURE.format(k) not in attributes)
+        attributes[FEATURE.format(of["attribute"])] = buffer.add(own.astype(np.float32))
 
 
 def _plain_material(text: dict[str, Any]) -> int:
@@ -78,53 +135,85 @@ def _plain_material(text: dict[str, Any]) -> int:
 
 
 def _carry_over(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
-    """Move what the description still uses of the old buffers, and all images, to the new one."""
+    """Move what the description still uses of the old buffers to the new one.
+
+    All of it, and under its old numbers, if an extension may name some that nobody knows of.
+    """
     views, accessors = dict[int, int](), dict[int, int]()
 
-    def move(holder: dict[str, Any]) -> None:
-        number = holder["bufferView"]
+    def view(number: int) -> int:
         if number not in views:
             given = text["bufferViews"][number]
-            more = {key: given[key] for key in ("byteStride", "target", "name") if key in given}
-            views[number] = buffer.put(gltf.view(number), **more)
-        holder["bufferView"] = views[number]
+            more = {key: given[key] for key in ("byteStride", "target", "name", "extras") if key in given}
+            kept = {key: of for key, of in given.get("extensions", {}).items() if key not in COMPRESSED}
+            views[number] = buffer.put(gltf.view(number), **more, **({"extensions": kept} if kept else {}))
+        return views[number]
 
     def moved(number: int) -> int:
         if number not in accessors:
             accessor = text["accessors"][number]
             sparse = [accessor["sparse"][key] for key in ("indices", "values") if "sparse" in accessor]
             for holder in (*([accessor] if "bufferView" in accessor else []), *sparse):
-                move(holder)
+                holder["bufferView"] = view(holder["bufferView"])
             accessors[number] = len(buffer.accessors)
             buffer.accessors.append(accessor)
         return accessors[number]
 
+    if names_numbers(text):
+        for number in range(len(text.get("bufferViews", ()))):
+            view(number)
+        for number in range(len(text.get("accessors", ()))):
+            moved(number)
     for image in text.get("images", ()):
         if "bufferView" in image:
-            move(image)
-        else:
-            _embed(image, gltf.folder, buffer)
+            image["bufferView"] = view(image["bufferView"])
+    for of in properties(text):
+        of |= {key: view(of[key]) for key in VIEWS if key in of}
+    for attributes in instances(text):
+        attributes |= {key: moved(number) for key, number in attributes.items()}
     _visit(text, moved)
 
 
-def _embed(image: dict[str, Any], folder: Path, buffer: Buffer) -> None:
-    """An image in a file of its own goes into the new file."""
-    uri = str(image.get("uri", "data:"))
-    file = folder / unquote(uri)
-    kind = mimetypes.guess_type(uri)[0]
-    if not uri.startswith("data:") and kind in ("image/png", "image/jpeg") and file.is_file():
-        del image["uri"]
-        image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
+def _embed_images(text: dict[str, Any], old: Path, new: Path, buffer: Buffer) -> None:
+    """Images in files of their own go into the new file; other names lead from its folder."""
+    for image in text.get("images", ()):
+        file, kind = _file_of(image.get("uri"), old), IMAGES.get(Path(str(image.get("uri"))).suffix.lower())
+        if file is not None and kind is not None:
+            del image["uri"]
+            image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
+    for holder, key in _names_of_files(text):
+        if _file_of(holder[key], old) is not None:
+            holder[key] = quote(renamed(unquote(holder[key]), old, new))
+
+
+def _file_of(uri: Any, folder: Path) -> Path | None:
+    """The file that a relative name leads to; None if it is no such name, or leads nowhere."""
+    if not isinstance(uri, str) or urlsplit(uri).scheme:
+        return None
+    return named_file(unquote(uri), folder)
+
+
+def _names_of_files(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
+    """Where a description names files: "uri", "schemaUri", ..."""
+    if isinstance(value, list):
+        for inner in value:
+            yield from _names_of_files(inner)
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            if key.lower().endswith("uri"):
+                yield value, key
+            elif key not in ("extras", "buffers"):
+                yield from _names_of_files(inner)
 
 
 def _visit(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
-    """Apply `change` to each number of an accessor in the description."""
+    """Apply `change` to each number of an accessor in the description, extensions aside."""
     if isinstance(text, dict):
         for key, value in text.items():
             if isinstance(value, int) and not isinstance(value, bool):
                 if key in REFERENCES or inside:
                     text[key] = change(value)
-            elif key not in ("extras", "accessors", "bufferViews"):
+            elif key not in ("extras", "extensions", "accessors", "bufferViews"):
                 _visit(value, change, key in ("attributes", "targets"))
     elif isinstance(text, list):
         for value in text:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..._types import FloatArray
 from ..parsing import Damaged
+from .extensions import COMPRESSED, INSTANCES, refuse_compressed, refuse_required
 
 
 class Component(IntEnum):
@@ -62,7 +63,23 @@ DTYPES = {
     Component.FLOAT: "<f4",
 }
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
+
+
+class Placement(NamedTuple):
+    """How a node shows a mesh.
+
+    Attributes
+    ----------
+    name : str
+        Of the node.
+    matrix : (4, 4) float64
+    times : int
+        How often the mesh is shown.
+    """
+
+    name: str
+    matrix: FloatArray
+    times: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +106,10 @@ class Gltf:
     def view(self, number: int) -> bytes:
         """The bytes of a buffer view."""
         view = self._entry("bufferViews", number)
+        for name in COMPRESSED & set(view.get("extensions", {})):
+            said = self._entry("buffers", view["buffer"]).get("extensions", {}).get(name, {})
+            if said.get("fallback"):  # and nothing in it
+                refuse_compressed(f"its buffer view {number}", name)
         start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
         buffer = self.buffers[int(view["buffer"])]
         if start < 0 or length < 0 or start + length > len(buffer):
@@ -150,8 +171,8 @@ class Gltf:
             for j, primitive in enumerate(mesh.get("primitives", ())):
                 of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
                 if of_triangles and "POSITION" in primitive.get("attributes", {}):
-                    if COMPRESSED & set(primitive.get("extensions", {})):
-                        raise Damaged(f"its mesh {i} is compressed: write it without compression")
+                    for name in COMPRESSED & set(primitive.get("extensions", {})):
+                        refuse_compressed(f"its mesh {i}", name)
                     yield i, j, primitive
 
 
@@ -169,10 +190,12 @@ def load_gltf(path: Path) -> Gltf:
     if version.split(".")[0] != "2":
         named = f"of version {version}" if version else "without a version"
         raise Damaged(f"it is a glTF {named}: write it as glTF 2.0, for example from Blender")
+    refuse_required(text)
     buffers = []
     for i, buffer in enumerate(text.get("buffers", ())):
         uri = buffer.get("uri")
-        buffers.append(blob if uri is None else _resource(uri, path, i))
+        inside = blob if i == 0 else b""  # only the first one is in the container
+        buffers.append(inside if uri is None else _resource(uri, path, i))
     return Gltf(text, buffers, path.parent)
 
 
@@ -204,9 +227,9 @@ def _resource(uri: str, path: Path, number: int) -> bytes:
     return file.read_bytes()
 
 
-def placements(gltf: Gltf) -> dict[int, tuple[str, FloatArray]]:
-    """For each mesh the name and the transform (4, 4) of the first node that shows it."""
-    nodes, found = gltf.listed("nodes"), dict[int, tuple[str, FloatArray]]()
+def placements(gltf: Gltf) -> dict[int, Placement]:
+    """Where each mesh is shown: by the node that makes it largest, the first one of them."""
+    nodes, found = gltf.listed("nodes"), dict[int, list[Placement]]()
     scenes = gltf.listed("scenes")
     scene = gltf.text.get("scene", 0)
     roots = scenes[scene].get("nodes", ()) if 0 <= scene < len(scenes) else ()
@@ -220,9 +243,37 @@ def placements(gltf: Gltf) -> dict[int, tuple[str, FloatArray]]:
         seen.add(i)
         here = above @ _transform(nodes[i])
         if "mesh" in nodes[i]:
-            found.setdefault(int(nodes[i]["mesh"]), (str(nodes[i].get("name", "")), here))
+            its, name = found.setdefault(int(nodes[i]["mesh"]), []), str(nodes[i].get("name", ""))
+            its += [Placement(name, here @ each) for each in _instances(gltf, nodes[i])]
         waiting += [(child, here) for child in nodes[i].get("children", ())][::-1]
-    return found
+    return {mesh: _largest(its) for mesh, its in found.items()}
+
+
+def _largest(its: list[Placement]) -> Placement:
+    """The largest of a mesh's placements; one that is a point gets the mesh's own size."""
+    areas = [_area_scale(of.matrix) for of in its]
+    largest = its[int(np.argmax(areas))]._replace(times=len(its))
+    if max(areas) > 0:
+        return largest
+    matrix = np.eye(4)
+    matrix[:3, 3] = largest.matrix[:3, 3]
+    return largest._replace(matrix=matrix)
+
+
+def _area_scale(matrix: FloatArray) -> float:
+    """By what a transform (4, 4) multiplies areas: the length of its factors for the three planes."""
+    a, b, c = matrix[:3, :3].T
+    with np.errstate(all="ignore"):
+        return float(np.nan_to_num(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)])))
+
+
+def _instances(gltf: Gltf, node: dict[str, Any]) -> list[FloatArray]:
+    """Transforms within a node: one that changes nothing, or those of its instances."""
+    attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
+    keys = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}
+    rows = {key: gltf.numbers(attributes[name]) for name, key in keys.items() if name in attributes}
+    count = min(map(len, rows.values()), default=0)
+    return [_transform({key: rows[key][i] for key in rows}) for i in range(count)] or [np.eye(4)]
 
 
 def _transform(node: dict[str, Any]) -> FloatArray:

@@ -4,6 +4,7 @@ import base64
 import json
 import struct
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,15 +12,18 @@ from numpy.typing import NDArray
 
 from ..._types import IntArray
 from ...errors import MeshError
-from ..materials import Material, as_gltf, linear, without_images
+from ..colours import given_colours
+from ..materials import Material, as_gltf, linear
 from ..mesh_file import MeshFile
-from ..vertex_splits import single_precision, split_vertices
+from ..parsing import as_bytes
+from ..vertex_splits import origin_of, single_precision, split_vertices
+from .images import all_uses, without_old_images
 from .ngons import EXTENSION, fans
 from .scene import DTYPES, Component, Filter, Target
 
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
-KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
+KEPT = ("componentType", "normalized", "type", "name", "extensions", "extras")  # of an accessor
 
 
 class Buffer:
@@ -72,14 +76,17 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     metres = METRES.get(extras.units or "meter", 1.0)
     size = {} if metres == 1 else {"scale": [metres] * 3}
     for i in np.unique(part).tolist():
+        origin = origin_of(mesh.V[mesh.polygons.corners[(part == i)[mesh.polygons.owner]]])
+        near = replace(mesh, V=mesh.V - origin)
         primitives = [
             _primitive(
-                mesh, np.flatnonzero((part == i) & (material == k)), k if k >= 0 else len(words), buffer
+                near, np.flatnonzero((part == i) & (material == k)), k if k >= 0 else len(words), buffer
             )
             for k in np.unique(material[part == i]).tolist()
         ]
         named = {"name": names[i]} if i >= 0 else {}
-        nodes.append({"mesh": len(meshes), **named, **size})
+        moved = {"translation": (metres * origin).tolist()} if origin.any() else {}
+        nodes.append({"mesh": len(meshes), **named, **moved, **size})
         meshes.append({"primitives": primitives, **named})
     # readers (trimesh) drop texture coordinates that no material goes with
     looks = extras.looks or (Material(),) * len(words)
@@ -87,7 +94,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     materials += [as_gltf(Material())] * bool((material < 0).any())
     polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
     description = {
-        "asset": {"version": "2.0", "generator": "igl_linabf"},
+        "asset": {"version": "2.0", "generator": "igl_linabf", **_comments(mesh)},
         **({"extensionsUsed": [EXTENSION]} if polygons else {}),
         "scene": 0,
         "scenes": [{"nodes": list(range(len(nodes)))}],
@@ -98,19 +105,24 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     write_gltf(temporary, description, buffer, mesh.image)
 
 
+def _comments(mesh: MeshFile) -> dict[str, Any]:
+    """What the file says to people, where glTF has room for it."""
+    lines = [as_bytes(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
+    return {"extras": {"comments": lines}} if lines else {}
+
+
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
     """The faces of one part and one material, with vertices of their own."""
-    extras = mesh.extras
     corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
-    made = split_vertices(mesh, corner, normals=True)
+    made = split_vertices(mesh, corner, normals=True, colours=given_colours(mesh))
     attributes = {
         "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V")),
         "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC")),
     }
     if made.normals is not None:
         attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"))
-    if extras.colours is not None:
-        given = extras.colours[made.vertex]
+    if made.colours is not None:
+        given = made.colours
         colours = single_precision(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
         attributes["COLOR_0"] = buffer.add(colours)
     triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
@@ -119,15 +131,21 @@ def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -
 
 
 def triangles_of(
-    mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray
+    mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray, mirrored: bool = False
 ) -> tuple[IntArray, dict[str, Any]]:
-    """Triangles of faces, with a vertex at each corner, in an order that keeps polygons; whether it does."""
+    """Triangles of faces, with a vertex at each corner, in an order that keeps polygons; whether it does.
+
+    With `mirrored` the other way round.
+    """
     if (mesh.polygons.sizes[faces] == 3).all():
-        return vertex.reshape(-1, 3), {}
+        return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
     at = np.full(len(mesh.polygons.corners), -1)
     at[corner] = vertex
     own = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
-    return fans(own, at), {"extensions": {EXTENSION: {}}}
+    made = fans(own, at)
+    if mirrored:  # a fan runs the other way round, too
+        made = made[np.lexsort((-np.arange(len(made)), own.face))][:, [0, 2, 1]]
+    return made, {"extensions": {EXTENSION: {}}}
 
 
 def _unit(normals: np.ndarray) -> np.ndarray:
@@ -135,19 +153,38 @@ def _unit(normals: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
 
 
+def _append(description: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
+    """Add an entry to a list; returns its number."""
+    listed = description.setdefault(name, [])
+    listed.append(entry)
+    return len(listed) - 1
+
+
 def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> None:
     """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
-    description["images"] = [{"bufferView": buffer.put(image), "mimeType": "image/png"}]
-    description["samplers"] = [{"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}]
-    description["textures"] = [{"source": 0, "sampler": 0}]
     for material in description["materials"]:
-        without_images(material)
+        without_old_images(material)
+    if not all_uses(description):
+        for name in ("images", "samplers", "textures"):
+            description.pop(name, None)
+    added: dict[str, dict[str, Any]] = {
+        "images": {"bufferView": buffer.put(image), "mimeType": "image/png"},
+        "samplers": {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR},
+    }
+    source, sampler = (_append(description, name, entry) for name, entry in added.items())
+    texture = _append(description, "textures", {"source": source, "sampler": sampler})
+    for material in description["materials"]:
         shading = material.get("pbrMetallicRoughness", {})
         shading.pop("baseColorFactor", None)  # the image would be multiplied by it
-        material["pbrMetallicRoughness"] = {**shading, "metallicFactor": 0, "baseColorTexture": {"index": 0}}
+        material["pbrMetallicRoughness"] = {
+            **shading,
+            "metallicFactor": 0,
+            "baseColorTexture": {"index": texture},
+        }
     for mesh in description["meshes"]:
         for primitive in mesh["primitives"]:
-            primitive["attributes"].pop("COLOR_0", None)  # viewers would multiply by it
+            if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data
+                primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
 def write_gltf(path: str, description: dict[str, Any], buffer: Buffer, image: bytes | None) -> None:

@@ -19,14 +19,26 @@ from ...errors import MeshWarning, some, stack_level
 from ...surface import Polygons
 from ..materials import Material, library
 from ..mesh_file import MeshFile
-from ..parsing import Extras, Named, numbers, printable, refuse
+from ..parsing import SPACE, Damaged, Extras, Named, as_text, name_of, numbers, printable, refuse
+from ..references import named_file
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()
 )
 LIBRARY = b"mtllib"
-SPACE = ord(" ")
+LIBRARY_NAME = re.compile(r'"([^"]*)"|(\S.*?\.(?:mtl|map))(?=\s|$)|(\S+)', re.IGNORECASE)
+NAMED = (b"o", b"g", b"usemtl", LIBRARY)  # whose names may have a # in them
+# what only OBJ has, by the words that a warning has for it
+UNSHARED = {
+    "polylines (l)": b"l",
+    "points (p)": b"p",
+    "free-form curves and surfaces": b"vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp con",
+    "display attributes": b"bevel c_interp d_interp lod shadow_obj trace_obj ctech stech",
+    "texture maps (usemap)": b"usemap maplib",
+    "calls of other files": b"call csh",
+}
+PAINT = b"#MRGB"  # ZBrush's colours of vertices, as comments: a mask, red, green and blue in eight digits
 NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 # 0 is no index; textures and normals may be left out
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
@@ -63,10 +75,11 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     lines = _without_comments(data, raw)
     where = _by_statement(lines)
     advance("reading", 0.2)
-    V, colours = _vertices(lines, where[b"v"])
+    V, colours, further = _vertices(lines, where[b"v"])
     advance("reading", 0.4)
-    TC = _statement_numbers(lines, where[b"vt"], 1, 2, NO_TEXTURE)[:, :2]
-    normals = _statement_numbers(lines, where[b"vn"], 3, 3, NO_NORMAL)[:, :3]
+    TC = _statement_numbers(lines, where[b"vt"], (2, 1), NO_TEXTURE)[:, :2]
+    TC = np.pad(TC, ((0, 0), (0, 2 - TC.shape[1])))
+    normals = _statement_numbers(lines, where[b"vn"], (3,), NO_NORMAL)[:, :3]
     index, sizes = _faces(lines, where)
     advance("reading", 0.8)
     n = len(V)
@@ -83,16 +96,68 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
             MeshWarning,
             stacklevel=stack_level(),
         )
-    own_normals = len(normals) and ((index[:, 2] >= 0) & (index[:, 2] < len(normals))).all()
+    own_normals = bool(len(normals)) and ((index[:, 2] >= 0) & (index[:, 2] < len(normals))).all()
+    painted, comments = _comments(raw, where) if b"#" in data else ([], ())
+    if colours is None:
+        colours = _painted_colours(painted, n)
     extras = Extras(
         colours=colours,
         normals=normals if own_normals else None,
         normal=index[:, 2] if own_normals else None,
-        parts=_names_of_faces(lines, where, b"o" if b"o" in where else b"g", where[b"f"]),
-        materials=_names_of_faces(lines, where, b"usemtl", where[b"f"]),
+        parts=_names_of_faces(raw, where, b"o" if b"o" in where else b"g", where[b"f"]),
+        materials=_names_of_faces(raw, where, b"usemtl", where[b"f"]),
+        comments=comments,
+        unshared=(
+            *_unshared(lines, where, bool(len(normals)), bool(own_normals)),
+            *(["numbers after the positions of its vertices"] * further),
+        ),
         source=ObjText(raw, where[b"f"]),
     )
     return MeshFile(V, polygons, TC, index[:, 1], extras)
+
+
+def _unshared(
+    lines: list[bytes], where: dict[bytes, IntArray], has_normals: bool, own_normals: bool
+) -> tuple[str, ...]:
+    """What no other format takes."""
+    found = [what for what, words in UNSHARED.items() if any(word in where for word in words.split())]
+    if b"o" in where and b"g" in where:
+        found.append("groups (g) under its objects")
+    flat = [[b"s", b"off"], [b"s", b"0"]]
+    smooth = any(lines[i].split() not in flat for key in (b"s", b"mg") for i in where.get(key, ()))
+    if smooth and not own_normals:  # normals say what is smooth
+        found.append("smoothing groups (s)")
+    if has_normals and not own_normals:
+        found.append("normals, which not all corners have")
+    return tuple(found)
+
+
+def _comments(raw: list[bytes], where: dict[bytes, IntArray]) -> tuple[list[bytes], tuple[str, ...]]:
+    """Painted colours, and all other comments."""
+    names = {i for key in NAMED for i in where.get(key, NO_LINES).tolist()}
+    found = [
+        line[line.index(b"#") :].strip() for i, line in enumerate(raw) if b"#" in line and i not in names
+    ]
+    painted = [line[len(PAINT) :].strip() for line in found if line.startswith(PAINT)]
+    others = [line.lstrip(b"#").strip() for line in found if not line.startswith(PAINT)]
+    return painted, tuple(as_text(line) for line in others if line)
+
+
+def _painted_colours(painted: list[bytes], n: int) -> FloatArray | None:
+    """ZBrush's colours, if there are as many as vertices."""
+    try:
+        values = np.frombuffer(bytes.fromhex(b"".join(painted).decode("latin-1")), dtype=np.uint8)
+    except ValueError:
+        return None
+    return values.reshape(n, 4)[:, 1:] / 255 if n and len(values) == 4 * n else None
+
+
+def library_names(line: bytes, folder: Path) -> list[str]:
+    """The files that a `mtllib` or `maplib` line names: one whose name has blanks, or several."""
+    whole = os.fsdecode(name_of(line))
+    if named_file(whole, folder):
+        return [whole]
+    return [next(filter(None, match.groups()), "") for match in LIBRARY_NAME.finditer(whole)]
 
 
 def with_looks(extras: Extras, path: Path) -> Extras:
@@ -102,14 +167,18 @@ def with_looks(extras: Extras, path: Path) -> Extras:
         return extras
     known: dict[str, Material] = {}
     for line in text.lines:
-        key, _, rest = line.strip().partition(b" ")
-        if key == LIBRARY:
-            place = path.parent / os.fsdecode(rest.strip())
-            with contextlib.suppress(OSError, ValueError):  # no file, or no name of one
-                known |= library(place)
+        if line.split(None, 1)[:1] != [LIBRARY]:
+            continue
+        for name in library_names(line, path.parent):
+            place = named_file(name, path.parent)
+            if place is not None:
+                with contextlib.suppress(OSError, Damaged):
+                    known = library(place) | known  # the first one counts
     if not known:
         return extras
-    return replace(extras, looks=tuple(known.get(name, Material()) for name in extras.materials[0]))
+    names = extras.materials[0]  # a comment may follow
+    looks = [known.get(name) or known.get(name.partition(" #")[0].rstrip()) for name in names]
+    return replace(extras, looks=tuple(look or Material() for look in looks))
 
 
 def _continued_lines(lines: list[bytes]) -> list[bytes]:
@@ -156,30 +225,41 @@ def _by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
     return where
 
 
-def _vertices(lines: list[bytes], at: IntArray) -> tuple[FloatArray, FloatArray | None]:
-    """Positions, and the colours that follow them in some files."""
-    table = _statement_numbers(lines, at, 3, 3, NO_VERTEX)
-    return np.ascontiguousarray(table[:, :3]), table[:, 3:6] if table.shape[1] >= 6 else None
+def _vertices(lines: list[bytes], at: IntArray) -> tuple[FloatArray, FloatArray | None, bool]:
+    """Positions, the colours that follow them in some files, and whether more follows that is not 1.
+
+    Colours are from 0 to 1, or whole numbers to 255; vertices without are white.
+    """
+    table = _statement_numbers(lines, at, (7, 6, 4, 3), NO_VERTEX, 1.0)
+    colours = table[:, 3:7] if table.shape[1] in (6, 7) else None
+    if colours is not None and colours.max(initial=0) > 1 and not (colours % 1).any():
+        colours = colours / 255
+    further = table[:, 3:] if colours is None else table[:, 7:]
+    return np.ascontiguousarray(table[:, :3]), colours, bool((further != 1).any())
 
 
-def _statement_numbers(lines: list[bytes], at: IntArray, least: int, columns: int, what: str) -> FloatArray:
-    """All numbers of the lines, if they are equally many; else the first of each. What lacks is 0."""
+def _statement_numbers(
+    lines: list[bytes], at: IntArray, counts: tuple[int, ...], what: str, lacking: float = 0.0
+) -> FloatArray:
+    """The numbers of the lines, of which each has one of these counts or more, the largest first."""
     if not len(at):
         return np.empty((0, 3))
-    rows, table = [lines[i].partition(b" ")[2] for i in at.tolist()], np.empty((0, 0))
+    rows = [lines[i].partition(b" ")[2] for i in at.tolist()]
     if any(row.strip() for row in rows):
         with contextlib.suppress(ValueError):
             table = np.loadtxt(rows, ndmin=2, comments=None)
-    if len(table) < len(at) or table.shape[1] < least:
-        table = np.zeros((len(at), columns))
-        for row, i in zip(table, at.tolist(), strict=True):
-            words = lines[i].split()[1 : columns + 1]
-            values = numbers(words, columns) or numbers(words, least)
-            if not values:
-                refuse(i + 1, lines[i], what)
-            row[: len(values)] = values
-    lacking = max(columns - table.shape[1], 0)
-    return np.pad(table, ((0, 0), (0, lacking)))
+            if len(table) == len(at) and table.shape[1] >= counts[-1]:
+                return table
+    values = []
+    for row, i in zip(rows, at.tolist(), strict=True):
+        words = row.split()
+        values.append(next((v for k in counts if (v := numbers(words[:k], k))), []))
+        if not values[-1]:
+            refuse(i + 1, lines[i], what)
+    filled = np.full((len(at), max(map(len, values))), lacking)
+    for own, given in zip(filled, values, strict=True):
+        own[: len(given)] = given
+    return filled
 
 
 def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
@@ -244,13 +324,16 @@ def _faces_line_by_line(texts: list[bytes], lines: list[bytes], at: IntArray) ->
 
 
 def _names_of_faces(
-    lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
+    raw: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
 ) -> Named | None:
-    """Names that statements before the faces give them, and the name's number of each face; -1: none."""
+    """Names that statements before the faces give them, and the name's number of each face; -1: none.
+
+    Bytes that are not UTF-8 stay what they are, as in Python's names of files.
+    """
     at = where.get(key)
     if at is None:
         return None
-    given = [lines[i].partition(b" ")[2].decode("utf-8", "replace") for i in at.tolist()]
+    given = [as_text(name_of(raw[i])) for i in at.tolist()]
     names = {name: i for i, name in enumerate(dict.fromkeys(given))}
     number = np.array([-1, *(names[name] for name in given)], dtype=np.int64)
     return tuple(names), number[np.searchsorted(at, faces)]

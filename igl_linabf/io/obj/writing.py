@@ -1,34 +1,72 @@
 """Write OBJ: a new file, or the one that was read with other texture coordinates."""
 
 import os
-from collections.abc import Iterable, Iterator
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
 from ..._types import IntArray
-from ..materials import PLAIN, Material, library_text, warn_of_images
+from ...errors import MeshWarning, stack_level
+from ..materials import PLAIN, Material, library_text, warn_of_images, warn_of_lost_images
 from ..mesh_file import MeshFile
-from ..parsing import Named
-from .reading import LIBRARY, ObjText
+from ..parsing import Named, as_bytes, name_of
+from ..references import renamed
+from .reading import LIBRARY, ObjText, library_names
 
-LINE = b"l"  # a polyline may name texture coordinates, too
+# elements that may name texture coordinates, too: those of curves and surfaces are their control points
+OF_OLD_TEXTURE = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
+FILES = {
+    LIBRARY: None,
+    b"maplib": None,
+    b"shadow_obj": 0,
+    b"trace_obj": 0,
+    b"call": 1,
+}  # many, one, the first
 
 
-def materials_beside(mesh: MeshFile, path: Path) -> dict[str, bytes]:
-    """The library of the materials, and the image that they have, by the suffixes of their files."""
-    if not _has_library(mesh):
+def obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
+    """The names in lines of OBJ: each on one line, without blanks around it, and no two alike."""
+    made: dict[str, None] = {taken: None}
+    for name in names:
+        line = " ".join(part.strip() for part in name.splitlines()).strip()
+        line = f"{line[:-1]}_" if line.endswith("\\") else line or "unnamed"
+        numbered = (line if i == 1 else f"{line}.{i}" for i in count(1))
+        made[next(word for word in numbered if word not in made)] = None
+    return tuple(made)[1:]
+
+
+def without_name(names: Sequence[str], word: str) -> str:
+    """A word for faces that have none of these names."""
+    while word in names:
+        word += "_"
+    return word
+
+
+def materials_beside(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
+    """The library of the materials, and the image that they have: what the files beside an OBJ file hold."""
+    if not has_library(mesh):
         return {}
     names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
-    materials = dict(zip(names, mesh.extras.looks or [Material()] * len(names), strict=True))
+    looks = mesh.extras.looks or [Material()] * len(names)
+    materials = dict(zip(names, looks, strict=True))
     if (of < 0).any():
-        materials[PLAIN] = Material()
+        materials[without_name(names, PLAIN)] = Material()
+    library, image = side_files(path)
     if mesh.image is None:
-        return {".mtl": library_text(materials).encode()}
-    return {".mtl": library_text(materials, path.with_suffix(".png").name).encode(), ".png": mesh.image}
+        return {library: as_bytes(library_text(materials))}
+    warn_of_lost_images(sum(look.images for look in looks))
+    return {library: as_bytes(library_text(materials, image.name)), image: mesh.image}
 
 
-def _has_library(mesh: MeshFile) -> bool:
+def side_files(path: Path) -> tuple[Path, Path]:
+    """The library and the image beside an OBJ file."""
+    return path.with_suffix(".mtl"), path.with_suffix(".png")
+
+
+def has_library(mesh: MeshFile) -> bool:
     """Whether an MTL file is written: that of an OBJ that was read stays as it is but for an image."""
     from_obj = isinstance(mesh.extras.source, ObjText)
     return mesh.image is not None or (mesh.extras.materials is not None and not from_obj)
@@ -43,7 +81,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     extras = mesh.extras
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
     names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
-    words = (*names, PLAIN) if _has_library(mesh) else ()
+    words = (*names, without_name(names, PLAIN)) if has_library(mesh) else ()
     columns, tables = [mesh.polygons.corners + 1, mesh.texture + 1], {"v": V, "vt": mesh.TC}
     if extras.normals is not None and extras.normal is not None:
         columns.append(extras.normal + 1)
@@ -54,10 +92,10 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     sizes, width, flat = mesh.polygons.sizes.tolist(), len(columns), corners.ravel().tolist()
     materials = (words, np.where(of < 0, len(names), of)) if words else None
     heads = _heads(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
-    with open(temporary, "w", encoding="utf-8", newline="\n") as file:  # igl.writeOBJ misses a full disk
-        file.write("# igl_linabf\n")
+    with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
+        file.writelines(f"# {line}\n" for line in ("igl_linabf", *extras.comments))
         if words:
-            file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
+            file.write(f"mtllib {side_files(path)[0].name}\n")
         for keyword, rows in tables.items():
             file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
@@ -76,10 +114,11 @@ def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
         if names is None:
             continue
         words, of = names
+        none = without_name(words, "none")
         new = np.flatnonzero(np.append(True, of[1:] != of[:-1])) if n else of
         for i in new.tolist():
             if of[i] >= 0 or i:
-                heads[i] = heads.get(i, "") + f"{keyword} {words[of[i]] if of[i] >= 0 else 'none'}\n"
+                heads[i] = heads.get(i, "") + f"{keyword} {words[of[i]] if of[i] >= 0 else none}\n"
     return heads
 
 
@@ -92,38 +131,46 @@ def _rewrite_lines(temporary: str, mesh: MeshFile, text: ObjText, path: Path) ->
     of_face = set(text.faces.tolist())
     if mesh.image is None:
         warn_of_images(sum(look.images for look in mesh.extras.looks or ()))
-    new_library = f"mtllib {path.with_suffix('.mtl').name}\n".encode() if _has_library(mesh) else b""
+    new_library, stale = has_library(mesh), set[str]()
+    names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
     with open(temporary, "wb") as file:
-        file.write(new_library)
+        if new_library:
+            file.write(as_bytes(f"mtllib {side_files(path)[0].name}\n"))
         for i, line in enumerate(text.lines):
             if i == first:
                 file.write(map_)
-                if new_library and (mesh.extras.materials is None or mesh.extras.materials[1][0] < 0):
-                    file.write(f"usemtl {PLAIN}\n".encode())
+                if new_library and of[0] < 0:
+                    file.write(as_bytes(f"usemtl {without_name(names, PLAIN)}\n"))
             if i in of_face:
                 file.write(next(waiting))
                 continue
-            word = line.split(None, 1)[:1]
-            if word == [b"vt"]:
+            word = (line.split(None, 1)[:1] or [b""])[0]
+            if word == b"vt" or (word == LIBRARY and new_library):
                 continue
-            if word == [LINE]:
-                line = b" ".join(w.partition(b"/")[0] for w in line.split())
-            elif word == [LIBRARY] and new_library:
-                continue
-            elif word == [LIBRARY] and mesh.path is not None:
-                line = _library_from_new_folder(line, mesh.path.parent, path.parent)
+            if word in OF_OLD_TEXTURE:
+                own, mark, comment = line.partition(b"#")
+                bare = [_without_texture(w) for w in own.split()]
+                if bare != own.split():
+                    stale.add(OF_OLD_TEXTURE[word])
+                    line = b" ".join([*bare, *[mark + comment] * bool(mark)])
+            elif word in FILES and mesh.path is not None:
+                line = _files_from_new_folder(line, word, mesh.path.parent, path.parent)
             file.write(line + b"\n")
+    if stale:
+        warnings.warn(
+            f"the texture coordinates of {' and '.join(sorted(stale))} were those of the old map: they are "
+            "left out",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def _face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> Iterator[bytes]:
     index, start = texture.tolist(), 0
     for line, k in zip(text.faces.tolist(), sizes.tolist(), strict=True):
-        words = text.lines[line].partition(b"#")[0].split()[1:]
-        yield (
-            b"f "
-            + b" ".join(_corner(w, t) for w, t in zip(words, index[start : start + k], strict=True))
-            + b"\n"
-        )
+        own, mark, comment = text.lines[line].partition(b"#")
+        words = zip(own.split()[1:], index[start : start + k], strict=True)
+        yield b" ".join([b"f", *(_corner(w, t) for w, t in words), *[mark + comment] * bool(mark)]) + b"\n"
         start += k
 
 
@@ -135,12 +182,22 @@ def _corner(word: bytes, texture: int) -> bytes:
     return b"%b/%d" % (vertex, texture)
 
 
-def _library_from_new_folder(line: bytes, old: Path, new: Path) -> bytes:
-    """A library of materials, as seen from the folder of the new file."""
-    name = os.fsdecode(line.split(None, 1)[1].strip()) if len(line.split(None, 1)) > 1 else ""
-    if not name or not (old / name).is_file() or old.resolve() == new.resolve():
+def _without_texture(word: bytes) -> bytes:
+    """`v`, or `v//vn`, of `v/vt/vn`."""
+    vertex, *rest = word.split(b"/")
+    return vertex + b"//" + rest[1] if len(rest) == 2 and rest[1] else vertex
+
+
+def _files_from_new_folder(line: bytes, word: bytes, old: Path, new: Path) -> bytes:
+    """A statement that names files, as seen from the folder of the new file: one line each."""
+    if FILES[word] is None:
+        names, more = library_names(line, old), ""
+    elif FILES[word] == 0:
+        names, more = [os.fsdecode(name_of(line))], ""
+    else:
+        name, blank, more = os.fsdecode(name_of(line)).partition(" ")
+        names, more = [name], blank + more
+    there = [renamed(name, old, new) for name in names]
+    if there == names:
         return line
-    try:
-        return b"mtllib " + os.fsencode(os.path.relpath(old / name, new).replace(os.sep, "/"))
-    except ValueError:  # on another drive
-        return b"mtllib " + os.fsencode((old / name).resolve().as_posix())
+    return b"\n".join(word + b" " + os.fsencode(name + more) for name in there)

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import warnings
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray
-from ...errors import some
+from ...errors import MeshWarning, some, stack_level
 from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import (
@@ -18,6 +19,7 @@ from ..parsing import (
     Damaged,
     Extras,
     Property,
+    as_text,
     columns_of,
     polygons_of,
     refuse,
@@ -31,7 +33,16 @@ TYPES = {name: kind for kind in NAMES for name in (NAMES[kind], np.dtype(kind).n
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
 TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
+COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
+    ("red", "green", "blue", "alpha"),
+    ("red", "green", "blue"),
+    ("r", "g", "b"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue"),
+)
+NORMAL_NAMES = ("nx", "ny", "nz")
+CORNER_TEXTURE = "texcoord"  # of faces: u and v of each corner
 INDICES = ("vertex_indices", "vertex_index")
+IMAGE = "TextureFile"  # a comment that begins with it names an image
 # Digits of an element's number of rows, at most: with fewer, large files are refused; with more, damaged
 # numbers pass whose products overflow (tests/io/test_formats.py).
 ROW_COUNT_DIGITS = 12
@@ -71,6 +82,7 @@ def parse_ply(data: bytes) -> MeshFile:
         raise Damaged("its head has no element vertex")
     if "range_grid" in tables and "face" not in tables:
         raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
+    of_strips = [name for name in tables.get("tristrips", ()) if name not in INDICES]
     if "tristrips" in tables:
         elements = _with_strips(elements, tables)
     vertex = tables["vertex"]
@@ -87,11 +99,23 @@ def parse_ply(data: bytes) -> MeshFile:
     outside = faces.outside(len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
-    extras = _extras(vertex, faces, PlyTables(elements, tables, comments))
+    if of_strips:
+        warnings.warn(
+            f"triangle strips become faces, without the properties {', '.join(of_strips)} that they had",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    extras = _extras(faces, PlyTables(elements, tables, comments))
+    at_corners = tables["face"].get(CORNER_TEXTURE)
+    if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
+        pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
+        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than of rows
+        TC = pairs.view(np.float64).reshape(-1, 2)
+        return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
     for names in TEXTURE_NAMES:
-        TC = _columns(vertex, *names)
-        if TC is not None:
-            return MeshFile(V, faces, TC, faces.corners, extras)
+        at_vertices = _columns(vertex, *names)
+        if at_vertices is not None:
+            return MeshFile(V, faces, at_vertices, faces.corners, extras)
     return MeshFile(V, faces, extras=extras)
 
 
@@ -129,21 +153,43 @@ def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[El
     return [*(element for element in elements if element.name not in ("face", "tristrips")), face]
 
 
-def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
-    """Colours and normals at vertices, in the names that most programs give them."""
-    colours = _columns(vertex, "red", "green", "blue", "alpha")
-    if colours is None:
-        colours = _columns(vertex, "red", "green", "blue")
-    normals = _columns(vertex, "nx", "ny", "nz")
-    types = {of.name: of.type for element in source.elements[:1] for of in element.properties}
-    whole = types.get("red", "f")[0] != "f"
-    largest = np.iinfo(types["red"]).max if colours is not None and whole else 1
+def _extras(faces: Polygons, source: PlyTables) -> Extras:
+    """Colours and normals, in the names that most programs give them, and what else there is."""
+    properties = {element.name: element.properties for element in source.elements}
+    normals = _columns(source.tables["vertex"], *NORMAL_NAMES)
+    colours, named = _colours(source.tables["vertex"], properties["vertex"])
+    face_colours, face_named = _colours(source.tables["face"], properties["face"])
+    known = {
+        "vertex": {*"xyz", *named, *(NORMAL_NAMES if normals is not None else ()), *sum(TEXTURE_NAMES, ())},
+        "face": {*INDICES, CORNER_TEXTURE, *face_named},
+    }
+    unshared = []
+    for element, taken in known.items():
+        others = [of.name for of in properties[element] if of.name not in taken]
+        unshared += [f"the properties {', '.join(others)} of its {element} element"] * bool(others)
+    elements = [name for name in properties if name not in known]
+    unshared += [f"the elements {', '.join(elements)}"] * bool(elements)
+    comments = [as_text(line.partition(" ")[2].encode("latin-1")) for line in source.comments]
+    unshared += ["its images"] * any(line.startswith(IMAGE) for line in comments)
     return Extras(
-        colours=None if colours is None else colours / largest,
+        colours=colours,
         normals=normals,
         normal=None if normals is None else faces.corners,
+        face_colours=face_colours,
+        comments=tuple(line for line in comments if not line.startswith(IMAGE)),
+        unshared=tuple(unshared),
         source=source,
     )
+
+
+def _colours(table: Columns, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """The colours of an element, from 0 to 1, and the names of their properties."""
+    for names in COLOUR_NAMES:
+        colours = _columns(table, *names)
+        if colours is not None:
+            kind = next(of.type for of in properties if of.name == names[0])
+            return colours / (1 if kind[0] == "f" else np.iinfo(kind).max), names
+    return None, ()
 
 
 def _columns(table: Columns, *names: str) -> FloatArray | None:
@@ -177,7 +223,7 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
             case ["end_header"]:
                 break
             case ["comment" | "obj_info", *_]:
-                comments.append(" ".join(words))
+                comments.append(text.decode("latin-1").strip())
             case []:
                 pass
             case _ if line > 1:

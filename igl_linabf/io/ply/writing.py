@@ -1,36 +1,56 @@
 """Write PLY in binary: a new file, or the one that was read with texture coordinates."""
 
+import os
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._types import FloatArray
+from ..materials import warn_of_images
 from ..mesh_file import MeshFile
-from ..parsing import Column, Property
-from ..vertex_splits import SplitVertices, single_precision, split_vertices, unique_tuples
-from .reading import INDICES, NAMES, PlyTables, row_type
+from ..parsing import Column, Property, as_bytes
+from ..references import renamed
+from ..vertex_splits import SplitVertices, single_precision, split_behind, unique_tuples
+from .reading import COLOUR_NAMES, CORNER_TEXTURE, IMAGE, INDICES, NAMES, NORMAL_NAMES, PlyTables, row_type
 
 TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
-OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", "texcoord", "texnumber"}
+OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
 Fields = list[tuple[Property, Column]]
 
 
 def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write vertices, once for each of their texture coordinates, and polygons; all other elements stay."""
+    """Write vertices, each under its number, and polygons; all other elements stay.
+
+    Texture coordinates are at the vertices. Where there are seams, they are lists at the triangles; polygons
+    have more vertices behind the others instead, as MeshLab opens no polygons with such lists.
+    """
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     source = mesh.extras.source if isinstance(mesh.extras.source, PlyTables) else None
-    made = split_vertices(mesh, normals=source is None)
-    elements = {"vertex": _new_vertices(mesh, made), "face": []} if source is None else _kept(source, made)
-    elements["vertex"] += _numbers(TEXTURE, "f4", single_precision(made.TC, "TC"))
-    corner = Property(INDICES[0], "i4", "u1" if mesh.polygons.sizes.max() < 256 else "i4")
-    elements["face"].append((corner, Column(made.corners, mesh.polygons.sizes)))
-    comments = ["comment igl_linabf"] if source is None else source.comments
+    polygons, split_at_normals = mesh.polygons, source is None
+    made = split_behind(mesh)
+    at_faces = len(made.vertex) > len(mesh.V) and bool((polygons.sizes == 3).all())
+    if at_faces:
+        made = split_behind(replace(mesh, texture=np.zeros_like(mesh.texture)), split_at_normals)
+    elif split_at_normals:
+        made = split_behind(mesh, split_at_normals)
+    elements = _new_elements(mesh, made) if source is None else _kept(source, made)
+    corner = Property(INDICES[0], "i4", "u1" if polygons.sizes.max() < 256 else "i4")
+    elements["face"].insert(0, (corner, Column(made.corners, polygons.sizes)))
+    if at_faces:
+        lists = single_precision(mesh.TC, "TC")[mesh.texture].ravel()
+        elements["face"].append((Property(CORNER_TEXTURE, "f4", "u1"), Column(lists, 2 * polygons.sizes)))
+    else:
+        elements["vertex"] += _numbers(TEXTURE, "f4", single_precision(made.TC, "TC"))
+    comments = _new_comments(mesh) if source is None else _kept_comments(mesh, source, path)
     head = ["ply", "format binary_little_endian 1.0", *comments]
     for name, columns in elements.items():
         head += [f"element {name} {len(columns[0][1])}", *(_declared(of) for of, _ in columns)]
     with open(temporary, "wb") as file:
-        file.write("\n".join([*head, "end_header\n"]).encode())
+        file.write("\n".join([*head, "end_header\n"]).encode("latin-1"))
         for columns in elements.values():
             file.write(_binary_rows(columns))
 
@@ -39,24 +59,49 @@ def _numbers(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
     return [(Property(name, kind), Column(table[:, k])) for k, name in enumerate(names)]
 
 
-def _new_vertices(mesh: MeshFile, made: SplitVertices) -> Fields:
-    columns = _numbers("xyz", "f8", mesh.V[made.vertex])
+def _new_elements(mesh: MeshFile, made: SplitVertices) -> dict[str, Fields]:
+    vertex, extras = _numbers("xyz", "f8", mesh.V[made.vertex]), mesh.extras
     if made.normals is not None:
-        columns += _numbers(("nx", "ny", "nz"), "f4", made.normals)
-    if mesh.extras.colours is not None:
-        colours = np.round(np.clip(mesh.extras.colours[made.vertex], 0, 1) * 255)
-        columns += _numbers(("red", "green", "blue", "alpha")[: colours.shape[1]], "u1", colours)
-    return columns
+        vertex += _numbers(NORMAL_NAMES, "f4", made.normals)
+    if extras.colours is not None:
+        vertex += _bytes_of_colours(extras.colours[made.vertex])
+    return {
+        "vertex": vertex,
+        "face": [] if extras.face_colours is None else _bytes_of_colours(extras.face_colours),
+    }
+
+
+def _bytes_of_colours(colours: FloatArray) -> Fields:
+    return _numbers(COLOUR_NAMES[0][: colours.shape[1]], "u1", np.round(np.clip(colours, 0, 1) * 255))
 
 
 def _kept(source: PlyTables, made: SplitVertices) -> dict[str, Fields]:
     """The elements that were read, vertices and faces first, without what is written anew."""
     kept = {name: [(of, source.tables[name][of.name]) for of in its] for name, _, its in source.elements}
-    vertex = [(of, column) for of, column in kept.pop("vertex") if of.name not in OLD_TEXTURE]
+    vertex = [
+        (of, column.take(made.vertex)) for of, column in kept.pop("vertex") if of.name not in OLD_TEXTURE
+    ]
     face = [(of, column) for of, column in kept.pop("face") if of.name not in {*OLD_TEXTURE, *INDICES}]
-    # no program has lists at vertices
-    rows = [(of, Column(column.values[made.vertex])) for of, column in vertex if not of.length]
-    return {"vertex": rows, "face": face, **kept}
+    return {"vertex": vertex, "face": face, **kept}
+
+
+def _new_comments(mesh: MeshFile) -> list[str]:
+    """A comment is one line of bytes, of which PLY says no encoding."""
+    given = [as_bytes(line).decode("latin-1") for line in mesh.extras.comments]
+    return ["comment igl_linabf", *(f"comment {line}" for line in given)]
+
+
+def _kept_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
+    """The comments that were read; images are named as seen from the new folder."""
+    comments = []
+    for line in source.comments:
+        head, name, rest = line.partition(f"comment {IMAGE} ")
+        if name and not head and mesh.path is not None:
+            named = os.fsdecode(rest.encode("latin-1"))
+            rest = os.fsencode(renamed(named.strip(), mesh.path.parent, path.parent)).decode("latin-1")
+        comments.append(head + name + rest)
+    warn_of_images(sum(line.startswith(f"comment {IMAGE} ") for line in comments))
+    return comments
 
 
 def _declared(of: Property) -> str:

@@ -19,6 +19,7 @@ from .constants import (
     SLIM_CHUNK_FAR,
     SLIM_SLOW_FALL,
     STIFFNESSES,
+    WEAK_FIT,
 )
 from .energy import Rest
 from .newton import Hessians, IsometricEnergy, Springs, descend
@@ -137,8 +138,9 @@ def _drawn_to_pins(
     mean, middle = z[index].mean(), position.mean()
     own, wanted = z[index] - mean, position - middle
     scale = np.vdot(own, wanted) / np.vdot(own, own)
-    if not scale:  # no turn fits better than another
-        scale = np.linalg.norm(wanted) / np.linalg.norm(own) + 0j
+    whole = np.linalg.norm(wanted) / np.linalg.norm(own)
+    if abs(scale) < WEAK_FIT * whole:  # hardly a turn fits better than another: the best scale has no size
+        scale = whole * (scale / abs(scale) if scale else 1 + 0j)
     to = z.copy()
     to[index] = wanted / scale + mean
     steps, missed = 0, np.inf

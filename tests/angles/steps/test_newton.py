@@ -8,7 +8,7 @@ import pytest
 from conftest import DISKS, STRESS, load
 from scipy import sparse
 
-from igl_linabf import ABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf import ABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
 from igl_linabf.angles import (
     ANGLE_BOUND,
     AngleProblem,
@@ -19,7 +19,7 @@ from igl_linabf.angles import (
     initial_estimate,
 )
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
-from igl_linabf.angles.steps.newton import _line_search, objective
+from igl_linabf.angles.steps.newton import _change_left, _line_search, objective
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 
@@ -99,9 +99,13 @@ def test_one_linear_step_is_within_five_per_cent_of_it(name: str) -> None:
     assert abs(one / all_of_it - 1) <= BENIGN[name] / 100
 
 
-@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS])
+@pytest.mark.parametrize(
+    "name", ["bumps", "cortex", *DISKS, "closed__igl_fandisk.off", "closed__igl_cow.off"]
+)
 def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) -> None:
     V, F = load(name)
+    if name.startswith("closed"):
+        V, F, _ = cut(V, F, find_seams(V, F))
     alpha = igl.internal_angles(V, F)
     # of the angles, since rounding moves those of a map whose scale varies as lion_o's does
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
@@ -109,8 +113,15 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     # from the surface's angles, and from those that it minimises the change of
     for start in (alpha, estimate):
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
-        assert abs(default / exact - 1) <= 5e-5
+        assert default == pytest.approx(exact, rel=5e-5, abs=1e-10)
     assert made[0].steps[-1].residual <= ABF().tol
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.3, 0.9])
+def test_what_steps_will_still_change_is_the_sum_of_their_geometric_series(ratio: float) -> None:
+    further = (ratio ** np.arange(2, 2000)).sum()
+    assert _change_left(ratio, 1.0) == pytest.approx(further)
+    assert _change_left(1.0, ratio) == np.inf  # no end is foreseen while steps grow
 
 
 def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:

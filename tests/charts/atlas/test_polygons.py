@@ -193,3 +193,50 @@ def test_coordinates_of_any_size_split_polygons_alike_and_without_warnings() -> 
             assert faces.split(V).F.shape == (3, 3)
             with pytest.raises(MeshError, match="vertices 2 are NaN or infinite"):
                 unwrap(V, [[0, 1, 2, 3, 4]])
+
+
+@pytest.mark.parametrize("sides", [3, 4])
+def test_where_the_map_turns_over_is_a_seam(sides: int) -> None:
+    """Two halves of a sheet share one place in the map, as mirror images, and meet in the middle line."""
+    columns = np.arange(-3.0, 4)
+    V = np.array([[x, y, 0] for x in columns for y in (0.0, 1.0)])
+    F = np.array([[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(6)])
+    if sides == 3:
+        F = np.vstack((F[:, :3], F[:, [0, 2, 3]]))
+    mirrored = np.abs(V[:, :2]) / 3
+    assert texture_seams(F, F, V, mirrored).tolist() == [[6, 7]]
+    mask = texture_seams(F, F, V, mirrored, sides=True)
+    assert mask.sum() == 2
+    assert len(unwrap(V, F, mask).charts) == 2
+    # neither a map that lies flat has a seam there, nor faces whose orientation is mixed, nor one of no area
+    for map_ in (V[:, :2], -V[:, :2], mirrored * [[0, 1]]):
+        assert len(texture_seams(F, F, V, map_)) == 0
+    mixed = F.copy()
+    mixed[::2] = mixed[::2, ::-1]
+    assert texture_seams(mixed, mixed, V, mirrored).tolist() == [[6, 7]]
+    assert len(texture_seams(mixed, mixed, V, V[:, :2])) == 0
+    # a sliver that single precision turns over is not cut out
+    rounded = V[:, :2] + [[1000, 0]]
+    rounded[6] = (rounded[4] + rounded[8]) / 2 + [0, -4e-5]
+    assert (
+        len(texture_seams([[4, 6, 8], [4, 8, 9], [6, 4, 0]], [[4, 6, 8], [4, 8, 9], [6, 4, 0]], V, rounded))
+        == 0
+    )
+
+
+def test_vertices_doubled_at_old_seams_are_told_with_their_number(tmp_path: Path) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    half = V[F].mean(axis=1)[:, 0] > 0
+    rim = np.intersect1d(F[half], F[~half])
+    twice, apart = np.vstack((V, V)), np.where(half[:, None], F + len(V), F)
+    V2, _, _, F2 = igl.remove_duplicate_vertices(
+        np.column_stack((twice, np.arange(len(twice)) // len(V))), apart, 0
+    )[:4]
+    said = rf"{len(rim)} vertices of the boundary are doubled along edges.* weld=0 \(--weld 0\)"
+    with pytest.warns(MeshWarning, match=said):
+        assert len(unwrap(V2[:, :3], F2).charts) == 2
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert len(unwrap(V2[:, :3], F2, weld=0).charts) == 1
+        unwrap(V, F[1:])
+    assert not any("doubled" in str(warning.message) for warning in caught)

@@ -12,7 +12,7 @@ from conftest import bumps
 from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, Packing, Seams, find_seams, unwrap
-from igl_linabf.charts import pack
+from igl_linabf.charts import pack_charts
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.layout_search import largest_layout
 from igl_linabf.charts.packing.outlines import masks_of
@@ -73,7 +73,7 @@ def inside(chart: Chart, point: np.ndarray) -> bool:
 @pytest.mark.parametrize("margin", [0, MARGIN, 0.02])
 def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
     charts = SETS[name]
-    placed = pack(charts, Packing(margin=margin))
+    placed = pack_charts(charts, Packing(margin=margin))
     scale = abs(placed[0].ratio)
     for (uv, F), new in zip(charts, placed, strict=True):
         assert abs(new.ratio) == pytest.approx(scale, rel=1e-13)
@@ -103,7 +103,7 @@ def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
 
 def test_no_point_belongs_to_two_charts() -> None:
     charts = SETS["lognormal"]
-    placed = pack(charts, Packing(margin=MARGIN))
+    placed = pack_charts(charts, Packing(margin=MARGIN))
     shapes = [
         shapely.union_all(shapely.polygons(new.uv[F])) for new, (_, F) in zip(placed, charts, strict=True)
     ]
@@ -118,7 +118,7 @@ def box(width: float, height: float, turn: float = 0.0) -> Chart:
 
 
 def fill(charts: list[Chart]) -> float:
-    return float(sum(new.area for new in pack(charts, Packing(margin=0))))
+    return float(sum(new.area for new in pack_charts(charts, Packing(margin=0))))
 
 
 def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
@@ -160,28 +160,54 @@ def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) 
 @pytest.mark.parametrize("resolution", [128, 300])
 def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> None:
     charts = SETS["lognormal"]
-    once = footprints(pack(charts, Packing(resolution=resolution)), charts, resolution)
+    once = footprints(pack_charts(charts, Packing(resolution=resolution)), charts, resolution)
     assert once.max() == 1
     assert once.sum() > 0.6 * once.size
-    assert footprints(pack(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max() > 1
+    assert (
+        footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max()
+        > 1
+    )
     many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
-    assert footprints(pack(many, Packing(resolution=resolution)), many, resolution).max() == 1
+    assert footprints(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
 
 
 def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     charts = SETS["six"]
-    placed = pack(charts, Packing(resolution=256, texel_density=40))
+    placed = pack_charts(charts, Packing(resolution=256, texel_density=40))
     pages = max(new.page for new in placed) + 1
     assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
     assert {new.page for new in placed} == set(range(pages))
     assert pages > 1
     assert footprints(placed, charts, 256).max() == 1
     with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
-        pack(charts, Packing(resolution=256, texel_density=40, pages=1))
-    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density or a larger"):
-        pack(charts, Packing(resolution=256, texel_density=600))
+        pack_charts(charts, Packing(resolution=256, texel_density=40, pages=1))
+    with pytest.raises(MeshError, match=r"chart \d takes \d+ x \d+\): use a smaller density or a larger"):
+        pack_charts(charts, Packing(resolution=256, texel_density=600))
     with pytest.raises(ValueError, match="needs a resolution"):
-        pack(charts, Packing(texel_density=40))
+        pack_charts(charts, Packing(texel_density=40))
+
+
+def test_the_density_error_names_the_chart_that_does_not_fit_alone() -> None:
+    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]  # the second lies aslant
+    with pytest.raises(MeshError, match=r"\(chart 3 takes 320 x 4\)|\(chart 3 takes 4 x 320\)"):
+        pack_charts(strips, Packing(resolution=160, texel_density=40))
+    assert len(pack_charts(strips[:3], Packing(resolution=160, texel_density=40))) == 3
+    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any; chart 3 takes"):
+        pack_charts([*strips, rectangle(7, 1)], Packing(resolution=160, texel_density=40))
+    with pytest.raises(MeshError, match=r"each one does alone; together they cover 1.25 pages"):
+        pack_charts([strips[0]] * 5, Packing(resolution=200, texel_density=100, pages=1))
+
+
+def rectangle(width: float, height: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([[0, 0], [width, 0], [width, height], [0, height]]), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+@pytest.mark.parametrize("number", [1, 6, 130])
+def test_charts_that_are_not_to_be_turned_are_not(number: int) -> None:
+    charts = (SETS["six"] * number)[:number]
+    placed = pack_charts(charts, Packing(resolution=512), rotate=False)
+    assert all(new.ratio.imag == 0 < new.ratio.real for new in placed)
+    assert footprints(placed, charts, 512).max() == 1
 
 
 def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
@@ -214,7 +240,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
     charts = SETS["equal"]
     sizes = []
     for pages in (1, 12):
-        placed = pack(charts, Packing(resolution=256, pages=pages))
+        placed = pack_charts(charts, Packing(resolution=256, pages=pages))
         sizes.append(abs(placed[0].ratio))
         tile = np.array([[new.page % 10, new.page // 10] for new in placed])
         for new, corner in zip(placed, tile, strict=True):
@@ -226,7 +252,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
 
 
 def test_the_same_again() -> None:
-    first, second = pack(SETS["six"]), pack(SETS["six"])
+    first, second = pack_charts(SETS["six"]), pack_charts(SETS["six"])
     assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))
 
 
@@ -237,7 +263,7 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
         for size, thin in zip(rng.lognormal(0, 1, 400), rng.uniform(1, 3, 400), strict=True)
     ]
     margin = 0.001
-    placed = pack(charts, Packing(margin=margin))
+    placed = pack_charts(charts, Packing(margin=margin))
     assert sum(new.area for new in placed) > 0.45
     assert np.ptp([abs(new.ratio) for new in placed]) < 1e-13 * abs(placed[0].ratio)
     everything = np.concatenate([new.uv for new in placed])
@@ -254,14 +280,14 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
 
 def test_many_charts_and_a_fine_one() -> None:
     V, F = bumps(30_000)
-    placed = pack([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])
+    placed = pack_charts([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])
     assert sum(new.area for new in placed) > 0.4
-    assert pack([]) == []
+    assert pack_charts([]) == []
 
 
 def test_vertices_without_a_face_keep_no_place() -> None:
     uv, F = SETS["one"][0]
-    (new,) = pack([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
+    (new,) = pack_charts([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
     assert np.isnan(new.uv[0]).all()
     assert np.isfinite(new.uv[1:]).all()
 
@@ -270,17 +296,17 @@ def test_what_cannot_be_packed_is_refused() -> None:
     good = SETS["one"][0]
     triangle = np.array([[0, 1, 2]])
     with pytest.raises(MeshError, match="chart 1 has no area"):
-        pack([good, (np.array([[0, 0], [1, 1], [3, 3]]), triangle)])
+        pack_charts([good, (np.array([[0, 0], [1, 1], [3, 3]]), triangle)])
     with pytest.raises(MeshError, match=r"chart 1: .* of vertices 1 are NaN"):
-        pack([good, (np.array([[0, 0], [np.nan, 1], [3, 0]]), triangle)])
+        pack_charts([good, (np.array([[0, 0], [np.nan, 1], [3, 0]]), triangle)])
     with pytest.raises(MeshError, match=r"chart 0: .* outside 0\.\.1"):
-        pack([(np.eye(2), triangle)])
+        pack_charts([(np.eye(2), triangle)])
     with pytest.raises(ValueError, match="margin"):
-        pack([good], Packing(margin=0.2))
+        pack_charts([good], Packing(margin=0.2))
     with pytest.raises(ValueError, match=r"resolution is \(512, 1024\): .* square page"):
-        pack([good], Packing(resolution=(512, 1024)))
+        pack_charts([good], Packing(resolution=(512, 1024)))
     with pytest.raises(MeshError, match="100 charts do not fit"):
-        pack(stars(np.ones(100)), Packing(margin=0.1))
+        pack_charts(stars(np.ones(100)), Packing(margin=0.1))
 
 
 @pytest.mark.parametrize("others", [0, 45])

@@ -1,0 +1,199 @@
+"""Read 3MF."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+from zipfile import ZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...._types import FloatArray
+from ....surface import Polygons
+from ...mesh_file import MeshFile
+from ...parsing import Damaged, Extras
+from ...vertex_splits import warn_of_rounding
+from ..optional_packages import call_reader, checked_mesh_file, import_optional
+from .properties import Properties, colours_of
+
+UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
+REQUIRED = 32914  # lib3mf's warning of an extension that it does not know
+METADATA, TYPES, NUMBERS = "its metadata", "what its objects are for", "its part numbers"
+
+
+class Placed(NamedTuple):
+    """A mesh where the build has it.
+
+    Attributes
+    ----------
+    mesh : object of lib3mf
+    matrix : (4, 3) float64
+        Of rows.
+    name, number : str
+        Of the mesh or what it is a part of; the part's number.
+    """
+
+    mesh: Any
+    matrix: FloatArray
+    name: str
+    number: str
+
+
+@dataclass(frozen=True)
+class ThreeMfFile:
+    """What only 3MF has, and is written again.
+
+    Attributes
+    ----------
+    metadata : tuple of tuples
+        As lib3mf adds them: name space, name, value, type, whether they must be kept.
+    types, numbers : tuple
+        What the parts are for, by lib3mf's numbers, and their part numbers.
+    """
+
+    metadata: tuple[tuple[str, str, str, str, bool], ...]
+    types: tuple[int, ...]
+    numbers: tuple[str, ...]
+    kept: tuple[str, ...] = (METADATA, TYPES, NUMBERS)
+
+
+def parse_3mf(path: Path) -> MeshFile:
+    """All objects of a 3MF file, where its build places them."""
+    wrapper = import_optional("lib3mf").get_wrapper()
+    model = wrapper.CreateModel()
+    reader = model.QueryReader("3mf")
+    call_reader(reader.ReadFromFile, path)
+    codes = [reader.GetWarning(i)[0] for i in range(reader.GetWarningCount())]
+    if REQUIRED in codes:
+        names = ", ".join(call_reader(_required_extensions, path))
+        raise Damaged(
+            f"it requires an extension that lib3mf does not know ({names}), and without it would be read as "
+            "something else: export it without"
+        )
+    mesh: MeshFile = call_reader(_parse_model, model)
+    return mesh
+
+
+def _required_extensions(path: str) -> list[str]:
+    """The name spaces that the models of a package require."""
+    from xml.etree.ElementTree import iterparse
+
+    found = dict[str, None]()
+    with ZipFile(path) as package:
+        for name in package.namelist():
+            if not name.lower().endswith(".model"):
+                continue
+            spaces = dict[str, str]()
+            with package.open(name) as file:
+                for event, of in iterparse(file, ("start-ns", "start")):
+                    if event == "start":  # the first element has them
+                        prefixes = of.get("requiredextensions", "").split()
+                        found |= {spaces.get(prefix, prefix): None for prefix in prefixes}
+                        break
+                    spaces[of[0]] = of[1]
+    return list(found)
+
+
+def _parse_model(model: Any) -> MeshFile:
+    V, F, part = [], [], []
+    properties, names, points = Properties(model), list[str](), 0
+    rows: dict[str, list[NDArray[np.int64]]] = {"colour": [], "material": [], "texture": []}
+    placed = list(_placed_meshes(model))
+    for mesh, matrix, name, _ in placed:
+        given = record_array(mesh.GetVertices(), "<f4", 3).astype(np.float64)
+        spacing = np.abs(given).max(initial=0) * np.finfo(np.float32).eps / 2
+        warn_of_rounding(given, (given + spacing).astype(np.float32), "what lib3mf reads")
+        F.append(record_array(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
+        V.append(given @ matrix[:3] + matrix[3])
+        for kind, index in properties.of(mesh).items():
+            rows[kind].append(index)
+        part.append(np.full(len(F[-1]), len(names)))
+        names.append(name or f"object {len(names)}")
+        points += len(given)
+    if not V:
+        raise Damaged("it has no object")
+    at = {kind: np.concatenate(index) for kind, index in rows.items()}
+    polygons = Polygons.of_triangles(np.concatenate(F))
+    material = at["material"][:, 0]
+    source = ThreeMfFile(
+        _metadata(model),
+        tuple(int(of.mesh.GetType()) for of in placed),
+        tuple(of.number or of.mesh.GetPartNumber() for of in placed),
+    )
+    extras = Extras(
+        parts=(tuple(names), np.concatenate(part)),
+        units=UNITS[int(model.GetUnit())],
+        unshared=_unshared(model, source, placed) + ("materials under colours",) * properties.covered,
+        source=source,
+    )
+    if not polygons.outside(points).any():
+        extras = replace(extras, **colours_of(at, properties, polygons.corners, points))
+    if (material >= 0).any():
+        words, looks = zip(*properties.materials, strict=True)
+        extras = replace(extras, materials=(words, material), looks=looks)
+    made = checked_mesh_file(np.concatenate(V), polygons, extras)
+    return replace(made, TC=properties.TC, texture=at["texture"].ravel())
+
+
+def _metadata(model: Any) -> tuple[tuple[str, str, str, str, bool], ...]:
+    group = model.GetMetaDataGroup()
+    held = [group.GetMetaData(i) for i in range(group.GetMetaDataCount())]
+    return tuple(
+        (of.GetNameSpace(), of.GetName(), of.GetValue(), of.GetType(), bool(of.GetMustPreserve()))
+        for of in held
+    )
+
+
+def _unshared(model: Any, source: ThreeMfFile, placed: list[Placed]) -> tuple[str, ...]:
+    """What the model has beyond its surface, as a warning names it."""
+    meshes = [of.mesh for of in placed]
+    textures = model.GetTexture2Ds().Count()
+    there = {
+        METADATA: bool(source.metadata),
+        TYPES: any(kind != 1 for kind in source.types),
+        NUMBERS: any(number not in ("", of.name) for number, of in zip(source.numbers, placed, strict=True)),
+        "the metadata of its objects": any(of.GetMetaDataGroup().GetMetaDataCount() for of in meshes),
+        "the images of its textures": textures > 0,
+        "composite materials": model.GetCompositeMaterials().Count() > 0,
+        "its attachments": model.GetAttachmentCount() > textures,
+        "its thumbnail": model.HasPackageThumbnailAttachment(),
+        "beam lattices": any(of.BeamLattice().GetBeamCount() for of in meshes),
+        "slices": model.GetSliceStacks().Count() > 0,
+        "sets of triangles": any(of.GetTriangleSetCount() for of in meshes),
+        "fields and level sets": model.GetLevelSets().Count() + model.GetFunctions().Count() > 0,
+    }
+    return tuple(what for what, is_there in there.items() if is_there)
+
+
+def _placed_meshes(model: Any) -> Iterator[Placed]:
+    """The meshes of the build, those in assemblies as well."""
+    items = model.GetBuildItems()
+    waiting = []
+    while items.MoveNext():
+        item = items.GetCurrent()
+        place = _matrix(item.GetObjectTransform())
+        waiting.append((item.GetObjectResource(), place, "", item.GetPartNumber()))
+    while waiting:
+        thing, matrix, above, number = waiting.pop(0)
+        name = thing.GetName() or above
+        if thing.IsMeshObject():
+            yield Placed(model.GetMeshObjectByID(thing.GetUniqueResourceID()), matrix, name, number)
+            continue
+        if thing.IsLevelSetObject():
+            continue
+        assembly = model.GetComponentsObjectByID(thing.GetUniqueResourceID())
+        for i in range(assembly.GetComponentCount()):
+            of = assembly.GetComponent(i)
+            own = _matrix(of.GetTransform())
+            joined = np.vstack((own[:3] @ matrix[:3], own[3] @ matrix[:3] + matrix[3]))
+            waiting.append((of.GetObjectResource(), joined, name, number))
+
+
+def _matrix(transform: Any) -> FloatArray:
+    return np.array([list(row) for row in transform.Fields], dtype=np.float64)
+
+
+def record_array(records: list[Any], kind: str, width: int) -> NDArray[Any]:
+    """lib3mf's lists of records, all of one size, as rows."""
+    return np.frombuffer(b"".join(map(bytes, records)), dtype=kind).reshape(-1, width)

@@ -1,0 +1,105 @@
+"""What extensions of glTF name by number: so that it is refused, carried over, or left out with a word."""
+
+import warnings
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from typing import Any
+
+from ...errors import MeshWarning, stack_level
+from ..parsing import Damaged
+
+COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
+FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
+VIEWS = ("values", "arrayOffsets", "stringOffsets")  # of a property of METADATA
+# They name no vertices, accessors or views: or those only that are renumbered here.
+KNOWN = (
+    *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
+    *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
+    *("KHR_lights_*", "EXT_lights_*", "KHR_xmp*", "KHR_node_*", "KHR_animation_pointer"),
+    *("KHR_mesh_quantization", "MSFT_lod", "VRM", "VRMC_*"),
+)
+
+
+def is_known(name: str) -> bool:
+    """Whether what an extension says stays true in a file with other vertices."""
+    return any(fnmatchcase(name, pattern) for pattern in KNOWN)
+
+
+def refuse_required(text: dict[str, Any]) -> None:
+    """Raise where a file cannot be read without an extension that is not known here."""
+    for name in text.get("extensionsRequired", ()):
+        if name in COMPRESSED:
+            refuse_compressed("it", name)
+        if not is_known(str(name)):
+            raise Damaged(
+                f"it requires the extension {name}, which is not known here, and without it would be read as "
+                "something else: export it without"
+            )
+
+
+def refuse_compressed(what: str, name: str) -> None:
+    """Raise: it would be read as garbage."""
+    raise Damaged(f"{what} is compressed by {name}: write it without, as `gltf-transform copy` does")
+
+
+def objects(value: Any) -> Iterator[dict[str, Any]]:
+    """Everything in a description that has extensions."""
+    if isinstance(value, dict):
+        if isinstance(value.get("extensions"), dict):
+            yield value
+        for key, inner in value.items():
+            if key != "extras":
+                yield from objects(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from objects(inner)
+
+
+def names_numbers(text: dict[str, Any]) -> bool:
+    """Whether an extension may name accessors or views where nobody knows: their numbers have to stay."""
+    return any(not is_known(name) for holder in objects(text) for name in holder["extensions"])
+
+
+def leave_out_of_vertices(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
+    """Leave out the unknown extensions of meshes and primitives, which may name vertices by number."""
+    gone = set[str]()
+    for holder in changed:
+        extensions = holder.get("extensions", {})
+        gone |= {name for name in extensions if not is_known(name)}
+        kept = {name: value for name, value in extensions.items() if is_known(name)}
+        holder.pop("extensions", None)
+        if kept:
+            holder["extensions"] = kept
+    if not gone:
+        return
+    there = {name for holder in objects(text) for name in holder["extensions"]}
+    for key in ("extensionsUsed", "extensionsRequired"):
+        if key in text:
+            text[key] = [name for name in text[key] if name not in gone or name in there]
+            if not text[key]:
+                del text[key]
+    warnings.warn(
+        f"the extensions {', '.join(sorted(gone))} of meshes may name vertices by number, and these are "
+        "other ones now: they are left out; write OBJ or PLY if you do not need them, or apply them again",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+
+
+def properties(text: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """What holds the numbers of views in METADATA."""
+    for table in text.get("extensions", {}).get(METADATA, {}).get("propertyTables", ()):
+        yield from table.get("properties", {}).values()
+
+
+def instances(text: dict[str, Any]) -> Iterator[dict[str, int]]:
+    """The attributes, accessors by name, of nodes' INSTANCES."""
+    for node in text.get("nodes", ()):
+        if INSTANCES in node.get("extensions", {}):
+            yield node["extensions"][INSTANCES].get("attributes", {})
+
+
+def implied_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
+    """The FEATURES of a primitive whose numbers are those of the vertices."""
+    features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
+    return [of for of in features if not {"attribute", "texture"} & set(of)]

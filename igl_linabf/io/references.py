@@ -1,0 +1,27 @@
+"""Names of other files in a file, as seen from the folder that it is written to."""
+
+import os
+from pathlib import Path
+
+
+def named_file(name: str, folder: Path) -> Path | None:
+    """The file that a name stands for in a file of this folder; Windows' names have backslashes."""
+    for way in (name, name.replace("\\", "/")):
+        try:
+            if name and (folder / way).is_file():
+                return folder / way
+        except (OSError, ValueError):  # longer than a name can be, or with a zero in it
+            return None
+    return None
+
+
+def renamed(name: str, old: Path, new: Path) -> str:
+    """A file's name as seen from another folder; a name of no file stays as it is."""
+    place = named_file(name, old)
+    if place is None or Path(name).is_absolute() or old.resolve() == new.resolve():
+        return name
+    place = place.parent.resolve() / place.name  # links among folders lead elsewhere from there
+    try:
+        return os.path.relpath(place, new.resolve()).replace(os.sep, "/")
+    except ValueError:  # on another drive
+        return place.as_posix()

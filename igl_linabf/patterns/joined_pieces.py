@@ -1,0 +1,187 @@
+"""Fewest pieces: those that fit along a seam are put together, and seams whose sides meet are closed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from .._core import assembled, narrowest_turns
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..charts import overlap_depths
+from ..surface import Ragged, Topology, complex_positions, connected_labels, coordinates, topology_of
+from .constants import FITS, LEAST_HINGE, MOST_HINGES
+from .seam_pairs import Sides, partners_of
+
+
+@dataclass(frozen=True, eq=False)
+class CutSurface:
+    """A surface cut along its seams, and its map; both in millimetres, without collapsed faces.
+
+    Attributes
+    ----------
+    surface, flat : (#v, 3) and (#v, 2) float64
+    F : (#f, 3) int64
+    vertices : (#v,) int64
+        Rows of the map that was given.
+    origin : (#v,) int64
+        Vertices of the surface that was given.
+    inner : (#f, 3) bool, or None
+        Whether the side from corner k to k + 1 is a diagonal of a polygon; None if there are no polygons.
+    """
+
+    surface: FloatArray
+    flat: FloatArray
+    F: IntArray
+    vertices: IntArray
+    origin: IntArray
+    inner: BoolArray | None
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Of the cut surface."""
+        return topology_of(self.F, self.vertices)
+
+    @cached_property
+    def piece(self) -> IntArray:
+        """The piece of each vertex."""
+        ends = self.F[:, [0, 1, 1, 2]].reshape(-1, 2)
+        return np.asarray(np.unique(connected_labels(ends, len(self.flat)), return_inverse=True)[1])
+
+
+def with_fewest_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
+    """The surface with pieces joined where they fit without lying over each other.
+
+    Seams are closed where both sides lie on each other in the map: so a hole in a plane stays a hole. The
+    edges `kept` (#G, 2), by vertices of the surface that was given, stay seams.
+    """
+    if not cut.topology.loops:
+        return cut
+    rim, partner, joinable = _sides(cut, kept)
+    return _closed(_assembled(cut, rim, partner, joinable), rim, partner, joinable)
+
+
+def _sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolArray]:
+    """The sides of all outlines, their partners, and which of them may be joined to these."""
+    rim = Sides.of(cut.topology.loops)
+    partner, twisted = partners_of(rim, cut.surface, cut.piece)
+    n = int(cut.origin.max()) + 1
+    ends = np.sort(np.column_stack((cut.origin[rim.start], cut.origin[rim.end])), axis=1)
+    asked = np.isin(ends @ [n, 1], np.sort(kept[(kept < n).all(axis=1)], axis=1) @ [n, 1])
+    return rim, partner, (partner >= 0) & ~twisted & ~asked
+
+
+def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+    """The map in which pieces are put together along common seams, the longest ones first."""
+    piece = cut.piece
+    one = np.flatnonzero(joinable)
+    one = one[piece[rim.start[one]] < piece[rim.start[partner[one]]]]
+    if not len(one):
+        return cut
+    z, of = complex_positions(cut.flat), piece[cut.F[:, 0]]
+    order = np.argsort(of, kind="stable")
+    faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
+    extent = _extents(z, piece)
+    other = partner[one]
+    here, there = (
+        z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
+    )
+    pairs = np.column_stack((piece[rim.start[one]], piece[rim.start[other]]))
+    hinges = _hinges(here, there, pairs, extent, _vertices_of_each(z, piece))
+    if not len(hinges.pairs):
+        return cut
+    triangles = z[cut.F[order]]
+    much = np.full(len(hinges.pairs), np.inf)
+    _, turn, shift = assembled(
+        triangles, overlap_depths(triangles, extent[of[order]], FITS), faces.start,
+        hinges.pairs, hinges.turn, hinges.shift, much, np.ones(len(much)),
+    )  # fmt: skip
+    return replace(cut, flat=coordinates(turn[piece] * z + shift[piece]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Hinges:
+    """Where pieces may be joined, the longest ones first.
+
+    Attributes
+    ----------
+    pairs : (#h, 2) int64
+    turn, shift : (#h,) complex128
+        The motion that brings the second piece to the first.
+    """
+
+    pairs: IntArray
+    turn: ComplexArray
+    shift: ComplexArray
+
+
+def _hinges(
+    here: ComplexArray, there: ComplexArray, pairs: IntArray, extent: FloatArray, places: list[ComplexArray]
+) -> _Hinges:
+    """Hinges from the sides that two pieces have in common: (2, #s) where each piece has their ends."""
+    turn = (here[1] - here[0]) * (there[1] - there[0]).conj()
+    turn /= np.maximum(np.abs(turn), np.finfo(float).tiny)
+    shift = here.mean(axis=0) - turn * there.mean(axis=0)
+    length = np.abs(here[1] - here[0])
+    found = []
+    order = np.lexsort((-length, *pairs.T[::-1]))
+    first = np.flatnonzero(np.append(True, np.diff(pairs[order], axis=0).any(axis=1)))
+    for rows in np.split(order, first[1:]):
+        a, b = pairs[rows[0]].tolist()
+        tried = rows[:MOST_HINGES]
+        missed = np.abs(turn[tried, None, None] * there[:, rows] + shift[tried, None, None] - here[:, rows])
+        total = (length[rows] * (missed <= FITS * max(extent[a], extent[b])).all(axis=1)).sum(axis=1)
+        along = [
+            np.ptp((places[i][:, None] * side.conj()).real, axis=0)
+            for i, side in (
+                (a, (here[1] - here[0])[tried] / length[tried]),
+                (b, (there[1] - there[0])[tried] / length[tried]),
+            )
+        ]
+        long_enough = total >= LEAST_HINGE * np.minimum(*along)
+        found += [(-float(total[k]), int(tried[k])) for k in np.flatnonzero(long_enough).tolist()]
+    best = np.array([row for _, row in sorted(found)], dtype=np.int64)
+    return _Hinges(pairs[best], turn[best], shift[best])
+
+
+def _closed(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+    """The surface without the seams whose two sides lie on each other."""
+    z, one = complex_positions(cut.flat), np.flatnonzero(joinable)
+    other, extent = partner[one], _extents(z, cut.piece)[cut.piece[rim.start[one]]]
+    ends = np.stack((rim.start[one], rim.end[one])), np.stack((rim.end[other], rim.start[other]))
+    met = (np.abs(z[ends[0]] - z[ends[1]]) <= FITS * extent).all(axis=0)
+    if not met.any():
+        return cut
+    same = np.column_stack([rows[:, met].ravel() for rows in ends])
+    _, first, vertex = np.unique(connected_labels(same, len(z)), return_index=True, return_inverse=True)
+    number = np.bincount(vertex)
+    flat = np.column_stack([np.bincount(vertex, x) / number for x in cut.flat.T])
+    return CutSurface(
+        cut.surface[first], flat, vertex[cut.F], cut.vertices[first], cut.origin[first], cut.inner
+    )
+
+
+def _vertices_of_each(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
+    """The vertices of each piece."""
+    order = np.argsort(piece, kind="stable")
+    return np.split(z[order], np.searchsorted(piece[order], np.arange(1, int(piece.max()) + 1)))
+
+
+def narrowest_turns_of(z: ComplexArray, piece: IntArray) -> ComplexArray:
+    """The turn of each piece by which its least rectangle lies across."""
+    order = np.argsort(piece, kind="stable")
+    pieces = Ragged(np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
+    turn = narrowest_turns(z[order], pieces.start)
+    turned = z[order] * pieces.repeat(turn)
+    wide, high = (pieces.max(x) - pieces.min(x) for x in (turned.real, turned.imag))
+    return np.where(wide >= high, turn, 1j * turn)
+
+
+def _extents(z: ComplexArray, piece: IntArray) -> FloatArray:
+    """The larger one of width and height, of each piece."""
+    low, high = np.full((2, int(piece.max()) + 1), np.inf), np.full((2, int(piece.max()) + 1), -np.inf)
+    for k, x in enumerate((z.real, z.imag)):
+        np.minimum.at(low[k], piece, x)
+        np.maximum.at(high[k], piece, x)
+    return np.asarray((high - low).max(axis=0))

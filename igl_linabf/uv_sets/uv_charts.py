@@ -1,0 +1,217 @@
+"""The charts of texture coordinates that a mesh has: what hangs together, is mirrored, or lies on another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from .._core import overlapping
+from .._types import BoolArray, FloatArray, IntArray
+from ..errors import MeshError, some
+from ..surface import (
+    Polygons,
+    Triangles,
+    complex_positions,
+    connected_labels,
+    merge_coincident,
+    of_size_one,
+    signed_double_areas,
+    vertex_array,
+    without_area,
+)
+from .constants import LEAST_MIRRORED_SHARE, SAME_PLACE, STACKED
+
+
+@dataclass(frozen=True, eq=False)
+class UVCharts:
+    """Triangles of a surface, cut along the seams of its texture coordinates.
+
+    Attributes
+    ----------
+    split : Triangles
+        How the faces were split; `rows` are those of its triangles that count.
+    rows : (#T,) int64
+        The triangles with texture coordinates and an area in space.
+    unmapped : (#U,) int64
+        The faces that have a corner without texture coordinates.
+    V, uv : (#C, 3) and (#C, 2) float64
+        Position and texture coordinates of each corner; where both are equal, it is one.
+    F : (#T, 3) int64
+    rows_aside, F_aside : (#A,) and (#A, 3) int64
+        The triangles that have texture coordinates, and no area in space.
+    """
+
+    split: Triangles
+    rows: IntArray
+    unmapped: IntArray
+    V: FloatArray
+    uv: FloatArray
+    F: IntArray
+    rows_aside: IntArray
+    F_aside: IntArray
+
+    @classmethod
+    def of(cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike) -> UVCharts:
+        """Check the arrays, and put together what is equal.
+
+        Raises
+        ------
+        MeshError
+            The arrays are malformed or do not fit together, or a coordinate at a face is NaN or infinite.
+        """
+        polygons, texture = Polygons.of(F), Polygons.of(FTC)
+        if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
+            raise MeshError(
+                f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape"
+            )
+        positions, points = vertex_array(V), vertex_array(TC, 2, "TC")
+        polygons.check(len(positions))
+        without = texture.corners < 0
+        unmapped = np.unique(polygons.owner[without])
+        bad = np.unique(polygons.owner[texture.corners >= len(points)])
+        if len(bad):
+            raise MeshError(
+                f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
+                "correct FTC or complete TC"
+            )
+        for array, used, name in (
+            (positions, polygons.corners, "V"),
+            (points, texture.corners[~without], "TC"),
+        ):
+            bad = np.unique(used[~np.isfinite(array[used]).all(axis=1)])
+            if len(bad):
+                raise MeshError(f"rows {some(bad)} of {name} are NaN or infinite: correct them")
+        split = polygons.split(positions)
+        rows = np.flatnonzero(~np.isin(split.face, unmapped))
+        at = split.place[rows]
+        pair = np.concatenate((positions[polygons.corners[at]], points[texture.corners[at]]), axis=2).reshape(
+            -1, 5
+        )
+        used, faces = _distinct(pair)
+        own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
+        solid = np.ones(len(faces), dtype=bool)
+        if len(faces):
+            solid[without_area(own, faces)] = False
+        return cls(split, rows[solid], unmapped, own, uv, faces[solid], rows[~solid], faces[~solid])
+
+    @cached_property
+    def double_area(self) -> FloatArray:
+        """Twice the signed area of each triangle in the map."""
+        return signed_double_areas(complex_positions(self.uv), np.ascontiguousarray(self.F.T))
+
+    @cached_property
+    def area(self) -> FloatArray:
+        """That of each triangle in space."""
+        a, b, c = self.V[self.F.T]
+        return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+
+    @cached_property
+    def _adjacent(self) -> IntArray:
+        """Pairs of triangles that have an edge in common, in space and in the map."""
+        tail, head = self.F.ravel(), self.F[:, [1, 2, 0]].ravel()
+        face = np.repeat(np.arange(len(self.F)), 3)
+        key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
+        order = np.argsort(key, kind="stable")
+        same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+        return np.column_stack((face[order[same]], face[order[same + 1]]))
+
+    @cached_property
+    def chart(self) -> IntArray:
+        """The chart of each triangle.
+
+        A map that turns over at an edge, as of two halves that share their texture, has a chart on either
+        side.
+        """
+        islands = _numbered(connected_labels(self._adjacent, len(self.F)))
+        sign = self.double_area > 0
+        one, other = self._adjacent.T
+        parts = _numbered(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
+        share = np.bincount(parts, self.area) / np.bincount(islands, self.area)[_first(islands, parts)]
+        # what is turned over is a half if it is large, and flipped triangles if it is small
+        large = share >= LEAST_MIRRORED_SHARE
+        joined = self._adjacent[(parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])]
+        return _numbered(connected_labels(joined, len(self.F)))
+
+    @cached_property
+    def number(self) -> int:
+        """Of charts."""
+        return int(self.chart.max(initial=-1)) + 1
+
+    @cached_property
+    def mirrored(self) -> BoolArray:
+        """Which charts are mirror images."""
+        return np.asarray(np.bincount(self.chart, self.double_area, self.number) < 0)
+
+    @cached_property
+    def flipped(self) -> BoolArray:
+        """Which triangles are turned over in their chart, or have no area in the map."""
+        return ~(np.where(self.mirrored[self.chart], -1, 1) * self.double_area > 0)
+
+    @cached_property
+    def upright(self) -> IntArray:
+        """The triangles, those of mirrored charts turned over: they are counterclockwise in the map."""
+        return np.where(self.mirrored[self.chart][:, None], self.F[:, ::-1], self.F)
+
+    @cached_property
+    def overlaps(self) -> tuple[IntArray, IntArray]:
+        """Pairs of triangles (#P, 2) that overlap by accident; and for each chart the first one of its stack.
+
+        Charts are a stack if most of both lies on the other one. One with no other is a stack of its own.
+        """
+        stack = self._same_triangles
+        rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
+        z = complex_positions(of_size_one(self.uv))
+        pairs = rows[overlapping(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64))]
+        of = self.chart[pairs]
+        between = np.flatnonzero(of[:, 0] != of[:, 1])
+        if not len(between):
+            return pairs, stack
+        ends, number = np.unique(np.sort(of[between], axis=1), axis=0, return_inverse=True)
+        one, other = (shapely.polygons(self.uv[self.upright[pairs[between, k]]]) for k in (0, 1))
+        common = np.bincount(number.ravel(), shapely.area(shapely.intersection(one, other)), len(ends))
+        flat = np.bincount(self.chart, np.abs(self.double_area)) / 2
+        on_purpose = common >= STACKED * flat[ends].max(axis=1)
+        stack = stack.copy()
+        for first, second in ends[on_purpose].tolist():  # in order, so that the first of all is known
+            stack[stack == second] = stack[first]
+        kept = np.ones(len(pairs), dtype=bool)
+        kept[between] = ~on_purpose[number.ravel()]
+        return pairs[kept], stack
+
+    @cached_property
+    def _same_triangles(self) -> IntArray:
+        """For each chart the first one that has the same triangles in the map; itself if there is none."""
+        step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_PLACE
+        place = _distinct(np.round(self.uv / step))[1]
+        kind = _distinct(np.sort(place[self.F], axis=1).astype(np.float64))[1]
+        order = np.lexsort((kind, self.chart))
+        rows = np.split(kind[order], np.searchsorted(self.chart[order], np.arange(1, self.number)))
+        known: dict[bytes, int] = {}
+        return np.array([known.setdefault(row.tobytes(), i) for i, row in enumerate(rows)], dtype=np.int64)
+
+    def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
+        """The faces that were given, of some triangles."""
+        return np.unique(self.split.face[self.rows[triangles]])
+
+
+def _distinct(points: FloatArray) -> tuple[IntArray, IntArray]:
+    """The rows of distinct points, and for each point the number of its own among them."""
+    if not len(points):
+        return np.zeros((2, 0), dtype=np.int64)[0], np.zeros(0, dtype=np.int64)
+    used, number = np.unique(merge_coincident(points, np.arange(len(points))), return_inverse=True)
+    return used, number
+
+
+def _numbered(label: IntArray) -> IntArray:
+    """Labels as 0, 1, ..., in the order in which they first appear."""
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[inverse.ravel()])
+
+
+def _first(values: IntArray, label: IntArray) -> IntArray:
+    """One of the values at each label 0, 1, ...."""
+    return np.asarray(values[np.unique(label, return_index=True)[1]])

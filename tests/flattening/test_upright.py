@@ -1,0 +1,68 @@
+"""`up` turns a map upright; a direction that points nowhere is said, and what places a map keeps it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+
+from igl_linabf import Flattener, MeshWarning, flatten
+from igl_linabf.cli import main
+
+
+def shell(turn: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """A part of a cylinder that stands, of 20 degrees more to one side, turned about the z axis."""
+    a, z = np.meshgrid(turn + np.linspace(-1, 1.35, 15), np.linspace(0, 1, 9), indexing="ij")
+    V = np.column_stack((np.cos(a.ravel()), np.sin(a.ravel()), z.ravel()))
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(14), np.arange(8), indexing="ij"))
+    corner = 9 * i + j
+    square = np.column_stack((corner, corner + 9, corner + 10, corner + 1))
+    return V, np.concatenate((square[:, :3], square[:, [0, 2, 3]]))
+
+
+@pytest.mark.parametrize("method", ["linabf", "isometric", "lscm"])
+@pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -3), (0, 1, 0)])
+def test_the_map_is_turned_so_that_the_direction_points_up(method: str, up: tuple[float, ...]) -> None:
+    V, F = shell()
+    plain, turned = flatten(V, F, method), flatten(V, F, method, up=up)
+    z, other = (uv.uv @ [1, 1j] for uv in (plain, turned))
+    assert np.allclose(np.abs(z - z.mean()), np.abs(other - other.mean()))  # the same map but for its turn
+    height = V @ np.array(up)
+    u, v = (np.linalg.lstsq(np.column_stack((turned.uv, np.ones(len(V)))), height, rcond=None)[0])[:2]
+    assert v > 0
+    assert abs(u) < 0.2 * v if up[2] == 0 else abs(u) < 1e-3 * v
+    assert len(turned.flipped) == 0
+    assert np.array_equal(Flattener(F).flatten(V, method, up=up).uv, turned.uv)
+
+
+def test_what_points_nowhere_is_said() -> None:
+    V, F = shell()
+    flat = np.column_stack((flatten(V, F).uv, np.zeros(len(V))))
+    with pytest.warns(MeshWarning, match=r"points nowhere on this surface: the map is not turned"):
+        made = flatten(flat, F, up=(0, 0, 1))
+    assert np.array_equal(made.uv, flatten(flat, F).uv)
+
+
+def test_what_places_the_map_keeps_it() -> None:
+    V, F = shell()
+    with pytest.raises(ValueError, match="up does not go together with pins"):
+        flatten(V, F, "linabf", [0, 9], [[0, 0], [1, 0]], up=(0, 0, 1))
+    with pytest.raises(ValueError, match="up does not go together with the rectangle's corners"):
+        flatten(V, F, boundary="rectangle", up=(0, 0, 1))
+    for bad in ((0, 0), (0, 0, 0), "z", (0, np.nan, 1)):
+        with pytest.raises(ValueError, match=r"up is .*: give a direction in space"):
+            flatten(V, F, up=bad)
+
+
+@pytest.mark.parametrize(("text", "up"), [("z", (0, 0, 1)), ("-z", (0, 0, -1)), ("0,1,1", (0, 1, 1))])
+def test_the_command_takes_axes_and_directions(tmp_path: Path, text: str, up: tuple[float, ...]) -> None:
+    V, F = shell()
+    igl.write_triangle_mesh(str(tmp_path / "shell.obj"), V, F)
+    out = tmp_path / "map.obj"
+    assert (
+        main(["flatten", str(tmp_path / "shell.obj"), "-o", str(out), f"--up={text}", "--units", "mesh"]) == 0
+    )
+    _, TC, *_ = igl.readOBJ(str(out))
+    assert np.allclose(TC[:, :2], flatten(V, F, up=up).uv, atol=1e-5)

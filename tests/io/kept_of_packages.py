@@ -1,0 +1,394 @@
+"""What 3MF, GIFTI, FreeSurfer and VTP files have, and what becomes of it."""
+
+from __future__ import annotations
+
+import gzip
+import struct
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import igl
+import numpy as np
+import pytest
+from kept import Cell, carried
+
+from igl_linabf.io import read_file, write_file
+
+P = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+F = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+OPEN = igl.icosahedron()[0], igl.icosahedron()[1][1:]
+
+SCHEMA = "http://schemas.microsoft.com/3dmanufacturing"
+SPACES = f'xmlns="{SCHEMA}/core/2015/02" xmlns:m="{SCHEMA}/material/2015/02" xmlns:a="http://acme.com/cut"'
+TYPES = (
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
+    "</Types>"
+)
+RELATIONS = (
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    f'<Relationship Id="r" Target="/3D/{{}}.model" Type="{SCHEMA}/2013/01/3dmodel"/></Relationships>'
+)
+COLOURS = '<m:colorgroup id="8"><m:color color="#FF0000"/><m:color color="#0000FF80"/></m:colorgroup>'
+BASES = '<basematerials id="9"><base name="PLA" displaycolor="#00FF00"/></basematerials>'
+
+
+def tetra(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> str:
+    """An object of 3MF, with attributes of its triangles."""
+    points = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in P)
+    faces = "".join(
+        f'<triangle v1="{i}" v2="{j}" v3="{k}" {more}/>' for (i, j, k), more in zip(F, each, strict=True)
+    )
+    mesh = f"<mesh><vertices>{points}</vertices><triangles>{faces}</triangles></mesh>"
+    return f'<object id="1" name="tetra" {of_object}>{mesh}</object>'
+
+
+def package(
+    resources: str, item: str = "", of_model: str = "", head: str = "", parts: dict[str, str] | None = None
+) -> bytes:
+    """A 3MF file; its item shows the object 1."""
+    pytest.importorskip("lib3mf")
+    data = BytesIO()
+    build = f'<build><item objectid="1" {item}/></build>'
+    with ZipFile(data, "w") as file:
+        file.writestr("[Content_Types].xml", TYPES)
+        file.writestr("_rels/.rels", RELATIONS.format("3dmodel"))
+        text = f"<model {SPACES} {of_model}>{head}<resources>{resources}</resources>{build}</model>"
+        file.writestr("3D/3dmodel.model", text)
+        for name, text in (parts or {}).items():
+            file.writestr(name, text)
+    return data.getvalue()
+
+
+def _units_and_names(folder: Path) -> None:
+    data = package(tetra(), 'transform="0 1 0 -1 0 0 0 0 1 5 0 0"', 'unit="inch"')
+    before, after = carried(folder, "a.3mf", data, "out.3mf")
+    assert before.units == after.units == "in"
+    assert before.parts == after.parts == ("tetra",)
+    assert np.allclose(before.V, np.array(P) @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [5, 0, 0])
+    assert np.allclose(after.V[after.triangles], before.V[before.triangles])
+
+
+def _metadata(folder: Path) -> None:
+    head = '<metadata name="Title">A tetrahedron</metadata>'
+    data = package(tetra(of_object='type="support"'), 'partnumber="7"', head=head)
+    before, after = carried(folder, "a.3mf", data, "out.3mf")
+    assert before.extras.source == after.extras.source
+    assert after.extras.source.metadata[0][1:3] == ("Title", "A tetrahedron")
+    assert after.extras.source.numbers == ("7",)
+
+
+def _colours(folder: Path) -> None:
+    each = ('pid="8" p1="0" p2="1" p3="0"', 'pid="8" p1="1"', 'pid="9" p1="0"', "")
+    before, after = carried(folder, "a.3mf", package(COLOURS + BASES + tetra(each)), "out.glb")
+    red, blue, white = [1, 0, 0, 1], [0, 0, 1, 128 / 255], [1, 1, 1, 1]
+    assert np.allclose(before.extras.corner_colours, [red, blue, red, *[blue] * 3, *[white] * 6])
+    assert before.materials == after.materials == ("PLA",)
+    _, (*of, last) = before.extras.materials
+    assert (of, last) == ([-1, -1, 0], -1)
+    assert np.allclose(after.extras.looks[0].colour, [0, 1, 0])
+    places = {tuple(np.round(row, 6)) for row in zip(*after.V[after.polygons.corners].T, strict=True)}
+    assert len(places) == 4
+    colours = after.extras.source.gltf
+    shades = np.concatenate(
+        [
+            colours.numbers(of["attributes"]["COLOR_0"])[colours.array(of["indices"])]
+            for of in colours.text["meshes"][0]["primitives"]
+        ]
+    )
+    assert sorted(np.round(shades, 3).tolist()) == sorted(
+        np.round([red] * 2 + [blue] * 4 + [white] * 6, 3).tolist()
+    )
+
+
+def _components(folder: Path) -> None:
+    """An object in another part of the package, placed by a component, with colours of that part."""
+    space = f'xmlns:p="{SCHEMA}/production/2015/06"'
+    uuid = 'p:UUID="00000000-0000-0000-0000-00000000000{}"'.format
+    inner = tetra(of_object=f'pid="8" pindex="0" {uuid(1)}')
+    part = f'<model {SPACES} {space} unit="inch"><resources>{COLOURS}{inner}</resources><build/></model>'
+    move = 'transform="2 0 0 0 2 0 0 0 2 10 0 0"'
+    component = f'<component objectid="1" p:path="/3D/other.model" {uuid(2)} {move}/>'
+    outer = f'<object id="1" {uuid(3)}><components>{component}</components></object>'
+    parts = {"3D/other.model": part, "3D/_rels/3dmodel.model.rels": RELATIONS.format("other")}
+    of_model = f'{space} requiredextensions="p m" unit="inch"'
+    mesh, after = carried(folder, "a.3mf", package(outer, uuid(4), of_model, parts=parts), "out.glb")
+    assert np.allclose(mesh.V, 2 * np.array(P) + [10, 0, 0])
+    assert np.allclose(mesh.colours, [1, 0, 0])
+    assert np.allclose(np.ptp(after.V, axis=0), 2 * 0.0254)
+
+
+def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: str) -> None:
+    carried(folder, "a.3mf", package(resources, **more), to)
+
+
+def gifti(extra: bool = True) -> bytes:
+    """A surface with what GIFTI has beside points and triangles."""
+    pytest.importorskip("nibabel")
+    from nibabel import gifti as g
+
+    V, faces = OPEN
+    meta = g.GiftiMetaData({"AnatomicalStructurePrimary": "CortexLeft", "GeometricType": "Pial", "Name": "p"})
+    points = g.GiftiDataArray(V.astype("f4"), intent="NIFTI_INTENT_POINTSET", meta=meta)
+    triangles = g.GiftiDataArray(
+        faces.astype("i4"), intent="NIFTI_INTENT_TRIANGLE", meta=g.GiftiMetaData({"TopologicalType": "Open"})
+    )
+    image = g.GiftiImage(meta=g.GiftiMetaData({"UserName": "me"}), darrays=[points, triangles])
+    if extra:
+        label = g.GiftiLabel(key=3, red=1.0, green=0.0, blue=0.0, alpha=1.0)
+        label.label = "V1"
+        image.labeltable.labels.append(label)
+        shape = np.arange(len(V), dtype="f4")
+        image.add_gifti_data_array(g.GiftiDataArray(shape, intent="NIFTI_INTENT_SHAPE"))
+    return bytes(image.to_bytes())
+
+
+def written_flat(folder: Path, name: str, data: bytes, to: str) -> tuple[Any, Any]:
+    """A disk read, and written with a map that has no seams."""
+    source, out = folder / name, folder / to
+    source.write_bytes(data)
+    mesh = read_file(source)
+    write_file(out, mesh, mesh.V[:, :2])
+    return mesh, out
+
+
+def _gifti(folder: Path) -> None:
+    import nibabel
+
+    _, out = written_flat(folder, "a.surf.gii", gifti(), "out.surf.gii")
+    image = nibabel.load(out)
+    points, triangles, shape = image.darrays
+    assert dict(image.meta) == {"UserName": "me"}
+    assert [(of.key, of.label) for of in image.labeltable.labels] == [(3, "V1")]
+    expected = {"AnatomicalStructurePrimary": "CortexLeft", "GeometricType": "Flat", "Name": "p"}
+    assert dict(points.meta) == expected
+    assert dict(triangles.meta) == {"TopologicalType": "Open"}
+    assert (shape.data == np.arange(len(points.data))).all()
+
+
+def _gifti_with_seams(folder: Path) -> None:
+    import nibabel
+
+    before, _ = carried(folder, "a.surf.gii", gifti(), "out.surf.gii")
+    points, triangles, shape = nibabel.load(folder / "out" / "out.surf.gii").darrays
+    assert len(points.data) == before.triangles.size
+    assert (shape.data[triangles.data] == before.triangles).all()  # of the vertex that each comes from
+    assert triangles.meta["TopologicalType"] == "Cut"
+
+
+def _compressed_gifti(folder: Path) -> None:
+    mesh, out = written_flat(folder, "a.surf.gii.gz", gzip.compress(gifti()), "out.surf.gii.gz")
+    assert np.allclose(mesh.V, OPEN[0])
+    again = read_file(out)
+    assert np.allclose(again.V[:, :2], mesh.V[:, :2])
+    assert (again.F == mesh.F).all()
+    assert again.units == "mm"
+
+
+def _flat(data: bytes, name: str, to: str, folder: Path) -> None:
+    written_flat(folder, name, data, to)
+
+
+def _gifti_elsewhere(folder: Path) -> None:
+    carried(folder, "a.surf.gii", gifti())
+
+
+def _gifti_systems(folder: Path) -> None:
+    carried(
+        folder, "a.surf.gii", gifti(extra=False).replace(b"NIFTI_XFORM_UNKNOWN", b"NIFTI_XFORM_TALAIRACH")
+    )
+
+
+VOLUME = struct.pack(">3i", 2, 0, 20) + b"valid = 1\nfilename = orig.mgz\nvolume = 256 256 256\n"
+
+
+def freesurfer() -> bytes:
+    pytest.importorskip("nibabel")
+    V, faces = OPEN
+    head = b"\xff\xff\xfecreated by me\n\n" + struct.pack(">2i", len(V), len(faces))
+    return head + V.astype(">f4").tobytes() + faces.astype(">i4").tobytes() + VOLUME
+
+
+def _surface(folder: Path) -> None:
+    mesh, out = written_flat(folder, "lh.white", freesurfer(), "lh.surf")
+    assert out.read_bytes().endswith(VOLUME)
+    again = read_file(out)
+    assert (again.F == mesh.F).all()
+    assert np.allclose(again.V[:, :2], mesh.V[:, :2], atol=1e-6)
+
+
+def _of_freesurfer(to: str, folder: Path) -> None:
+    written_flat(folder, "lh.white", freesurfer(), to)
+
+
+def polydata(folder: Path, lines: bool = False, tangents: bool = False) -> bytes:
+    pyvista = pytest.importorskip("pyvista")
+    V, faces = OPEN
+    mesh = pyvista.PolyData(V, np.insert(faces, 0, 3, axis=1).ravel())
+    if lines:
+        mesh.lines = [2, 0, 1]
+    mesh.point_data["height"] = V[:, 2]
+    mesh.point_data["Normals"] = V / np.linalg.norm(V, axis=1)[:, None]
+    mesh.GetPointData().SetActiveAttribute("Normals", 2)
+    mesh.cell_data["label"] = np.arange(mesh.n_cells)
+    mesh.cell_data["shade"] = np.full((mesh.n_cells, 3), 128, np.uint8)
+    mesh.field_data["scanner"] = ["A"]
+    mesh.set_active_scalars("label", preference="cell")
+    if tangents:
+        mesh.point_data["Tangents"] = np.ones_like(V)
+        mesh.GetPointData().SetActiveAttribute("Tangents", 10)
+    mesh.save(folder / "source.vtp")
+    return (folder / "source.vtp").read_bytes()
+
+
+def _polydata(folder: Path) -> None:
+    import pyvista
+
+    before, after = carried(folder, "a.vtp", polydata(folder), "out.vtp")
+    mesh = pyvista.read(folder / "out" / "out.vtp")
+    assert np.allclose(mesh.point_data["height"], mesh.points[:, 2])
+    assert (mesh.cell_data["label"] == np.arange(mesh.n_cells)).all()
+    assert mesh.cell_data.active_scalars_name == "label"
+    assert list(mesh.field_data["scanner"]) == ["A"]
+    normals = after.extras.normals[after.extras.normal]
+    assert np.allclose(normals, before.extras.normals[before.extras.normal])
+    assert np.allclose(after.extras.face_colours, 128 / 255)
+    assert mesh.points.dtype == np.float64
+
+
+def _carry_vtp(to: str, folder: Path, **more: bool) -> None:
+    carried(folder, "a.vtp", polydata(folder, **more), to)
+
+
+CELLS = [
+    Cell("3MF", "3MF", "the unit, names, where the build places objects", "kept", _units_and_names),
+    Cell("3MF", "3MF", "metadata, part numbers, what objects are for", "kept", _metadata),
+    Cell("3MF", "GLB", "colour groups, and materials with their names", "kept", _colours),
+    Cell("3MF", "GLB", "components in other parts of the package", "kept", _components),
+    Cell(
+        "3MF",
+        "3MF",
+        "colour groups (`--bake colors` keeps them)",
+        "told",
+        partial(_carry_3mf, COLOURS + tetra(of_object='pid="8" pindex="0"')),
+        "3MF does not keep colours",
+    ),
+    Cell(
+        "3MF",
+        "3MF",
+        "materials (`--bake colors` keeps their colours)",
+        "told",
+        partial(_carry_3mf, BASES + tetra(of_object='pid="9" pindex="0"')),
+        "3MF does not keep its materials",
+    ),
+    Cell(
+        "3MF",
+        "GLB",
+        "metadata",
+        "told",
+        partial(_carry_3mf, tetra(), to="out.glb", head='<metadata name="Title">A</metadata>'),
+        "GLB does not keep its metadata",
+    ),
+    Cell(
+        "3MF",
+        "OBJ",
+        "the unit",
+        "told",
+        partial(_carry_3mf, tetra(), to="out.obj", of_model='unit="inch"'),
+        "OBJ does not keep the unit of length (inch)",
+    ),
+    Cell(
+        "3MF",
+        "any",
+        "an unknown extension that is required",
+        "refused",
+        partial(_carry_3mf, tetra(), of_model='requiredextensions="a"'),
+        "it requires an extension that lib3mf does not know (http://acme.com/cut)",
+    ),
+    Cell(
+        "GIFTI",
+        "GIFTI",
+        "positions; metadata, labels, further data arrays stay",
+        "told",
+        _gifti,
+        "GII does not keep the positions in space",
+    ),
+    Cell(
+        "GIFTI",
+        "GIFTI",
+        "numbers of vertices at seams; data arrays follow them",
+        "told",
+        _gifti_with_seams,
+        "the numbers of vertices (each is there once for each of its texture coordinates)",
+    ),
+    Cell(
+        "GIFTI",
+        "GIFTI",
+        "the same in `.gii.gz`",
+        "told",
+        _compressed_gifti,
+        "GII.GZ does not keep the positions in space",
+    ),
+    Cell(
+        "GIFTI",
+        "OBJ",
+        "metadata, labels, further data arrays",
+        "told",
+        _gifti_elsewhere,
+        "its metadata, its labels, its other data arrays",
+    ),
+    Cell("GIFTI", "OBJ", "systems of coordinates", "told", _gifti_systems, "its systems of coordinates"),
+    Cell(
+        "FreeSurfer",
+        ".surf",
+        "positions; vertex numbers and the volume's geometry stay",
+        "told",
+        _surface,
+        "SURF does not keep the positions in space",
+    ),
+    Cell(
+        "FreeSurfer",
+        ".flat",
+        "the geometry of the volume",
+        "told",
+        partial(_of_freesurfer, "lh.flat"),
+        "FLAT does not keep the positions in space, the volume that it was made from",
+    ),
+    Cell(
+        "FreeSurfer",
+        "OBJ",
+        "the geometry of the volume",
+        "told",
+        partial(_of_freesurfer, "lh.obj"),
+        "OBJ does not keep the unit of length (millimeter), the volume that it was made from",
+    ),
+    Cell("VTP", "VTP", "arrays, normals, colours, what is active, double precision", "kept", _polydata),
+    Cell(
+        "VTP",
+        "VTP",
+        "lines and points",
+        "told",
+        partial(_carry_vtp, "out.vtp", lines=True),
+        "VTP does not keep its lines and points",
+    ),
+    Cell(
+        "VTP",
+        "VTP",
+        "tangents",
+        "told",
+        partial(_carry_vtp, "out.vtp", tangents=True),
+        "VTP does not keep its tangents",
+    ),
+    Cell(
+        "VTP",
+        "GLB",
+        "arrays",
+        "told",
+        partial(_carry_vtp, "out.glb"),
+        "GLB does not keep the arrays height, label, scanner",
+    ),
+]

@@ -1,0 +1,248 @@
+"""What `check_uv` finds: flips and accidents told from mirrored and stacked charts, and figures by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from carried import quads
+
+from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
+from igl_linabf.cli import main
+
+Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
+def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
+    """A square of n x n cells of two triangles."""
+    x, y = (k.ravel() for k in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+    V = np.column_stack((x, y, 0 * x)) * side / n
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    a = i * (n + 1) + j
+    b = a + n + 1
+    return V, np.concatenate((np.column_stack((a, b, b + 1)), np.column_stack((a, b + 1, a + 1))))
+
+
+def plane(n: int = 6) -> Map:
+    """A square of side 2 in the lower left of a page, a fifth as large as that."""
+    V, F = grid(n)
+    return V, F, 0.1 * V[:, :2] + 0.05, F
+
+
+def several(*maps: Map) -> Map:
+    """Surfaces beside each other in space, their maps as they are."""
+    V, F, TC, FTC = ([m[k] for m in maps] for k in range(4))
+    n, t = (np.cumsum([0, *map(len, arrays)]) for arrays in (V, TC))
+    return (
+        np.concatenate([v + np.array([10 * k, 0, 0]) for k, v in enumerate(V)]),
+        np.concatenate([f + n[k] for k, f in enumerate(F)]),
+        np.concatenate(TC),
+        np.concatenate([f + t[k] for k, f in enumerate(FTC)]),
+    )
+
+
+def moved(given: Map, by: tuple[float, float] = (0, 0), mirrored: bool = False, size: float = 1.0) -> Map:
+    V, F, TC, FTC = given
+    TC = TC * [-1, 1] + [0.3, 0] if mirrored else TC
+    return V, F, TC * size + by, FTC
+
+
+def write_given(path: Path, given: Map) -> None:
+    V, F, TC, FTC = given
+    igl.writeOBJ(str(path), V, F, np.zeros((0, 3)), np.zeros((0, 3), int), TC, FTC)
+
+
+def test_figures_of_a_plane_are_those_by_hand() -> None:
+    found = check_uv(*several(plane(), moved(plane(), (0.3, 0), size=0.5)), resolution=1000)
+    assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 0, 0, 0, 0)
+    assert (found.seams, found.seam_length, found.pages) == (0, 0, 1)
+    assert found.fill == pytest.approx(0.04 + 0.01)
+    # the first square goes from 0.05 to 0.25, the second one from 0.325
+    assert found.margin == pytest.approx(75)
+    assert found.border == pytest.approx(25)
+    assert (found.least_density, found.most_density) == pytest.approx((50, 100))
+    assert found.texel_density == pytest.approx(1000 * np.sqrt(0.05 / 8))
+    assert found.texel_spread == pytest.approx(4)
+    assert found.good
+
+
+def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
+    V, F = quads()
+    atlas = unwrap(V, F, packing=Packing(resolution=512, padding=6), progress=False)
+    found = check_uv(V, F, atlas.TC, atlas.FTC, resolution=512, min_margin=6, max_stretch=1.5)
+    assert found.good, found.troubles
+    assert (found.charts, found.faces, found.seams) == (len(atlas.charts), len(F), len(atlas.seams))
+    assert found.seam_length == pytest.approx(atlas.seam_length)
+    assert found.fill == pytest.approx(atlas.fill)
+    assert found.stretch_l2 == pytest.approx(atlas.quality.stretch_l2)
+    assert found.texel_density == pytest.approx(512 * atlas.scale)
+    assert len(np.unique(found.chart)) == found.charts
+    assert "<svg" in found._repr_html_()
+
+
+def test_equal_coordinates_are_one_however_they_are_numbered() -> None:
+    V, F, TC, FTC = plane()
+    soup = np.arange(F.size).reshape(F.shape)
+    assert check_uv(V, F, TC[FTC].reshape(-1, 2), soup).charts == 1
+    assert check_uv(V[F].reshape(-1, 3), soup, TC, FTC).charts == 1
+    assert check_uv(V[F].reshape(-1, 3), soup, TC[FTC].reshape(-1, 2), soup).seams == 0
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("cells", [6, 9])
+def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
+    """Also with other triangles."""
+    found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
+    assert (found.charts, found.stacked, found.mirrored) == (3, 1, int(mirrored))
+    assert (found.flips, found.overlaps) == (0, 0)
+    assert found.good
+    assert found.fill == pytest.approx(0.08)
+
+
+def test_halves_that_share_their_coordinates_are_a_mirrored_chart_each() -> None:
+    V, F = grid()
+    TC = np.column_stack(
+        (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
+    )  # folded over along the middle
+    found = check_uv(V, F, TC, F)
+    assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 1, 1, 0, 0)
+    assert found.good
+
+
+def test_flipped_and_collapsed_faces_are_named() -> None:
+    V, F, TC, FTC = plane()
+    middle = int(np.flatnonzero(np.isclose(V[:, :2], 1).all(axis=1))[0])
+    TC = TC.copy()
+    TC[middle] += [0.05, 0]
+    found = check_uv(V, F, TC, FTC)
+    sign = igl.doublearea(TC, FTC)
+    a, b, c = TC[FTC.transpose()]
+    e, f = b - a, c - a
+    sign = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
+    assert found.flipped.tolist() == np.flatnonzero(sign < 0).tolist()
+    assert found.flips > 0
+    assert found.overlaps > 0  # of what is turned over, with its neighbours
+    assert (found.charts, found.mirrored) == (1, 0)
+    assert "are flipped or collapsed in the map" in found.troubles[0]
+    mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces of a mirrored chart
+    assert (mirror.mirrored, mirror.flipped.tolist()) == (1, found.flipped.tolist())
+    TC[middle] = TC[middle + 1]
+    assert set(check_uv(V, F, TC, FTC).flipped.tolist()) >= {
+        t for t, face in enumerate(F.tolist()) if {middle, middle + 1} <= set(face)
+    }
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        several(plane(), moved(plane(), (0.1, 0))),
+        several(plane(), moved(plane(), (0.1, 0), mirrored=True)),
+        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # within the other one
+    ],
+)
+def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
+    found = check_uv(*given)
+    assert found.stacked == 0
+    assert found.overlaps > 0
+    assert found.margin == 0
+    assert not found.good
+    assert {*np.unique(found.chart[found.overlapping])} == {0, 1}
+    assert "overlap by accident" in found.troubles[0]
+
+
+def test_a_chart_over_itself_is_an_accident() -> None:
+    n = 40
+    turn = np.linspace(0, 3 * np.pi, n)  # a strip that is wound around once and a half
+    line = np.column_stack((np.cos(turn), np.sin(turn)))
+    V = np.concatenate((np.column_stack((line, 0.1 * turn)), np.column_stack((2 * line, 0.1 * turn))))
+    i = np.arange(n - 1)
+    F = np.concatenate((np.column_stack((i, i + n, i + n + 1)), np.column_stack((i, i + n + 1, i + 1))))
+    found = check_uv(V, F, 0.2 * V[:, :2] + 0.5, F)
+    assert (found.charts, found.flips) == (1, 0)
+    assert found.overlaps > 0
+
+
+@pytest.mark.parametrize("gap", [1e-4, 3e-3, 0.02, 0.4])
+def test_the_margin_is_the_least_distance(gap: float) -> None:
+    corner = moved(plane(), (0.2 + gap, 0.2 + gap))  # corner to corner
+    found = check_uv(*several(plane(), corner, moved(plane(), (1.2, 0))), resolution=1)
+    assert found.margin == pytest.approx(gap * np.sqrt(2))
+    assert found.pages == 2
+    assert check_uv(*plane(), resolution=1).margin == np.inf
+    assert check_uv(*moved(plane(), (-0.1, 0)), resolution=1).border == pytest.approx(-0.05)
+
+
+def test_limits_are_asked_for_and_said() -> None:
+    V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
+    within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
+    assert check_uv(V, F, TC, FTC, resolution=100, **within).good
+    for name, value, said in (
+        ("max_stretch", 1.24, "stretch, L2: 1.25, above 1.24; unwrap the mesh"),
+        ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; pack the charts anew with scale='even'"),
+        ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; pack the charts anew with more"),
+    ):
+        found = check_uv(V, F, TC, FTC, resolution=100, **{name: value})
+        assert not found.good
+        assert said in found.troubles[0]
+    flush = check_uv(V, F, TC - [0.04, 0], FTC, resolution=100, min_margin=3)
+    assert "texels to the border, least: 1, below 1.5" in flush.troubles[0]
+
+
+def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> None:
+    V, F, TC, FTC = plane()
+    some = FTC.copy()
+    some[[3, 5]] = -1
+    found = check_uv(V, F, TC, some)
+    assert (found.unmapped, np.flatnonzero(found.chart < 0).tolist()) == (2, [3, 5])
+    assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
+    with pytest.raises(MeshError, match="no face has texture coordinates"):
+        check_uv(V, F, TC, np.full_like(FTC, -1))
+    flat = np.vstack((F, [[0, 0, 1]]))  # without an area in space: it does not count
+    assert check_uv(V, flat, TC, flat).good
+
+
+def test_what_is_malformed_is_refused() -> None:
+    V, F, TC, FTC = plane()
+    for arrays, said in (
+        ((V, F, TC, FTC[1:]), "FTC has 71 rows for 72 faces"),
+        ((V, F, TC[:-1], FTC), "refer to texture coordinates outside"),
+        ((V[:-1], F, TC, FTC), "refer to vertices outside"),
+        ((V, F, np.where(np.arange(len(TC))[:, None] == 4, np.nan, TC), FTC), "rows 4 of TC are NaN"),
+    ):
+        with pytest.raises(MeshError, match=said):
+            check_uv(*arrays)
+    with pytest.raises(ValueError, match="resolution is 0"):
+        check_uv(V, F, TC, FTC, resolution=0)
+    with pytest.raises(ValueError, match="max_stretch is -1"):
+        check_uv(V, F, TC, FTC, max_stretch=-1)
+
+
+def test_stretch_is_that_of_quality_also_of_mirrored_charts() -> None:
+    V, F, TC, _ = plane()
+    TC = TC * [1, 2]
+    expected = quality(V, F, TC)
+    for map_ in (TC, TC * [-1, 1]):
+        found = check_uv(V, F, map_, F)
+        assert found.stretch_l2 == pytest.approx(expected.stretch_l2)
+        assert found.angle_distortion == pytest.approx(expected.angle_distortion)
+
+
+def test_the_command_s_exit_code_is_for_pipelines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good, bad = tmp_path / "good.obj", tmp_path / "bad.obj"
+    write_given(good, several(plane(), moved(plane(), (0.3, 0))))
+    write_given(bad, several(plane(), moved(plane(), (0.1, 0))))
+    assert main(["check", str(good), "--resolution", "512", "--quiet"]) == 0
+    assert main(["check", str(bad), "--quiet"]) == 1
+    assert "overlap by accident" in capsys.readouterr().err
+    assert main(["check", str(good), "--resolution", "100", "--min-margin", "11"]) == 1
+    assert "accidental overlaps" in capsys.readouterr().out
+    assert main(["check", str(good), str(bad), "--json"]) == 1
+    first, second = map(json.loads, capsys.readouterr().out.splitlines())
+    assert (first["good"], first["check"]["charts"], first["check"]["flipped"]) == (True, 2, [])
+    assert second["check"]["overlaps"] > 0
+    igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *plane()[:2])
+    assert main(["check", str(tmp_path / "plain.obj")]) == 2
+    assert "has no texture coordinates at all corners: unwrap it" in capsys.readouterr().err

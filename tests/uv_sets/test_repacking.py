@@ -1,0 +1,152 @@
+"""Charts packed anew: shapes and stacks stay, turned if they may be, in sizes that are kept or evened."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from carried import quads
+from test_checking import Map, grid, moved, plane, several, write_given
+
+from igl_linabf import MeshError, MeshWarning, Packing, check_uv, pack, unwrap
+from igl_linabf.cli import main
+from igl_linabf.io import read_file
+
+
+def triangular(n: int = 5) -> Map:
+    V, F = grid(n)
+    F = F[V[F].sum(axis=1)[:, :2].sum(axis=1) < 6]
+    return V, F, 0.1 * V[:, :2] + 0.05, F
+
+
+def motions(given: Map, packed: object) -> dict[int, np.ndarray]:
+    """For each chart the linear part of the affine map that it went through."""
+    _, _, TC, FTC = given
+    found = {}
+    for i in np.unique(packed.chart[packed.chart >= 0]).tolist():
+        rows = packed.chart == i
+        old = np.column_stack((TC[FTC[rows]].reshape(-1, 2), np.ones(3 * rows.sum())))
+        fit, *_ = np.linalg.lstsq(old, packed.TC[packed.FTC[rows]].reshape(-1, 2), rcond=None)
+        assert np.allclose(old @ fit, packed.TC[packed.FTC[rows]].reshape(-1, 2), atol=1e-9)
+        found[i] = fit[:2].T
+    return found
+
+
+MAPS = several(
+    triangular(), moved(triangular(), (0.1, 0)), moved(plane(), (0.0, 0.1), mirrored=True, size=0.3)
+)
+
+
+@pytest.mark.parametrize("rotate", [False, True])
+def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> None:
+    assert not check_uv(*MAPS).good
+    packed = pack(*MAPS, Packing(resolution=256, padding=4), rotate=rotate)
+    found = check_uv(*MAPS[:2], packed.TC, packed.FTC, resolution=256, min_margin=4)
+    assert found.good, found.troubles
+    assert (found.charts, found.mirrored) == (3, 1)
+    assert found.fill == pytest.approx(packed.fill)
+    assert found.texel_density == pytest.approx(256 * packed.scale)
+    sizes = []
+    for linear in motions(MAPS, packed).values():
+        size = np.sqrt(np.linalg.det(linear))  # positive: nothing is mirrored
+        assert np.allclose(linear.T @ linear, size**2 * np.eye(2))
+        assert rotate or np.allclose(linear, size * np.eye(2))
+        sizes.append(size)
+    assert np.allclose(sizes, sizes[0])
+
+
+def test_turned_charts_fill_more() -> None:
+    V, F, TC, FTC = several(triangular(), triangular())
+    free, fixed = (pack(V, F, TC + 0.0 * FTC.max(), FTC, rotate=turns) for turns in (True, False))
+    assert free.fill >= fixed.fill
+
+
+def test_even_charts_have_one_texel_density() -> None:
+    kept, even = (pack(*MAPS, scale=scale) for scale in ("keep", "even"))
+    spreads = [check_uv(*MAPS[:2], p.TC, p.FTC) for p in (kept, even)]
+    assert spreads[0].most_density > 2 * spreads[0].least_density
+    assert spreads[1].most_density == pytest.approx(spreads[1].least_density)
+    with pytest.raises(ValueError, match="scale is 'same'"):
+        pack(*MAPS, scale="same")
+
+
+def test_stacks_stay_and_rows_that_charts_share_are_parted() -> None:
+    V, F = grid()
+    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # both halves on one place
+    alone = moved(plane(), (0.1, 0))
+    given = several((V, F, TC, F), alone)
+    packed = pack(*given)
+    found = check_uv(*given[:2], packed.TC, packed.FTC)
+    assert (found.charts, found.stacked, found.mirrored) == (3, 1, 1)
+    assert found.good
+    # two surfaces that name the same rows, of which one is moved
+    shared = (
+        np.concatenate((V, V + np.array([9, 0, 0]))),
+        np.concatenate((F, F + len(V))),
+        0.1 * V[:, :2],
+        np.vstack((F, F)),
+    )
+    assert check_uv(*shared[:2], *(lambda p: (p.TC, p.FTC))(pack(*shared))).stacked == 1
+
+
+def test_polygons_come_back_as_polygons() -> None:
+    V, F = quads()
+    atlas = unwrap(V, F, progress=False)
+    packed = pack(V, F, atlas.TC, atlas.FTC)
+    assert np.shape(packed.FTC) == np.shape(atlas.FTC)
+    assert check_uv(V, F, packed.TC, packed.FTC).good
+
+
+def test_a_density_takes_the_pages_that_it_needs() -> None:
+    given = several(*[plane()] * 3, *[moved(plane(), (0.3, 0))] * 2, moved(plane(), (0, 0.3)))
+    packed = pack(*given, Packing(resolution=128, texel_density=40, padding=2))
+    found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
+    assert found.good, found.troubles
+    assert packed.pages == found.pages == 3  # of three stacks, one a page
+    assert found.texel_density == pytest.approx(40)
+    with pytest.raises(MeshError, match=r"do not fit on a page .*use a smaller density"):
+        pack(*given, Packing(resolution=128, texel_density=80, padding=2))
+
+
+def test_what_has_no_area_or_no_coordinates_is_left_and_said() -> None:
+    V, F, TC, FTC = MAPS
+    FTC = FTC.copy()
+    FTC[0] = -1
+    degenerate = np.vstack((F, [[0, 0, 1]]))
+    packed = pack(V, degenerate, TC, np.vstack((FTC, [[0, 0, 1]])))
+    assert (packed.FTC[0] == -1).all()
+    assert (packed.FTC[1:] >= 0).all()
+    point = np.vstack((TC, [[0.5, 0.5]]))
+    lost = FTC.copy()
+    lost[packed.chart[: len(F)] == 2] = len(TC)
+    with pytest.warns(MeshWarning, match="have no area in the map and are left"):
+        packed = pack(V, F, point, lost)
+    assert len(np.unique(packed.TC[packed.FTC[lost[:, 0] == len(TC)]].reshape(-1, 2), axis=0)) == 1
+    with pytest.raises(MeshError, match="no face has texture coordinates with an area"):
+        pack(V, F, TC * 0, FTC)
+
+
+def test_the_command_writes_the_mesh_with_its_charts_packed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_given(tmp_path / "given.obj", MAPS)
+    arguments = [
+        "pack",
+        str(tmp_path / "given.obj"),
+        "-o",
+        str(tmp_path / "packed.obj"),
+        "--resolution",
+        "256",
+    ]
+    assert main([*arguments, "--padding", "4", "--no-rotate", "--scale", "even"]) == 0
+    assert "3 charts on 1 page" in capsys.readouterr().out
+    made = read_file(tmp_path / "packed.obj")
+    assert np.allclose(made.V, MAPS[0])
+    found = check_uv(made.V, made.F, made.TC, made.FTC, resolution=256, min_margin=3.99)
+    assert found.good, found.troubles
+    assert found.most_density == pytest.approx(found.least_density, rel=1e-4)
+    igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *MAPS[:2])
+    assert main(["pack", str(tmp_path / "plain.obj"), "-o", str(tmp_path / "out.obj")]) == 2
+    assert not (tmp_path / "out.obj").exists()
