@@ -123,7 +123,7 @@ def batch(
     memory : int or str, optional
         What one mesh may take: bytes, or a text like "2 GiB". By default the processes share what there is.
     seams : Seams, optional
-        As in `unwrap`, without the edges of one mesh or weights of its faces.
+        As in `unwrap`, without the edges of one mesh, or labels or weights of its faces.
     cones : Cones, int or "auto", optional
         As in `unwrap`: how many on each component, not the vertices of one mesh.
     packing : Packing, optional
@@ -239,11 +239,16 @@ def _check_settings(asked: Settings) -> None:
         )
     if cones is not None and np.ndim(cones.at):
         raise ValueError(f"cones is {cones.at!r}: give 'auto', or a number of them for each component")
-    for_all = isinstance(seams, Seams) and seams.at is None and np.asarray(seams.hide).shape in ((), (3,))
-    if seams is not None and not for_all:
+    for_all = seams is None or (
+        isinstance(seams, Seams)
+        and seams.at is None
+        and seams.labels is None
+        and np.asarray(seams.hide).shape in ((), (3,))
+    )
+    if not for_all:
         raise ValueError(
-            f"seams is {seams!r}: give Seams without edges and without weights of faces, which each mesh has "
-            "of its own"
+            f"seams is {seams!r}: give Seams without edges, without labels and without weights of faces, "
+            "which each mesh has of its own"
         )
     asked_for(seams, cones, asked.packing)
 

@@ -46,15 +46,28 @@ _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
 def pieces_of(
-    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, options: ChartOptions
+    surface: Submesh,
+    cleaned: Cleaned,
+    seams: ArrayLike | None,
+    F: IntArray,
+    labels: IntArray | None,
+    options: ChartOptions,
 ) -> tuple[list[Submesh], IntArray]:
-    """The surface cut along given seams and those that are found; also the vertices of the given, (#E, 2)."""
+    """The surface cut along given seams and those that are found; also the vertices of the given, (#E, 2).
+
+    Edges between triangles of different labels are given ones.
+    """
     pieces, given = [surface], _NO_SEAM
+    if seams is not None or labels is not None:
+        mask = np.zeros(surface.F.shape, dtype=bool)
     if seams is not None:
         if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
+    if labels is not None:
+        mask = mask | surface.sides_between(labels[surface.faces])
+    if seams is not None or labels is not None:
         face, k = np.nonzero(mask)
         given = surface.vertices[surface.F[face[:, None], np.column_stack((k, (k + 1) % 3))]]
         pieces = surface.cut(mask)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import is_number
+from ..errors import MeshError, is_number, some
 from ..flattening import Isometric, Method
 from ..surface import Submesh
 from . import constants
@@ -46,7 +46,10 @@ class Seams:
     bijective : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
         it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
-        which that takes too long or would stretch them by more than a fifth.
+        that takes too long or would stretch them by more than a fifth.
+    labels : (#F,) int, optional
+        Charts do not cross edges between faces of different labels, as of materials:
+        `Seams(labels=mesh.extras.materials[1])`. They are cut further as without them.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class Seams:
     complete: bool = False
     max_stretch: float | None = None
     bijective: bool = False
+    labels: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         check_trade(self.trade)
@@ -82,6 +86,30 @@ class Seams:
     def are_found(self) -> bool:
         """Whether seams are found, all or beyond the given ones."""
         return self.at is None or self.complete
+
+    def labels_of(self, face: IntArray) -> IntArray | None:
+        """The label of each triangle; `face` is the caller's face of each.
+
+        Raises
+        ------
+        MeshError
+            They are no integers, or not as many as there are faces.
+        """
+        if self.labels is None:
+            return None
+        n_faces = int(face[-1]) + 1
+        try:
+            given = np.asarray(self.labels, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise MeshError("labels are no array of integers: pass one for each face") from None
+        if given.shape != (n_faces,):
+            raise MeshError(
+                f"labels have the shape {given.shape} for {n_faces} faces: pass one for each face"
+            )
+        bad = np.flatnonzero(~(np.isfinite(given) & (given == np.round(given))))
+        if len(bad):
+            raise MeshError(f"labels at faces {some(bad)} are no integers: number the materials")
+        return np.unique(np.asarray(self.labels), return_inverse=True)[1].ravel()[face]
 
 
 def asked_for(

@@ -160,12 +160,13 @@ def unwrap(
     if weld is None:
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
+    labels = asked.labels_of(face)
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
         kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
-                pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
+                pieces, kept = pieces_of(surface, cleaned, given_seams, given, labels, options)
             made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)

@@ -2,6 +2,7 @@
 
 import argparse
 import warnings
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -55,8 +56,17 @@ def _unwrap(options: argparse.Namespace) -> int:
         cones = Cones(cones, angles=angles, period=options.period)
     elif angles is not None or options.period is not None:
         raise ValueError("--cone-angles and --period are those of cones: give --cones, too")
+    wanted = options_as(Seams, options, *seams)
+    if options.keep_materials:
+        if mesh.extras.materials is None:
+            raise MeshError(f"{options.mesh} has no materials: leave out --keep-materials")
+        if cones is not None:
+            raise ValueError(
+                "--keep-materials cuts, and --cones chooses its own seams: leave out one of them"
+            )
+        wanted = replace(wanted or Seams(), labels=mesh.extras.materials[1])
     asked = {
-        "seams": options_as(Seams, options, *seams),
+        "seams": wanted,
         "cones": cones,
         "packing": options_as(Packing, options),
         "weld": options.weld,
@@ -173,6 +183,7 @@ UNWRAP = Command(
             "of a texture, as a share of the page's side: it goes on across seams of quarter turns",
             float,
         ),
+        "keep-materials": switch("cut where two materials meet: no chart has faces of both"),
         "complete": switch("find the seams that the given ones leave missing"),
         **shared("trade"),
         "max-stretch": value("L2", "cut charts until their L2 stretch is at most this", float),
@@ -209,6 +220,7 @@ UNWRAP = Command(
         "bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch",
         "bunny.obj -o bunny.obj --seams uv --method abf    # along the seams that the file has",
         "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
+        "house.obj -o house.glb --keep-materials    # no chart has faces of two materials",
         "body.obj -o body.obj --hide 0,0,-1    # seams at the back",
         "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
         "body.obj -o body.obj --cones auto --cone-angles quarter --period 0.02    # 50 repeats go on",

@@ -172,9 +172,13 @@ class Submesh:
 
     def divided(self, label: IntArray | BoolArray) -> list[Submesh]:
         """The components after a cut between faces of different labels; none goes through a polygon."""
+        return self.cut(self.sides_between(label))
+
+    def sides_between(self, label: IntArray | BoolArray) -> BoolArray:
+        """The sides k to k + 1 of the faces, (#F, 3), beyond which is a face of another label."""
         inside = self.cuttable_edges
         right, left = label[self.topology.sides[:, inside] % len(self.F)]
-        return self.cut_at(inside[right != left])
+        return self._sides_of(inside[right != left])
 
     def _inner(self, rows: IntArray) -> BoolArray | None:
         return None if self.inner is None else self.inner[rows]
@@ -185,10 +189,13 @@ class Submesh:
 
     def cut_at(self, rows: IntArray) -> list[Submesh]:
         """The components after a cut along these rows of the topology's edges."""
+        return self.cut(self._sides_of(rows))
+
+    def _sides_of(self, rows: IntArray) -> BoolArray:
         corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
-        seams = np.zeros(self.F.shape, dtype=bool)
-        seams[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
-        return self.cut(seams)
+        sides = np.zeros(self.F.shape, dtype=bool)
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        return sides
 
     def scatter(self, values: FloatArray) -> FloatArray:
         """Values of these vertices as rows for the caller's vertices; NaN for the others."""

@@ -456,6 +456,7 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         ({"cones": 8, "seams": Seams(holes=True)}, "not go together"),
         ({"seams": Seams([[0, 1]])}, "seams is Seams.*give Seams without edges"),
         ({"seams": Seams(hide=np.ones(9))}, "seams is Seams.*without weights"),
+        ({"seams": Seams(labels=np.ones(9))}, "seams is Seams.*without labels"),
         ({"seams": [[0, 1]]}, r"seams is \[\[0, 1\]\]"),
         ({"packing": {"resolution": 0}}, "packing is {'resolution': 0}"),
         ({"memory": "much"}, "memory is 'much'"),

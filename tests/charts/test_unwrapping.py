@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 
 import igl
@@ -17,6 +18,7 @@ from igl_linabf import (
     FallbackWarning,
     LinABF,
     MeshError,
+    MeshWarning,
     Outcome,
     OutcomeWarning,
     Seams,
@@ -304,3 +306,37 @@ def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
         atlas = unwrap(V, F, Seams(bijective=bijective))
         assert atlas.splits or bijective
         assert calls == ["vertex_array", "face_array"]
+
+
+@pytest.mark.parametrize("seams", [None, "given"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_charts_do_not_cross_labels(seams: str | None, turned: bool) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    labels = np.array([7, -1, 3])[(V[F].mean(axis=1)[:, 0] * 1.5 + 1.5).astype(int).clip(0, 2)]
+    edges = find_seams(V, F)[:5] if seams else None
+    if turned:  # a repaired mesh has other rows
+        F[::7] = F[::7, ::-1]
+        F = np.vstack((F[:3], F[:1], F[3:]))
+        labels = np.insert(labels, 3, labels[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        atlas = unwrap(V, F, Seams(edges, complete=edges is not None, labels=labels))
+    assert atlas.good
+    assert [len(set(labels[atlas.chart == k])) for k in range(len(atlas.charts))] == [1] * len(atlas.charts)
+    assert len(atlas.charts) <= 4 + turned  # labels do not scatter; the face that is there twice is alone
+
+
+def test_labels_of_polygons_are_those_of_faces() -> None:
+    V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    assert len(unwrap(V, F).charts) == 1
+    atlas = unwrap(V, F, Seams(labels=[0, 0, 0, 1, 0, 0]))
+    assert (atlas.chart == atlas.chart[3]).tolist() == [False, False, False, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("labels", "said"), [([1, 2], "20 faces"), ([0.5] * 20, "no integers"), ("x", "no array")]
+)
+def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
+    with pytest.raises(MeshError, match=said):
+        unwrap(*igl.icosahedron(), Seams(labels=labels))

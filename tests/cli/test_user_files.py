@@ -153,3 +153,20 @@ def test_no_table_of_a_batch_is_replaced(folder: Path) -> None:
     with pytest.raises((OSError, MeshError), match="no table of a batch"):
         batch("b.off", "maps", workers=1, progress=False)
     assert (folder / "maps" / "results.csv").read_bytes() == OWN
+
+
+def test_materials_are_kept_apart_on_charts(tmp_path: Path) -> None:
+    lines = [f"v {x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    lines += ["usemtl wood", "f 1 3 4 2", "f 5 6 8 7", "f 1 2 6 5"]
+    lines += ["usemtl iron", "f 3 7 8 4", "f 1 5 7 3", "f 2 4 8 6"]
+    (tmp_path / "in.obj").write_text("\n".join(lines) + "\n")
+    out = tmp_path / "out.obj"
+    words = ["unwrap", str(tmp_path / "in.obj"), "-o", str(out), "--quiet"]
+    shared = []
+    for more in ([], ["--keep-materials"]):
+        assert main([*words, *more]) == 0
+        mesh = read_file(out)
+        shared.append(bool(set(mesh.FTC[:3].ravel()) & set(mesh.FTC[3:].ravel())))
+    assert shared == [True, False]
+    (tmp_path / "in.obj").write_text("\n".join(line for line in lines if "usemtl" not in line) + "\n")
+    assert main([*words, "--keep-materials"]) == 2
