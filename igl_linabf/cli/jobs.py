@@ -33,7 +33,8 @@ def run_each(options: argparse.Namespace, run: Run) -> int:
         if getattr(options, kind, None) is not None
     }
     asked = getattr(options, "output", None)
-    check_free((place for places in into.values() for place in places if place != asked), getattr(options, "force", False))
+    places = (place for places in into.values() for place in places if place != asked)
+    check_free(places, getattr(options, "force", False))
     code = 0
     with contextlib.ExitStack() as stack:
         for i, name in enumerate(names):

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._core import assembled, narrowest_turns
+from .._core import merge_regions, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import overlap_depths
 from ..surface import Ragged, Topology, complex_positions, connected_labels, coordinates, topology_of
@@ -93,7 +93,7 @@ def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArr
         return cut
     triangles = z[cut.F[order]]
     much = np.full(len(hinges.pairs), np.inf)
-    _, turn, shift = assembled(
+    _, turn, shift = merge_regions(
         triangles, overlap_depths(triangles, extent[of[order]], FITS), faces.start,
         hinges.pairs, hinges.turn, hinges.shift, much, np.ones(len(much)),
     )  # fmt: skip

@@ -360,7 +360,7 @@ def test_charts_whose_gaps_leave_no_room_are_refused(number: int) -> None:
     with pytest.raises(
         MeshError, match=f"{number} charts do not fit with a margin of 0.1: use a smaller one"
     ):
-        pack([(square * size, F) for size in sizes], Packing(margin=0.1))
+        pack_charts([(square * size, F) for size in sizes], Packing(margin=0.1))
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
