@@ -47,6 +47,7 @@ PACK = Command(
         "body.obj -o body_2k.obj --resolution 2048 --padding 8",
         "table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright",
         "body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet",
+        "body.obj -o there/body.obj --force    # also where there/body.mtl is there already",
         "'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line a mesh",
     ),
     each=True,
