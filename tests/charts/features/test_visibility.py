@@ -41,6 +41,15 @@ def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
         assert hidden.quality.stretch_l2 < plain.quality.stretch_l2 + 0.15
 
 
+def test_seams_of_many_small_bodies_lie_on_the_hidden_side() -> None:
+    V, F = igl.icosahedron()
+    V = np.concatenate([V + [5 * i, 0, 0] for i in range(10)])
+    F = np.concatenate([F + 12 * i for i in range(10)])
+    above, below = (V[find_seams(V, F, hide=[0, 0, z])][..., 2].mean() for z in (1.0, -1.0))
+    assert above > 0.2
+    assert below == pytest.approx(-above)
+
+
 def test_a_weight_a_face_hides_as_a_direction_does() -> None:
     V, F = load("pial")
     cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)

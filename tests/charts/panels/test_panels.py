@@ -13,6 +13,9 @@ from nasty_meshes import joined
 
 from igl_linabf import Atlas, MeshError, OutcomeWarning, Seams, cut, find_seams, unwrap
 from igl_linabf.charts import options
+from igl_linabf.charts.cut_graphs import ClosedSurface
+from igl_linabf.charts.panels import Nets
+from igl_linabf.surface import Submesh
 
 
 def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
@@ -209,6 +212,15 @@ def test_a_net_is_the_shortest_tree_through_the_corners() -> None:
     a, b = V[find_seams(V, F).T]
     assert np.linalg.norm(a - b, axis=1).sum() == pytest.approx(8)  # six short edges and a long one
     assert len(igl.boundary_loop_all(cut(V, F, find_seams(V, F))[1])) == 1
+
+
+@pytest.mark.parametrize("trade", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("name", ["cube", *DEVELOPABLE])
+def test_no_net_is_cheaper_than_the_bound_by_which_it_is_passed_over(name: str, trade: float) -> None:
+    V, F = box(1, 1, 1, 1) if name == "cube" else DEVELOPABLE[name]()
+    nets = Nets(ClosedSurface.of(Submesh.checked(V, F)), trade, lambda seam: np.zeros(0))
+    for level, least in enumerate(nets._least_prices):
+        assert least <= nets._price(nets._net(level)) * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("roughness", [0.4, 0.6])
