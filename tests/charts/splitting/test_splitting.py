@@ -11,7 +11,7 @@ from overlapping_surfaces import spiral
 
 from igl_linabf import FallbackWarning, Flattening, Seams, find_seams, flatten, overlaps, quality, unwrap
 from igl_linabf.charts import options
-from igl_linabf.charts.splitting import constants
+from igl_linabf.charts.splitting import constants, merge_small_charts
 from igl_linabf.surface import Submesh
 
 
@@ -120,8 +120,22 @@ def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytes
     begun = unwrap(V, F, Seams(mine, complete=True))
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)
     apart = unwrap(V, F, mine).seams
-    turned = apart[:, ::-1]  # an edge is one for either order of its vertices
-    both = [unwrap(V, F, Seams(seams, complete=True)) for seams in (apart, turned)]
-    for kept, atlas in ((mine, begun), *((apart, atlas) for atlas in both)):
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, Seams(apart, complete=True)))):
         cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
         assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
+
+
+@pytest.mark.parametrize("kept", ["nothing", "one order", "other order"])
+def test_a_small_chart_stays_apart_along_kept_seams_in_either_order_of_their_vertices(kept: str) -> None:
+    V, F = igl.triangulated_grid(20, 20)
+    V = np.column_stack((V, np.zeros(len(V))))
+    corner = (V[F].mean(axis=1)[:, :2] < [0.1, 0.05]).all(axis=1)
+    surface = Submesh.checked(V, F)
+    rims = [np.sort(igl.boundary_facets(part)[0], axis=1) for part in (F[~corner], F[corner])]
+    one, other = ({tuple(edge) for edge in rim.tolist()} for rim in rims)
+    seam = np.array(sorted(one & other))
+    charts = unwrap(V, F, seam).charts
+    pieces = sorted(surface.cut_along(seam), key=lambda piece: int(piece.faces[0]))
+    made = [((0, k), chart, piece) for k, (chart, piece) in enumerate(zip(charts, pieces, strict=True))]
+    edges = {"nothing": seam[:0], "one order": seam, "other order": seam[:, ::-1]}[kept]
+    assert len(merge_small_charts(made, 10.0, edges)) == (1 if kept == "nothing" else 2)
