@@ -49,13 +49,13 @@ MAX_DISTANCE_ERROR = 0.15
 
 # --- pictures ---
 
-# Pixels along a side of a panel. Fewer hide small areas; more make large files. tests/cortex/test_writing.py
+# Pixels along a side of a panel. Fewer hide small areas; more make large files. tests/cortex/test_subject_files.py
 PANEL_PIXELS = 900
 
 # Logarithm of the change of area at which the colours end: a factor of two. Less saturates more of the map;
-# more shows less. tests/cortex/test_writing.py
+# more shows less. tests/cortex/test_subject_files.py
 LARGEST_LOG_AREA = 0.7
 
 # Millimetres over which curvature is smoothed to be drawn: less shows the mesh, more blurs gyri.
-# tests/cortex/test_writing.py
+# tests/cortex/test_subject_files.py
 SMOOTHING = 2.0

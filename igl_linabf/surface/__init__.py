@@ -40,7 +40,7 @@ from .plane import (
     signed_double_areas,
 )
 from .polygons import Faces, Polygons, Triangles
-from .ragged import Ragged, batches, index_and_rank
+from .ragged import Ragged, index_and_rank
 from .repair import (
     Cleaned,
     PatchFaces,

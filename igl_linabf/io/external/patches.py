@@ -143,12 +143,12 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
     else:
         used, F = compact(mesh.triangles, len(mesh.V))
         border = np.isin(made.vertex, used[~topology_of(F, used).interior])
-    write_patch(temporary, made.vertex, border, single_precision(made.TC, "TC"))
+    write_patch(temporary, made.vertex, border, made.TC)
 
 
 def write_patch(path: str, vertex: IntArray, border: BoolArray, place: FloatArray) -> None:
     """Write the vertices of a patch, with their places in the plane or in space."""
     rows = np.zeros(len(vertex), dtype=ROW)
     rows["vertex"] = np.where(border, -1, 1) * (vertex + 1)
-    rows["place"][:, : place.shape[1]] = place
+    rows["place"][:, : place.shape[1]] = single_precision(place, "TC" if place.shape[1] == 2 else "V")
     Path(path).write_bytes(np.array([-1, len(rows)], dtype=">i4").tobytes() + rows.tobytes())
