@@ -17,7 +17,7 @@ import psutil
 
 from .._types import FloatArray
 from ..charts import Cones, Packing, Seams, unwrap
-from ..cortex import HEMISPHERES, flatten_hemisphere, write_hemisphere
+from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
@@ -143,7 +143,7 @@ def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
 def _flat_hemisphere(task: Task) -> Row:
     """Flatten the hemisphere of a subject whose registered sphere is the task's place, and write it."""
     sphere = Path(task.place)
-    name = next(name for name in HEMISPHERES if sphere.name.startswith(name))
+    name = places.hemisphere_of(task.place)
     flat = flatten_hemisphere(sphere.parents[1], name, task.settings.method, progress=False)
     folder = places.joined(task.folder, task.row.output.rpartition("/")[0])
     write_hemisphere(folder, flat)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._runtime import replacing
-from ..cortex import HEMISPHERES
+from ..cortex import HEMISPHERES, HemisphereName
 from ..errors import MeshError
 from ..io import READABLE, suffix_of
 
@@ -70,6 +70,11 @@ def found(
 def is_hemisphere(place: str) -> bool:
     """Whether it is the registered sphere of a FreeSurfer subject's hemisphere."""
     return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERES}
+
+
+def hemisphere_of(place: str) -> HemisphereName:
+    """The hemisphere of a file that is named as FreeSurfer does."""
+    return next(name for name in HEMISPHERES if Path(place).name.startswith(name))
 
 
 def _local(place: str, wanted: Callable[[str], bool]) -> list[Found]:

@@ -23,7 +23,7 @@ import numpy as np
 
 from .._runtime import Progress, counting, undo_at_interrupt
 from ..charts import Cones, Packing, Seams, asked_for
-from ..cortex import FLAT_PATCH
+from ..cortex import FLAT_PATCH, files_of
 from ..errors import is_number, some
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
@@ -297,8 +297,7 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
     for task in tasks:
         output = task.row.output
         if output not in own:
-            stem, suffix = os.path.splitext(output)
-            wanted += [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
+            wanted += _files_of(task)
     taken = [name for name in wanted if name in there]
     if taken:
         raise FileExistsError(
@@ -307,6 +306,15 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
             "replace them with --force (in Python, force=True)",
             table.folder,
         )
+
+
+def _files_of(task: Task) -> list[str]:
+    """All that is written for an input, named from the folder of the batch."""
+    output = task.row.output
+    if task.settings.how == "cortex":
+        return [path.as_posix() for path in files_of(Path(output).parent, places.hemisphere_of(output))]
+    stem, suffix = os.path.splitext(output)
+    return [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
 
 
 def _outputs(found: list[places.Found], table: Table, settings: Settings) -> dict[str, str]:

@@ -11,7 +11,7 @@ from .._runtime import progress_part
 from ..cortex import HEMISPHERES, files_of, flatten_hemispheres, writing_hemispheres
 from ..errors import MeshWarning
 from ..flattening import flatten
-from ..io import SUFFIXES, Patch, lies_flat, unit_square
+from ..io import SUFFIXES, Patch, check_free, lies_flat, unit_square
 from ..measures import RINGS, quality, table
 from .arguments import axis, choice, shared, value
 from .commands import Command, ExitCode, auto_or_number, method_with
@@ -109,6 +109,7 @@ def _cortex(options: argparse.Namespace) -> int:
     folder = options.output
     if not os.access(folder if folder.exists() else folder.parent, os.W_OK):
         raise OSError(None, "the folder is missing or cannot be written to", str(folder))
+    check_free((path for name in names for path in files_of(folder, name)), options.force)
     flats = flatten_hemispheres(
         options.subject,
         names,
@@ -151,7 +152,7 @@ CORTEX = Command(
         "template-sphere": value("SPHERE", "the registered sphere of that subject, lh.sphere.reg"),
         "max-distance-error": value("X", "of found cuts (default: 0.15)", float),
         "method": choice(("isometric", "linabf", "abf"), "isometric"),
-        **shared("weight", "json", "quiet"),
+        **shared("weight", "force", "json", "quiet"),
     },
     "Both hemispheres of a subject at once. Exit code 1: written, but with flips or overlaps.",
     (
@@ -160,6 +161,6 @@ CORTEX = Command(
         "sub-01 -o flat/ --template lh.mine.patch.3d --template-sphere lh.sphere.reg",
         "sub-01 -o flat/ --medial-wall label --json > figures.json",
         "monkey -o flat/ --cuts found --medial-wall label --max-distance-error 0.12",
-        "sub-01 -o flat/ --method isometric --weight 1 --quiet",
+        "sub-01 -o flat/ --method isometric --weight 1 --quiet --force    # replaces what is in flat/",
     ),
 )

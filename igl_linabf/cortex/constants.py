@@ -49,7 +49,8 @@ MAX_DISTANCE_ERROR = 0.15
 
 # --- pictures ---
 
-# Pixels along a side of a panel. Fewer hide small areas; more make large files. tests/cortex/test_subject_files.py
+# Pixels along a side of a panel. Fewer hide small areas; more make large files.
+# tests/cortex/test_subject_files.py
 PANEL_PIXELS = 900
 
 # Logarithm of the change of area at which the colours end: a factor of two. Less saturates more of the map;

@@ -53,13 +53,15 @@ def draw(flat: FlatHemisphere) -> Any:
     from PIL import Image, ImageDraw
 
     folds = mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
-    grey = np.where(folds < 0, SULCUS, GYRUS)[:, None] * np.ones(3)
     change = np.nan_to_num(area_changes(flat)) / LARGEST_LOG_AREA
-    shown = np.clip(np.abs(change), 0, 1)[:, None]
-    colour = (1 - shown) * LEVEL + shown * np.where(change[:, None] < 0, SHRUNK, GROWN)
-    both = _on_map(flat, np.column_stack((grey, colour)))
-    panels = np.concatenate((both[..., :3], both[..., 3:]), axis=1)
-    image = Image.fromarray(np.rint(255 * panels).astype(np.uint8))
+    pixel, values = _on_map(flat, np.column_stack((folds, change)))
+    panels = np.ones((PANEL_PIXELS, 2, PANEL_PIXELS, 3))
+    row, column = np.divmod(pixel, PANEL_PIXELS)
+    panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS, GYRUS)
+    shown = np.clip(np.abs(values[:, 1:]), 0, 1)
+    panels[row, 1, column] = (1 - shown) * LEVEL + shown * np.where(values[:, 1:] < 0, SHRUNK, GROWN)
+    pixels = np.rint(255 * panels[::-1]).astype(np.uint8)
+    image = Image.fromarray(pixels.reshape(PANEL_PIXELS, 2 * PANEL_PIXELS, 3))
     pen = ImageDraw.Draw(image)
     measured, factor = flat.quality, np.exp(LARGEST_LOG_AREA)
     texts = (
@@ -74,12 +76,10 @@ def draw(flat: FlatHemisphere) -> Any:
     return image
 
 
-def _on_map(flat: FlatHemisphere, values: FloatArray) -> FloatArray:
-    """Values of the vertices on the map, (#V, k), as rows of pixels, which are 1 elsewhere."""
+def _on_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The pixels of a panel that the map covers, from the lowest row, and values of the vertices there."""
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()
     texels = covered((uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47]), PANEL_PIXELS)
-    made = np.ones((PANEL_PIXELS * PANEL_PIXELS, values.shape[1]))
-    made[texels.index] = texels.values(values[flat.F])
-    return made.reshape(PANEL_PIXELS, PANEL_PIXELS, -1)[::-1]
+    return texels.index, texels.values(values[flat.F])

@@ -34,6 +34,16 @@ def test_each_hemisphere_is_a_row_and_what_is_done_stays_done(tmp_path: Path) ->
     assert again.done == 0
 
 
+def test_files_that_no_batch_has_written_stay(tmp_path: Path) -> None:
+    subject = made_up_subject(tmp_path / "sub-01", 3, ("lh",))
+    mine = tmp_path / "flat" / "sub-01" / "lh.cortex.patch.3d"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    with pytest.raises(FileExistsError, match=r"sub-01/lh\.cortex\.patch\.3d are there already"):
+        batch(subject, tmp_path / "flat", how="cortex", workers=1, progress=False)
+    assert mine.read_text() == "mine"
+
+
 def test_what_has_no_subject_and_what_means_nothing_is_refused(tmp_path: Path) -> None:
     (tmp_path / "lh.sphere.reg").touch()  # in no folder surf
     with pytest.raises(MeshError, match=r"holds no hemisphere \(surf/\?h\.sphere\.reg\)"):

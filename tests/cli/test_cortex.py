@@ -30,6 +30,10 @@ def test_both_hemispheres_are_written_with_their_figures(
         assert told[name]["quality"]["flips"] == 0
         assert all(Path(file).is_file() for file in told[name]["files"])
     assert len(list((tmp_path / "flat").iterdir())) == 10
+    again = ["cortex", str(subject), "-o", str(tmp_path / "flat"), "--hemi", "rh", "--quiet"]
+    assert main(again) == 2
+    assert "rh.cortex.patch.3d: it is there already" in capsys.readouterr().err
+    assert main([*again, "--force"]) == 0
     assert (
         main(["cortex", str(subject), "-o", str(tmp_path / "one"), "--hemi", "lh", "--method", "linabf"]) == 0
     )
