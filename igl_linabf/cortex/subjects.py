@@ -93,10 +93,12 @@ class Hemisphere:
             raise MeshError(f"{path} is missing, which tells the medial wall: use medial_wall='template'")
         freesurfer = import_optional("nibabel.freesurfer", HOW_TO_GET)
         cortex = np.asarray(call_reader(freesurfer.read_label, path), dtype=np.int64)
-        if len(cortex) and cortex.max() >= len(self.V):
+        if not len(cortex):
+            raise MeshError(f"{path} has no vertices: is it a label? use medial_wall='template'")
+        if cortex.min() < 0 or cortex.max() >= len(self.V):
             raise MeshError(
-                f"{path} has vertex {cortex.max()}, and the surfaces of {self.subject} have "
-                f"{len(self.V)}: it is another subject's"
+                f"{path} has vertices {cortex.min()} to {cortex.max()}, and the surfaces of "
+                f"{self.subject} have {len(self.V)}: it is another subject's"
             )
         wall = np.ones(len(self.V), dtype=bool)
         wall[cortex] = False

@@ -139,10 +139,12 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
         raise ValueError(f"{path} is no patch, and holds its surface itself: leave out the surface")
     if suffix in BYTES:
         return parse(path.read_bytes(), suffix, str(path))
+    read = PATHS.get(suffix, parse_freesurfer)
     try:
-        return PATHS.get(suffix, parse_freesurfer)(path)
+        return read(path)
     except Damaged as damage:
-        raise MeshError(f"{path} cannot be read as {suffix[1:].upper() or 'FreeSurfer'}: {damage}") from None
+        what = "FreeSurfer" if read is parse_freesurfer else suffix[1:].upper()
+        raise MeshError(f"{path} cannot be read as {what}: {damage}") from None
 
 
 def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
@@ -150,6 +152,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
     hemisphere = path.name.partition(".")[0]
     given = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
     if not given:
+        hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
         raise MeshError(
             f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: give it "
             f"by surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"

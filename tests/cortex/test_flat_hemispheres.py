@@ -65,6 +65,14 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
     flat = flatten_hemisphere(mine, "lh", medial_wall="label")
     assert set(np.flatnonzero(flat.cuts.wall)) == {*np.flatnonzero(wall), *cortex[-5:]}
     assert len(flat.cuts.paths) == 5
+    for text, said in (
+        ("no label", r"lh\.cortex\.label has no vertices"),
+        (f"#!ascii label\n1\n{len(flat.uv)} 0 0 0 0\n", "it is another subject's"),
+        ("#!ascii label\n1\n-1 0 0 0 0\n", "it is another subject's"),
+    ):
+        (mine / "label" / "lh.cortex.label").write_text(text)
+        with pytest.raises(MeshError, match=said):
+            flatten_hemisphere(mine, "lh", medial_wall="label")
 
 
 def test_another_subjects_sphere_and_a_missing_one_are_refused_by_name(subject: Path, tmp_path: Path) -> None:

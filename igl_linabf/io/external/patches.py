@@ -85,7 +85,10 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
     stays, border = np.zeros((2, n), dtype=bool)
     stays[vertex], border[vertex[number < 0]] = True, True
     F = surface.triangles
-    found = patch_faces(F, stays)
+    try:
+        found = patch_faces(F, stays)
+    except MeshError as error:
+        raise MeshError(f"{path} on {surface.path}: {error}; is this the patch's own surface?") from None
     vertices, faces = compact(F[found.rows], n)
     inside = vertices[topology_of(faces, vertices).interior]
     closed = inside[border[inside]]

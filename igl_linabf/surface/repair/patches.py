@@ -71,7 +71,7 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
     rows = np.flatnonzero(kept[F].all(axis=1))
     while True:
         if not len(rows):
-            raise MeshError("no face has three vertices that stay: is this the patch's own surface?")
+            raise MeshError("no face has three vertices that stay: leave in more")
         vertices, faces = compact(F[rows], len(kept))
         corner = np.ascontiguousarray(faces.T)
         _, sides, sound = undirected(corner, len(vertices))
