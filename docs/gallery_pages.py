@@ -8,6 +8,7 @@ from typing import Any
 
 FIRST = (
     "cortex",
+    "flat_subject",
     "in_the_browser",
     "interactive",
     "checkerboards",

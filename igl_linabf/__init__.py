@@ -12,12 +12,13 @@ from importlib import import_module
 _NAMES = {
     "batch_runs": "batch",
     "charts": "Atlas Chart Cones Packing Seams cut find_cones find_seams pack_together texture_seams unwrap",
+    "cortex": "FlatHemisphere flatten_hemisphere flatten_hemispheres write_hemisphere",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
     "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
-    "measures": "Quality distortion overlaps quality",
+    "measures": "Quality distance_error distortion overlaps quality",
     "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",

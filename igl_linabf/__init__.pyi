@@ -12,6 +12,10 @@ from .charts import find_seams as find_seams
 from .charts import pack_together as pack_together
 from .charts import texture_seams as texture_seams
 from .charts import unwrap as unwrap
+from .cortex import FlatHemisphere as FlatHemisphere
+from .cortex import flatten_hemisphere as flatten_hemisphere
+from .cortex import flatten_hemispheres as flatten_hemispheres
+from .cortex import write_hemisphere as write_hemisphere
 from .errors import FallbackWarning as FallbackWarning
 from .errors import MemoryLimitError as MemoryLimitError
 from .errors import MeshError as MeshError
@@ -41,6 +45,7 @@ from .flattening import lscm as lscm
 from .io import write_grid as write_grid
 from .layouts import layout as layout
 from .measures import Quality as Quality
+from .measures import distance_error as distance_error
 from .measures import distortion as distortion
 from .measures import overlaps as overlaps
 from .measures import quality as quality

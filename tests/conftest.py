@@ -192,6 +192,12 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.write_line(line)
 
 
+@pytest.fixture
+def few_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Distances are measured from few vertices: quickly, and less exactly."""
+    monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 100)
+
+
 def pixels(path: Path) -> np.ndarray:
     """A picture as (height, width, channels)."""
     with Image.open(path) as image:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib import metadata
+from pathlib import Path
 from time import perf_counter
 from typing import Any, Literal
 
@@ -16,6 +17,7 @@ import psutil
 
 from .._types import FloatArray
 from ..charts import Cones, Packing, Seams, unwrap
+from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
@@ -23,7 +25,7 @@ from ..measures import Quality, quality
 from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
-How = Literal["unwrap", "flatten"]
+How = Literal["unwrap", "flatten", "cortex"]
 Scale = Literal["square", "mesh"]  # what `batch` calls units
 OF_UNWRAP = ("seams", "cones", "packing")
 
@@ -89,6 +91,8 @@ def _row_of(task: Task) -> Row:
     try:
         with _limited(task.settings.memory):
             try:
+                if task.settings.how == "cortex":
+                    return _flat_hemisphere(task)
                 with places.fetched(task.place) as local:
                     mesh = read_file(local)
             except OSError as error:
@@ -134,6 +138,19 @@ def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
     told = replace(row, outcome=outcome.value, message=message, charts=1)
     return uv, None, _with_quality(told, measured)
+
+
+def _flat_hemisphere(task: Task) -> Row:
+    """Flatten the hemisphere of a subject whose registered sphere is the task's place, and write it."""
+    sphere = Path(task.place)
+    name = places.hemisphere_of(task.place)
+    flat = flatten_hemisphere(sphere.parents[1], name, task.settings.method, progress=False)
+    folder = places.joined(task.folder, task.row.output.rpartition("/")[0])
+    write_hemisphere(folder, flat)
+    outcome = OVERLAPPING if flat.quality.overlaps else flat.result.outcome.value
+    message = "" if flat.good else flat.result.message
+    row = replace(task.row, outcome=outcome, message=message, triangles=len(flat.F), charts=1)
+    return _with_quality(row, flat.quality)
 
 
 def _with_quality(row: Row, of: Quality) -> Row:

@@ -4,12 +4,13 @@ import glob
 import os
 import secrets
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._runtime import replacing
+from ..cortex import HEMISPHERES, HemisphereName
 from ..errors import MeshError
 from ..io import READABLE, suffix_of
 
@@ -39,8 +40,12 @@ def joined(folder: str, name: str) -> str:
     return f"{folder}/{name}" if is_url(folder) else os.path.join(folder, *name.split("/"))
 
 
-def found(inputs: Iterable[str | os.PathLike[str]], out: str) -> list[Found]:
+def found(
+    inputs: Iterable[str | os.PathLike[str]], out: str, wanted: Callable[[str], bool] | None = None
+) -> list[Found]:
     """The meshes that files, folders and globs stand for, each once, but none in `out`.
+
+    `wanted` tells the places of inputs in folders; by default they are those of mesh files.
 
     Raises
     ------
@@ -52,26 +57,35 @@ def found(inputs: Iterable[str | os.PathLike[str]], out: str) -> list[Found]:
     files: dict[str, Found] = {}
     for given in inputs:
         place = absolute(given)
-        here = _remote(place) if is_url(place) else _local(place)
+        here = _remote(place) if is_url(place) else _local(place, wanted or _is_mesh)
         meshes = [file for file in here if not file.place.startswith((out + "/", out + os.sep))]
         if not meshes:
-            raise MeshError(
-                f"{given} holds no mesh file ({', '.join(READABLE)}): give another folder or glob"
-            )
+            what = "hemisphere (surf/?h.sphere.reg)" if wanted else f"mesh file ({', '.join(READABLE)})"
+            raise MeshError(f"{given} holds no {what}: give another folder or glob")
         for file in meshes:
             files.setdefault(file.place, file)
     return list(files.values())
 
 
-def _local(place: str) -> list[Found]:
+def is_hemisphere(place: str) -> bool:
+    """Whether it is the registered sphere of a FreeSurfer subject's hemisphere."""
+    return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERES}
+
+
+def hemisphere_of(place: str) -> HemisphereName:
+    """The hemisphere of a file that is named as FreeSurfer does."""
+    return next(name for name in HEMISPHERES if Path(place).name.startswith(name))
+
+
+def _local(place: str, wanted: Callable[[str], bool]) -> list[Found]:
     if os.path.isfile(place):
         paths, base = [place], os.path.dirname(place)
     elif os.path.isdir(place):
-        paths, base = _in_folder(place), place
+        paths, base = _in_folder(place, wanted), place
     elif glob.has_magic(place):
         fixed = Path(*_before(Path(place).parts))
         matches = sorted(glob.glob(place, recursive=True))
-        paths, base = [path for match in matches for path in _in_folder(match)], str(fixed)
+        paths, base = [path for match in matches for path in _in_folder(match, wanted)], str(fixed)
     else:
         raise FileNotFoundError(2, "No such file or directory", place)
     return [_stated(path, base) for path in paths]
@@ -85,14 +99,14 @@ def _before(parts: Iterable[str]) -> Iterator[str]:
         yield part
 
 
-def _in_folder(place: str) -> list[str]:
-    """The mesh files in a folder and in those in it, without hidden ones; a mesh file is one itself."""
+def _in_folder(place: str, wanted: Callable[[str], bool]) -> list[str]:
+    """The wanted files in a folder and in those in it, without hidden ones; such a file is one itself."""
     if not os.path.isdir(place):
-        return [place] * _is_mesh(place)
+        return [place] * wanted(place)
     paths = []
     for folder, folders, names in os.walk(place):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        paths += [os.path.join(folder, name) for name in sorted(names) if _is_mesh(name)]
+        paths += [path for name in sorted(names) if wanted(path := os.path.join(folder, name))]
     return paths
 
 

@@ -14,6 +14,7 @@ from functools import partial
 from hashlib import sha256
 from importlib.util import find_spec
 from itertools import islice
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any, Literal, get_args
@@ -22,6 +23,7 @@ import numpy as np
 
 from .._runtime import Progress, counting, undo_at_interrupt
 from ..charts import Cones, Packing, Seams, asked_for
+from ..cortex import FLAT_PATCH, files_of
 from ..errors import is_number, some
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
@@ -79,7 +81,7 @@ def batch(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    method: str | Method = "linabf",
+    method: str | Method | None = None,
     how: How = "unwrap",
     format: str = "obj",
     memory: int | str | None = None,
@@ -114,10 +116,12 @@ def batch(
     scheduler : str, optional
         Address of a running Dask scheduler, "tcp://..." or "tls://...", whose workers see the same
         files under the same names.
-    method : str or method object
-        As in `flatten`.
-    how : {"unwrap", "flatten"}
-        With or without seams; `flatten` takes disks only, maybe with holes.
+    method : str or method object, optional
+        As in `flatten`; by default "linabf", and "isometric" for cortices.
+    how : {"unwrap", "flatten", "cortex"}
+        With or without seams; `flatten` takes disks only, maybe with holes. "cortex": the inputs are folders
+        of FreeSurfer subjects, or `?h.sphere.reg` in them, and each hemisphere is cut, flattened and written
+        as `write_hemisphere` does, in a folder of the subject's name; `format` means nothing then.
     format : {"obj", "ply", "glb"}
         Of the maps.
     memory : int or str, optional
@@ -168,14 +172,19 @@ def batch(
     limit = _in_bytes(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
-    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, units, limit)
+    chosen = method_of(method or ("isometric" if how == "cortex" else "linabf"))
+    settings = Settings(how, chosen, format, seams, cones, packing, boundary, units, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
     if workers is not None and not is_number(workers, 1, whole=True):
         raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
     folder = places.absolute(out)
-    found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
+    wanted = places.is_hemisphere if how == "cortex" else None
+    given = [inputs] if isinstance(inputs, str | os.PathLike) else list(inputs)
+    if how == "cortex" and any(places.is_url(os.fspath(place)) for place in [*given, folder]):
+        raise ValueError("a subject is many files: copy it here, and give a folder of this machine for both")
+    found = places.found(given, folder, wanted)
     with Table(folder) as table:
         tasks = _planned(found, table, settings, retry, force)
         seconds = 0.0
@@ -219,16 +228,16 @@ def _check_settings(asked: Settings) -> None:
     """Refuse here what would be wrong with every mesh."""
     seams, cones, method = asked.seams, asked.cones, asked.method
     if asked.how not in get_args(How):
-        raise ValueError(f"how is {asked.how!r}: use 'unwrap' or 'flatten'")
+        raise ValueError(f"how is {asked.how!r}: use 'unwrap', 'flatten' or 'cortex'")
     if f".{asked.format}" not in SUFFIXES:
         raise ValueError(f"format is {asked.format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
-    if asked.how == "flatten" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
-        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
+    if asked.how != "unwrap" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
+        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to {asked.how}: leave them out, or unwrap")
     if asked.units not in (None, *get_args(Scale)):
         raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
-    if asked.how == "unwrap" and asked.units is not None:
-        raise ValueError("units mean nothing to unwrap, whose charts are packed: leave them out, or flatten")
-    if asked.how == "unwrap" and asked.boundary != "free":
+    if asked.how != "flatten" and asked.units is not None:
+        raise ValueError(f"units mean nothing to {asked.how}: leave them out, or flatten")
+    if asked.how != "flatten" and asked.boundary != "free":
         raise ValueError("charts have a free boundary: leave boundary out, or flatten")
     if asked.boundary not in get_args(BoundaryName):
         names = ", ".join(map(repr, get_args(BoundaryName)))
@@ -259,7 +268,7 @@ def _planned(
     """The tasks that are missing; the table has a row for every input then."""
     there = places.names_in(table.folder)
     places.remove_temporaries(there, table.folder)
-    names = _outputs(found, table, settings.format)
+    names = _outputs(found, table, settings)
     rows, tasks = [], []
     for file in found:
         row = Row(input=shown(file.place), output=names[file.place], key=settings.key(file.version))
@@ -288,8 +297,7 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
     for task in tasks:
         output = task.row.output
         if output not in own:
-            stem, suffix = os.path.splitext(output)
-            wanted += [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
+            wanted += _files_of(task)
     taken = [name for name in wanted if name in there]
     if taken:
         raise FileExistsError(
@@ -300,8 +308,20 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
         )
 
 
-def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, str]:
+def _files_of(task: Task) -> list[str]:
+    """All that is written for an input, named from the folder of the batch."""
+    output = task.row.output
+    if task.settings.how == "cortex":
+        return [path.as_posix() for path in files_of(Path(output).parent, places.hemisphere_of(output))]
+    stem, suffix = os.path.splitext(output)
+    return [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
+
+
+def _outputs(found: list[places.Found], table: Table, settings: Settings) -> dict[str, str]:
     """A name for the map of each input that no other has; an input of an earlier run keeps its own."""
+    if settings.how == "cortex":
+        return _outputs_of_hemispheres(found)
+    suffix = settings.format
     names = {file.place: f"{os.path.splitext(shown(file.name))[0]}.{suffix}" for file in found}
     taken = {output.casefold(): input for output, input in table.taken().items()}
     wanted = Counter(name.casefold() for name in names.values())
@@ -313,6 +333,20 @@ def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, 
         elif wanted[name.casefold()] > 1 or taken.get(name.casefold(), input) != input:
             stem = name.removesuffix(f".{suffix}")
             names[file.place] = f"{stem}-{sha256(os.fsencode(file.place)).hexdigest()[:10]}.{suffix}"
+    return names
+
+
+def _outputs_of_hemispheres(found: list[places.Found]) -> dict[str, str]:
+    """The flat patch of each hemisphere, in a folder of its subject's name."""
+    subjects = {file.place: Path(file.place).parents[1] for file in found}
+    several = Counter(subject.name for subject in set(subjects.values()))
+    names = {}
+    for file in found:
+        subject = subjects[file.place]
+        folder = shown(subject.name)
+        if several[subject.name] > 1:
+            folder += f"-{sha256(os.fsencode(subject)).hexdigest()[:10]}"
+        names[file.place] = f"{folder}/{Path(file.place).name[:2]}.{FLAT_PATCH}"
     return names
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from ..batch_runs import batch
 from ..charts import Cones, Packing, Seams
+from ..flattening import METHODS
 from ..io import SUFFIXES
 from .arguments import choice, shared, switch, value
 from .commands import Command, ExitCode, auto_or_number, options_as
@@ -39,8 +40,10 @@ BATCH = Command(
         ),
         "workers": value("N", "processes on this machine (default: one a core)", int),
         "scheduler": value("ADDRESS", "use the workers of this Dask scheduler instead"),
-        "how": choice(("unwrap", "flatten"), "unwrap", "with seams, or disks as they are"),
-        **shared("method"),
+        "how": choice(
+            ("unwrap", "flatten", "cortex"), "unwrap", "with seams; disks as they are; or FreeSurfer subjects"
+        ),
+        "method": choice(sorted(METHODS), help="(default: linabf; isometric for cortices)"),
         "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "of the maps"),
         "memory": value("SIZE", "what one mesh may take, like 2GiB"),
         **shared("trade", "holes", "bijective", "boundary", "units", "cones"),
@@ -59,6 +62,7 @@ BATCH = Command(
         "bodies/ -o maps/ --cones auto --cone-angles quarter",
         "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
         "scans/ -o maps/ --trade 30 --holes --bijective",
+        "$SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject",
         "scans/ -o maps/ --retry    # what died before",
         "scans/ -o maps/ --force    # replaces maps that something else has written",
         "scans/ -o maps/ --scheduler tcp://10.0.0.1:8786",

@@ -12,6 +12,7 @@ NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "sh
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
+    "cortex": ("nibabel", "nilearn"),
     "formats": ("lib3mf", "nibabel", "pyvista"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
     "viz": ("pyvista",),

@@ -60,7 +60,7 @@ def given_mesh(options: argparse.Namespace) -> MeshFile:
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with progress_part("reading", PROGRESS["reading"]):
-        return read_file(options.mesh)
+        return read_file(options.mesh, getattr(options, "surface", None))
 
 
 def check_beside(options: argparse.Namespace, mesh: MeshFile, image: bool = False) -> None:

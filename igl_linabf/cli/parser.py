@@ -13,17 +13,23 @@ from .batching import BATCH
 from .commands import Command, ExitCode, told
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
-from .flattening import FLATTEN
+from .flattening import CORTEX, FLATTEN
 from .jobs import run_each
 from .pattern_making import PATTERN
 from .unwrapping import UNWRAP
 from .uv_sets import CHECK, PACK
 from .viewing import VIEW
 
-COMMANDS = (FLATTEN, COMPARE, UNWRAP, CHECK, PACK, PATTERN, VIEW, BATCH, DOCTOR)
+COMMANDS = (FLATTEN, COMPARE, UNWRAP, CHECK, PACK, PATTERN, CORTEX, VIEW, BATCH, DOCTOR)
 EXAMPLES = "examples:"
 SHELLS = ("bash", "zsh", "fish")
-FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}
+FLAGS = {
+    "subject": ["subject"],
+    "mesh": ["mesh"],
+    "inputs": ["inputs"],
+    "output": ["-o", "--output"],
+    "folder": ["-o", "--output"],
+}
 
 
 class Completion(argparse.Action):
@@ -98,7 +104,8 @@ def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object
     """
     options = command_parser().parse_args(arguments)
     options.settled = settled
-    options.title, options.of = str(getattr(options, "mesh", "the batch")), ""
+    named = getattr(options, "mesh", getattr(options, "subject", "the batch"))
+    options.title, options.of = str(named), ""
     with _warnings_in_a_line():
         return told(options.run, options)
 

@@ -6,7 +6,12 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
+from .external import Patch as Patch
+from .external import call_reader as call_reader
 from .external import import_optional as import_optional
+from .external import mean_surface as mean_surface
+from .external import surfaces_beside as surfaces_beside
+from .external import write_patch as write_patch
 from .files import as_mesh_file as as_mesh_file
 from .files import (
     read_file,
@@ -19,6 +24,7 @@ from .files import (
     write_obj,
     write_textured,
 )
+from .formats import FLAT as FLAT
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import check_free as check_free

@@ -72,12 +72,15 @@ def _no_surface(path: Path, found: MeshFile) -> MeshError:
     return MeshError(f"{path} holds {len(found.V)} vertices and no faces: {hint}")
 
 
-def read_file(path: str | os.PathLike[str]) -> MeshFile:
+def read_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
     """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
 
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
+    surface : path, optional
+        Of a FreeSurfer patch: the surface from which it was cut. By default it is found beside the patch,
+        as FreeSurfer names it (docs/cortex.md).
 
     Returns
     -------
@@ -87,11 +90,18 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     Raises
     ------
     MeshError
-        The file is damaged or has no faces.
+        The file is damaged or has no faces; or a patch has no surface, or another one's vertices.
+    ValueError
+        A surface is given, and the file is no patch.
     ImportError
         The package that reads this format is missing; the text names the pip command.
     OSError
         The file does not exist or cannot be read.
+
+    Warns
+    -----
+    MeshWarning
+        A patch falls into pieces, of which the largest is read, or has closed slits.
 
     Examples
     --------
@@ -104,7 +114,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     ([[0, 1, 2, 3]], ('page',))
     """
     path = Path(path)
-    found = parse_file(path)
+    found = parse_file(path, surface)
     if not len(found.V) or not len(found.polygons):
         raise _no_surface(path, found)
     made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)

@@ -15,19 +15,24 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .external import (
+    PATCH_BEGINNING,
     FreeSurferFile,
     GiftiFile,
+    Patch,
     ThreeMfFile,
     VtpFile,
+    mean_surface,
     parse_3mf,
     parse_freesurfer,
     parse_gifti,
+    parse_patch,
     parse_vtp,
     save_3mf,
     save_gifti,
     save_patch,
     save_surf,
     save_vtp,
+    surfaces_beside,
 )
 from .gltf import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
@@ -56,7 +61,9 @@ PATHS: dict[str, Callable[[Path], MeshFile]] = {
     **dict.fromkeys(SURFACES, parse_freesurfer),
 }
 FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
+PATCHES = (".3d", ".flat")  # of FreeSurfer, too
 BEGINNINGS = {
+    PATCH_BEGINNING: ".3d",
     b"glTF": ".glb",
     b"{": ".gltf",
     b"PK": ".3mf",
@@ -65,7 +72,7 @@ BEGINNINGS = {
     FREESURFER: ".surf",
     b"\x1f\x8b": ".gii.gz",
 }
-READERS = (*BYTES, *PATHS)
+READERS = (*BYTES, *PATHS, *PATCHES)
 # whose files a writer writes again as they were
 OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
 # whose files a writer writes anew, with some of what only they have: `kept`
@@ -86,10 +93,10 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".gii": save_gifti,
     ".gii.gz": save_gifti,
     ".surf": save_surf,
-    ".flat": save_patch,
+    **dict.fromkeys(PATCHES, save_patch),
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
-FLAT = (".gii", ".gii.gz", ".surf", ".flat")  # in which the map is the surface
+FLAT = (".gii", ".gii.gz", ".surf", *PATCHES)  # in which the map is the surface
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
@@ -117,23 +124,44 @@ def detect_suffix(data: bytes) -> str:
     return next((suffix for begin, suffix in BEGINNINGS.items() if data.startswith(begin)), ".obj")
 
 
-def parse_file(path: str | os.PathLike[str]) -> MeshFile:
+def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
     """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
     path = Path(path)
     suffix = suffix_of(path)
+    if suffix not in READERS or suffix in PATCHES:
+        with path.open("rb") as file:
+            head = file.read(len(PATCH_BEGINNING))
+        if head == PATCH_BEGINNING or suffix in PATCHES:
+            return _parse_patch(path, surface)
+        if not head.startswith(FREESURFER):
+            raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
+    if surface is not None:
+        raise ValueError(f"{path} is no patch, and holds its surface itself: leave out the surface")
     if suffix in BYTES:
         return parse(path.read_bytes(), suffix, str(path))
-    read = PATHS.get(suffix)
-    if read is None:
-        with path.open("rb") as file:
-            head = file.read(2)
-        if head != FREESURFER:
-            raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
-        read = parse_freesurfer
+    read = PATHS.get(suffix, parse_freesurfer)
     try:
         return read(path)
     except Damaged as damage:
-        raise MeshError(f"{path} cannot be read as {suffix[1:].upper() or 'FreeSurfer'}: {damage}") from None
+        what = "FreeSurfer" if read is parse_freesurfer else suffix[1:].upper()
+        raise MeshError(f"{path} cannot be read as {what}: {damage}") from None
+
+
+def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
+    """A patch on its surface, which is found beside it by FreeSurfer's names if it is not given."""
+    hemisphere = path.name.partition(".")[0]
+    given = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
+    if not given:
+        hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
+        raise MeshError(
+            f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: give it "
+            f"by surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
+        )
+    meshes = [replace(parse_file(one), path=one) for one in given]
+    try:
+        return parse_patch(path, mean_surface(meshes))
+    except Damaged as damage:
+        raise MeshError(f"{path} cannot be read as a patch: {damage}") from None
 
 
 def parse(data: bytes, suffix: str, name: str) -> MeshFile:
@@ -194,7 +222,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
     if isinstance(source, OWN.get(suffix, ())):
         return
-    if suffix in FLAT and mesh.path is not None:
+    if suffix in FLAT and mesh.path is not None and not isinstance(source, Patch):
         lost.append("the positions in space")
     if suffix in FLAT and len(split_vertices(mesh).vertex) > len(np.unique(mesh.polygons.corners)):
         lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from .._notebook import html_table
 from .._runtime import aligned
 from .._types import FloatArray
 from ..surface import Ragged, Submesh, of_size_one
+from .distances import Distances, check_rings
 from .overlapping import overlapping_pairs
 from .per_triangle import Change, change_of
 
@@ -52,6 +53,9 @@ class Quality:
         Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`).
     faces : int
         Number of triangles.
+    distance_error : float or None
+        Mean error of distances within some rings over their mean (`igl_linabf.distance_error`), at the
+        map's own scale; None where it was not asked for.
     """
 
     angle_distortion: float
@@ -68,6 +72,7 @@ class Quality:
     flips: int
     overlaps: int
     faces: int
+    distance_error: float | None = None
 
     def __repr__(self) -> str:
         figures = f"F/3nt {self.angle_distortion:.3g}, L2 stretch {self.stretch_l2:.4g}"
@@ -95,6 +100,7 @@ ROWS = {
     "edge_change": "change of edge lengths, mean",
     "edge_change_99": "change of edge lengths, 99 %",
     "texel_spread": "texel areas, 99 % : 1 %",
+    "distance_error": "distance error",
 }
 
 
@@ -117,12 +123,17 @@ def _labelled_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
     """A row for each figure: its label, and its value in each column."""
     cells = []
     for name, label in ROWS.items():
-        values = (getattr(quality, name) for quality in columns.values())
-        cells.append([label, *(f"{v:,d}" if isinstance(v, int) else f"{v:.4g}" for v in values)])
+        values = [getattr(quality, name) for quality in columns.values()]
+        if any(v is not None for v in values):
+            cells.append([label, *map(_as_text, values)])
     return cells
 
 
-def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
+def _as_text(value: float | None) -> str:
+    return "" if value is None else f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
+
+
+def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None) -> Quality:
     """Measure the distortion of a flat map.
 
     Parameters
@@ -133,6 +144,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
         Triangles of any number of components, loops and handles.
     uv : (#V, 2) float
         The map, at any scale; NaN is allowed at vertices that no face uses.
+    rings : int, optional
+        Measure the error of distances, too, as `distance_error` does: a second or more.
 
     Returns
     -------
@@ -142,6 +155,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     ------
     MeshError
         The arrays do not fit together, `V` or `uv` is not finite, or a face has no area in 3-D.
+    ValueError
+        `rings` is no number of rings.
 
     Examples
     --------
@@ -152,7 +167,13 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     (2.0, 1.118, 0)
     """
     surface = Submesh.checked(V, F)
-    return quality_of(surface, surface.checked_map(uv))
+    map_ = surface.checked_map(uv)
+    measured = quality_of(surface, map_)
+    if rings is None:
+        return measured
+    check_rings(rings)
+    error = Distances.within(surface.as_manifold(), rings).error(map_)
+    return replace(measured, distance_error=error)
 
 
 def quality_of(

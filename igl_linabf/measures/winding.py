@@ -4,14 +4,7 @@ import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
-
-# Cells along a side of the grid, at most; of n faces there are sqrt(n). With fewer, more faces are
-# compared in vain; with more, marking cells takes longer. tests/measures/test_overlapping.py compares pairs.
-MOST_GRID_CELLS = 512
-
-# Share of a cell by which a side may miss it and yet marks it: rounding moves points by less. With less, a
-# pair may be missed; with more, more cells are marked. tests/measures/test_overlapping.py compares pairs.
-CELL_MARGIN = 1e-6
+from .constants import CELL_MARGIN, MOST_GRID_CELLS
 
 
 def may_overlap(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:

@@ -41,7 +41,16 @@ from .plane import (
 )
 from .polygons import Faces, Polygons, Triangles
 from .ragged import Ragged, index_and_rank
-from .repair import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired
+from .repair import (
+    Cleaned,
+    PatchFaces,
+    Repair,
+    clean,
+    cleaned_surface,
+    merge_coincident,
+    patch_faces,
+    unrepaired,
+)
 from .submesh import Submesh, cut_faces
 from .topology import (
     Topology,
@@ -52,5 +61,6 @@ from .topology import (
     manifold_topology,
     planar_topology,
     topology_of,
+    triangle_numbers,
     with_outer_loop,
 )

@@ -1,14 +1,15 @@
 """Formats that other packages read and write: 3MF, GIFTI, FreeSurfer, VTP."""
 
-from .neuroimaging import (
-    FreeSurferFile,
-    GiftiFile,
-    parse_freesurfer,
-    parse_gifti,
-    save_gifti,
+from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
+from .optional_packages import call_reader, import_optional
+from .patches import (
+    PATCH_BEGINNING,
+    Patch,
+    mean_surface,
+    parse_patch,
     save_patch,
-    save_surf,
+    surfaces_beside,
+    write_patch,
 )
-from .optional_packages import import_optional
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
 from .vtk_polydata import VtpFile, parse_vtp, save_vtp

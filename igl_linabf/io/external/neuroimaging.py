@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...errors import MeshError, MeshWarning, some, stack_level
-from ...surface import Polygons, topology_of
+from ...errors import MeshWarning, stack_level
+from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras
-from ..vertex_splits import flat_surface, single_precision, split_vertices
+from ..vertex_splits import flat_surface, single_precision
 from .optional_packages import call_reader, checked_mesh_file, import_optional
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
-PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])  # of FreeSurfer, which nibabel does not write
 OF_TRIANGLES = b"\xff\xff\xfe"  # how FreeSurfer's surfaces of triangles begin; two lines of text follow
 VOLUME = "the volume that it was made from"
 
@@ -168,25 +167,3 @@ def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     if isinstance(mesh.extras.source, FreeSurferFile):
         with open(temporary, "ab") as file:
             file.write(mesh.extras.source.rest)
-
-
-def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write a flat patch: the vertices that have a place in the plane, by their numbers on the surface.
-
-    Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
-    """
-    made = split_vertices(mesh)
-    vertex, times = np.unique(made.vertex, return_counts=True)
-    if (times > 1).any():
-        raise MeshError(
-            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
-            ".surf or .gii, or flatten a disk"
-        )
-    used, F = np.unique(mesh.triangles, return_inverse=True)
-    loops = topology_of(F.reshape(-1, 3), used).loops
-    on_loop = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
-    rows = np.zeros(len(vertex), dtype=PATCH)
-    rows["vertex"] = np.where(on_loop, -1, 1) * (made.vertex + 1)
-    rows["place"][:, :2] = single_precision(made.TC, "TC")
-    head = np.array([-1, len(rows)], dtype=">i4")
-    Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

@@ -1,0 +1,68 @@
+"""A subject laid flat
+===================
+
+From the folder of a FreeSurfer subject to flat maps of both hemispheres.
+
+The subject is fsaverage5, whose surfaces come with nilearn's wheel; they are written as FreeSurfer names
+them. Its own flat map, which FreeSurfer's experts cut and FreeSurfer laid flat, ships with them, and is shown
+in the right column. Sulci are dark.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import nibabel.freesurfer as freesurfer
+import numpy as np
+import pyvista as pv
+from nilearn.datasets import fetch_surf_fsaverage
+from nilearn.surface import load_surf_mesh
+
+from igl_linabf import distance_error, flatten_hemispheres, write_hemisphere
+from igl_linabf.cortex import mean_curvatures
+from igl_linabf.plot import plot_uv
+
+OUT = Path("out/flat_subject")
+SIDES = {"lh": "left", "rh": "right"}
+
+
+def as_subject(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Write fsaverage5 as a subject; return its shipped flat maps, (#V, 2) and their faces."""
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "surf").mkdir(parents=True)
+    shipped, flat = fetch_surf_fsaverage("fsaverage5"), {}
+    for hemisphere, side in SIDES.items():
+        for name, key in (("white", "white"), ("pial", "pial"), ("sphere.reg", "sphere")):
+            mesh = load_surf_mesh(shipped[f"{key}_{side}"])
+            freesurfer.write_geometry(folder / "surf" / f"{hemisphere}.{name}", mesh.coordinates, mesh.faces)
+        mesh = load_surf_mesh(shipped[f"flat_{side}"])
+        flat[hemisphere] = np.asarray(mesh.coordinates, float)[:, :2], np.asarray(mesh.faces, np.int64)
+    return flat
+
+
+if __name__ == "__main__":
+    theirs = as_subject(OUT / "fsaverage5")
+    ours = flatten_hemispheres(OUT / "fsaverage5")
+    plotter = pv.Plotter(shape=(2, 2), off_screen=True, window_size=[1400, 1200], border=False)
+    for row, flat in enumerate(ours):
+        write_hemisphere(OUT, flat)
+        V, name = flat.hemisphere.V, flat.hemisphere.name
+        folds = mean_curvatures(V, flat.hemisphere.F)
+        uv, F = theirs[name]
+        errors = flat.quality.distance_error, distance_error(V, F, uv)
+        for column, (title, map_, faces) in enumerate(
+            (("igl_linabf", flat.uv, flat.F), ("FreeSurfer", uv, F))
+        ):
+            plotter.subplot(row, column)
+            used = np.unique(faces)
+            shown = np.full(len(V), np.nan)
+            shown[used] = np.where(folds[used] < 0, 0.35, 0.75)
+            colours = {"cmap": "gray", "clim": (0, 1), "show_scalar_bar": False}
+            plot_uv(map_, faces, scalars=shown, plotter=plotter, **colours)
+            plotter.add_text(f"{title}, {name}: distance error {100 * errors[column]:.1f} %", font_size=10)
+        print(f"{name}: distance error {errors[0]:.3f}, of the shipped map {errors[1]:.3f}; {flat.left_out}")
+        assert flat.quality.flips == flat.quality.overlaps == 0
+        assert len(flat.cuts.paths) == 5
+        assert errors[0] < errors[1]
+    plotter.show(screenshot=OUT / "hemispheres.png")

@@ -1,0 +1,335 @@
+"""A hemisphere of a subject, cut and laid flat."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from .._runtime import Progress, progress_part, reporting
+from .._types import BoolArray, FloatArray, IntArray
+from ..errors import MeshError, MeshWarning, is_number, stack_level
+from ..flattening import Flattening, Method, flatten, method_of
+from ..measures import Distances, Quality, overlapping_pairs, quality_of
+from ..surface import PatchFaces, Submesh, patch_faces, scatter
+from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR, SOURCES
+from .found_cuts import find_cuts
+from .subjects import HEMISPHERES, Hemisphere, HemisphereName
+from .templates import Template, fsaverage_template, template_of_patch
+from .transfer import Cuts, carry_cuts, carry_wall
+
+CutsFrom = Literal["template", "found"]
+WallFrom = Literal["template", "label"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FlatHemisphere:
+    """A flat map of a hemisphere.
+
+    Attributes
+    ----------
+    hemisphere : Hemisphere
+        The subject's surface, whole.
+    F : (#, 3) int64
+        The faces that are laid flat: of the surface's vertices, by their numbers.
+    uv : (#V, 2) float64
+        The map in mm, superior up; NaN at vertices that are left out.
+    cuts : Cuts
+        The medial wall, and the cuts.
+    patch : PatchFaces
+        What stays, and what is left out besides.
+    tangled : (#,) int64
+        Vertices of the border that are left out because the map overlaps there.
+    quality : Quality
+        With the error of distances.
+    result : Flattening
+        Of the vertices that stay.
+    """
+
+    hemisphere: Hemisphere
+    F: IntArray
+    uv: FloatArray
+    cuts: Cuts
+    patch: PatchFaces
+    tangled: IntArray
+    quality: Quality
+    result: Flattening
+
+    @property
+    def good(self) -> bool:
+        """Whether no triangles are flipped or overlap."""
+        return self.result.outcome.good and not self.quality.overlaps
+
+    @property
+    def border(self) -> BoolArray:
+        """The vertices that stay beside some that do not, (#V,)."""
+        return border_of(self.hemisphere.F, self.patch)
+
+    @property
+    def left_out(self) -> str:
+        """How many vertices are not in the map, and why."""
+        enclosed = sum(map(len, self.patch.pieces)) + len(self.patch.pinched) + len(self.patch.bare)
+        cut = int((~self.cuts.stays & ~self.cuts.wall).sum())
+        return (
+            f"{int(self.cuts.wall.sum()):,} vertices of the medial wall, {cut:,} of "
+            f"{len(self.cuts.paths)} cuts, {enclosed:,} between them, {len(self.tangled):,} where the border "
+            "would overlap"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Flat {self.hemisphere.name} of {self.hemisphere.subject}: {len(self.F):,} triangles>"
+
+
+def flatten_hemisphere(
+    subject: str | os.PathLike[str],
+    hemisphere: HemisphereName,
+    method: str | Method = "isometric",
+    *,
+    cuts: CutsFrom = "template",
+    medial_wall: WallFrom = "template",
+    template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
+    max_distance_error: float | None = None,
+    progress: Progress = None,
+) -> FlatHemisphere:
+    """Cut and flatten a hemisphere of a FreeSurfer subject.
+
+    Parameters
+    ----------
+    subject : path of the subject's folder
+        With `surf/?h.fiducial`, or `midthickness`, or `smoothwm` or `white` and `pial`, between which it is
+        midway; and for a template with `surf/?h.sphere.reg`.
+    hemisphere : {"lh", "rh"}
+    method : str or method object
+        As in `igl_linabf.flatten`.
+    cuts : {"template", "found"}
+        "template": the cuts of a template, carried over by the registered spheres. "found": seams that
+        `find_seams` finds from the medial wall, as many as `max_distance_error` asks for.
+    medial_wall : {"template", "label"}
+        "label": what is not in the subject's `label/?h.cortex.label`.
+    template : (patch, sphere), optional
+        A FreeSurfer patch of another subject, and that subject's registered sphere. By default fsaverage5
+        with the medial wall and the five cuts of the flat map in nilearn's wheel.
+    max_distance_error : float, optional
+        For cuts that are found; by default 0.15.
+    progress : callable or False, optional
+        As in `igl_linabf.flatten`.
+
+    Returns
+    -------
+    FlatHemisphere
+        Its map has the scale at which the error of distances is least.
+
+    Raises
+    ------
+    MeshError
+        A file is missing or another subject's, or what is left is no disk, with or without holes.
+    ValueError
+        An option is none of those above.
+    ImportError
+        nibabel or nilearn is not installed.
+
+    Warns
+    -----
+    MeshWarning
+        Cuts and medial wall enclose a piece of the cortex, which is left out; or found cuts leave more error
+        than is asked for.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib, nibabel.freesurfer as fs
+    >>> from nilearn.datasets import fetch_surf_fsaverage
+    >>> from nilearn.surface import load_surf_mesh
+    >>> shipped, subject = fetch_surf_fsaverage("fsaverage5"), pathlib.Path(tempfile.mkdtemp())
+    >>> (subject / "surf").mkdir()
+    >>> for name, key in (("white", "white"), ("pial", "pial"), ("sphere.reg", "sphere")):
+    ...     mesh = load_surf_mesh(shipped[f"{key}_left"])
+    ...     fs.write_geometry(subject / "surf" / f"lh.{name}", mesh.coordinates, mesh.faces)
+    >>> flat = flatten_hemisphere(subject, "lh")
+    >>> flat.quality.flips, flat.quality.overlaps, len(flat.cuts.paths), flat.quality.distance_error < 0.142
+    (0, 0, 5, True)
+    """
+    _check_options(cuts, medial_wall, template, max_distance_error)
+    chosen = method_of(method)
+    with reporting(progress):
+        with progress_part("reading", 0.1):
+            given = Hemisphere.of_subject(subject, hemisphere)
+            needs_sphere = "template" in (cuts, medial_wall)
+            sphere = given.registered_sphere() if needs_sphere else given.V
+            lines = _template(hemisphere, template) if needs_sphere else None
+        with progress_part("cutting", 0.2):
+            if medial_wall == "label":
+                wall = given.labelled_wall()
+            else:
+                assert lines is not None  # needs_sphere
+                wall = carry_wall(lines, sphere)
+        if cuts == "found":
+            most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
+            with progress_part("finding cuts", 0.6):
+                made = find_cuts(given, wall, most)
+        else:
+            assert lines is not None  # needs_sphere
+            made = carry_cuts(lines, sphere, given.F, wall)
+        return _laid_flat(given, made, chosen)
+
+
+def flatten_hemispheres(
+    subject: str | os.PathLike[str],
+    hemispheres: Iterable[HemisphereName] = HEMISPHERES,
+    method: str | Method = "isometric",
+    *,
+    cuts: CutsFrom = "template",
+    medial_wall: WallFrom = "template",
+    template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
+    max_distance_error: float | None = None,
+) -> list[FlatHemisphere]:
+    """`flatten_hemisphere` of several hemispheres at once, each in a thread.
+
+    Parameters
+    ----------
+    subject : path of the subject's folder
+    hemispheres : iterable of {"lh", "rh"}
+    method, cuts, medial_wall : see `flatten_hemisphere`
+        As in `flatten_hemisphere`.
+    template : (patch, sphere), optional
+        As in `flatten_hemisphere`, of one hemisphere. The other one's have the same names, but for the
+        beginning: rh.cuts.patch.3d, if this is lh.cuts.patch.3d.
+    max_distance_error : see `flatten_hemisphere`
+        As in `flatten_hemisphere`.
+
+    Returns
+    -------
+    list of FlatHemisphere
+
+    Raises
+    ------
+    MeshError, ValueError, ImportError
+        As `flatten_hemisphere`.
+
+    Examples
+    --------
+    >>> flatten_hemispheres("subjects/nobody")
+    Traceback (most recent call last):
+    ...
+    igl_linabf.errors.MeshError: subjects/nobody has no surf/lh.fiducial, ...
+    """
+
+    def flat(name: HemisphereName) -> FlatHemisphere:
+        of_it = None if template is None else tuple(_of_hemisphere(Path(path), name) for path in template)
+        return flatten_hemisphere(
+            subject,
+            name,
+            method,
+            cuts=cuts,
+            medial_wall=medial_wall,
+            template=of_it,  # type: ignore[arg-type]
+            max_distance_error=max_distance_error,
+            progress=False,
+        )
+
+    names = list(hemispheres)
+    with ThreadPoolExecutor(max(len(names), 1)) as threads:
+        return list(threads.map(flat, names))
+
+
+def _of_hemisphere(path: Path, name: HemisphereName) -> Path:
+    """The file of a hemisphere that is named as the other one's is."""
+    return path.with_name(name + path.name[2:]) if path.name[:3] in ("lh.", "rh.") else path
+
+
+def _check_options(cuts: str, medial_wall: str, template: object, max_distance_error: float | None) -> None:
+    for name, value, known in (("cuts", cuts, CutsFrom), ("medial_wall", medial_wall, WallFrom)):
+        if value not in get_args(known):
+            raise ValueError(f"{name} is {value!r}: use {' or '.join(map(repr, get_args(known)))}")
+    if "template" not in (cuts, medial_wall) and template is not None:
+        raise ValueError("the cuts are found and the medial wall is the subject's: leave out the template")
+    if max_distance_error is None:
+        return
+    if cuts != "found":
+        raise ValueError("max_distance_error is for cuts that are found: use cuts='found'")
+    if not is_number(max_distance_error, 0, 1, above=True):
+        raise ValueError(f"max_distance_error is {max_distance_error!r}: use a number from 0 to 1, as 0.15")
+
+
+def _template(
+    hemisphere: HemisphereName, given: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None
+) -> Template:
+    if given is None:
+        return fsaverage_template(hemisphere)
+    patch, sphere = map(Path, given)
+    for path in (patch, sphere):
+        if path.name[:3] in ("lh.", "rh.") and path.name[:2] != hemisphere:
+            raise MeshError(f"{path} is of the other hemisphere: give a template of {hemisphere}")
+    return template_of_patch(patch, sphere)
+
+
+def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
+    patch = patch_faces(given.F, cuts.stays)
+    enclosed = [piece for piece in patch.pieces if len(piece) > CRUMBS_SHARE * len(given.V)]
+    if enclosed:
+        warnings.warn(
+            f"{given.subject}, {given.name}: cuts and medial wall enclose pieces of "
+            f"{', '.join(str(len(piece)) for piece in enclosed)} vertices (the first has vertex "
+            f"{enclosed[0][0]}), which are left out of the map: look at the registration there",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    surface = Submesh.checked(given.V, given.F[patch.rows])
+    with progress_part("flattening", 0.8):
+        result = flatten(surface.V, surface.F, method)
+    with progress_part("measuring", 1.0):
+        distances = Distances.within(surface.as_manifold(), most=SOURCES)
+        uv = superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
+        error = distances.error(uv)
+        uv = scatter(uv, surface.vertices, len(given.V))
+        patch, tangled, pairs = _without_overlaps(given, patch, uv)
+        surface = Submesh.checked(given.V, given.F[patch.rows])
+        quality = replace(quality_of(surface, uv[surface.vertices], pairs), distance_error=error)
+    uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
+    return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
+
+
+def _without_overlaps(
+    given: Hemisphere, patch: PatchFaces, uv: FloatArray
+) -> tuple[PatchFaces, IntArray, int]:
+    """What stays without the border's vertices where it overlaps, these, and the pairs that overlap then.
+
+    Where much overlaps, all stays.
+    """
+    stays, first, out = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
+    stays[patch.vertices] = True
+    while True:
+        F = given.F[patch.rows]
+        pairs = overlapping_pairs(uv, F)
+        if not len(pairs):
+            return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
+        touched = np.unique(F[pairs])
+        out.append(touched[border_of(given.F, patch)[touched]])
+        if not len(out[-1]) or sum(map(len, out)) > CRUMBS_SHARE * len(patch.vertices):
+            pairs = overlapping_pairs(uv, given.F[first.rows])
+            return first, np.zeros(0, dtype=np.int64), len(pairs)
+        stays[out[-1]] = False
+        patch = patch_faces(given.F, stays)
+
+
+def border_of(F: IntArray, patch: PatchFaces) -> BoolArray:
+    """The vertices of a patch that are beside some that are not in it, (#V,)."""
+    out = np.ones(int(F.max()) + 1, dtype=bool)
+    out[patch.vertices] = False
+    border = np.zeros(len(out), dtype=bool)
+    border[F[out[F].any(axis=1)]] = True
+    return np.asarray(border & ~out)
+
+
+def superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
+    """The map turned so that it rises where the brain does, in FreeSurfer's z."""
+    z, height = (uv - uv.mean(axis=0)) @ [1, 1j], V[:, 2] - V[:, 2].mean()
+    towards = complex(height @ z)
+    turn = 1j * np.conj(towards) / abs(towards) if towards else 1.0
+    turned = z * turn
+    return np.column_stack((turned.real, turned.imag))

@@ -1,0 +1,111 @@
+"""What remains of a surface where some of its vertices stay: the largest piece, and what is left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._core import connected_labels, fans_around, undirected
+from ..._types import BoolArray, IntArray
+from ...errors import MeshError, some
+from ..arrays import compact
+from ..topology import topology_of
+
+
+@dataclass(frozen=True, eq=False)
+class PatchFaces:
+    """The largest piece of a patch, and the vertices that stay and are not in it.
+
+    Attributes
+    ----------
+    rows : (#,) int64
+        The rows of the surface's faces that are in the piece.
+    vertices : (#,) int64
+        Its vertices.
+    pinched : (#,) int64
+        Vertices at which the border touched itself: left out, so that the piece has a border of loops.
+    pieces : tuple of int64 arrays
+        The vertices of the other pieces, the largest first.
+    bare : (#,) int64
+        Vertices without a face whose three vertices stay.
+    """
+
+    rows: IntArray
+    vertices: IntArray
+    pinched: IntArray
+    pieces: tuple[IntArray, ...]
+    bare: IntArray
+
+    @property
+    def left_out(self) -> list[str]:
+        """What is left out, each a phrase with the first few vertices."""
+        said = list[str]()
+        if self.pieces:
+            sizes = some([len(piece) for piece in self.pieces])
+            several = f"{len(self.pieces)} other pieces" if len(self.pieces) > 1 else "another piece"
+            said.append(f"{several} of {sizes} vertices (vertices {some(np.concatenate(self.pieces))})")
+        if len(self.pinched):
+            said.append(f"vertices {some(self.pinched)}, at which the border touches itself")
+        if len(self.bare):
+            said.append(f"vertices {some(self.bare)}, which have no face whose three vertices stay")
+        return said
+
+
+def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
+    """The largest piece of the faces whose three vertices stay.
+
+    Parameters
+    ----------
+    F : (#F, 3) int64
+        An oriented manifold surface.
+    stays : (#V,) bool
+
+    Raises
+    ------
+    MeshError
+        No face has three vertices that stay, or the surface is no oriented manifold.
+    """
+    kept = stays.copy()
+    pinched = list[IntArray]()
+    rows = np.flatnonzero(kept[F].all(axis=1))
+    while True:
+        if not len(rows):
+            raise MeshError("no face has three vertices that stay: leave in more")
+        vertices, faces = compact(F[rows], len(kept))
+        corner = np.ascontiguousarray(faces.T)
+        _, sides, sound = undirected(corner, len(vertices))
+        if not sound:
+            topology_of(faces, vertices)  # says what is wrong
+        label = connected_labels((sides[:, sides[1] >= 0] % len(faces)).T, len(faces))
+        largest = label == np.bincount(label).argmax()
+        if largest.all():
+            narrow = vertices[fans_around(corner, sides, len(vertices)) > 1]
+            if not len(narrow):
+                break
+            pinched.append(narrow)
+            kept[narrow] = False
+            largest = kept[F[rows]].all(axis=1)
+        rows = rows[largest]
+    all_pinched = np.concatenate([np.zeros(0, dtype=np.int64), *pinched])
+    return PatchFaces(rows, vertices, all_pinched, *_others(F, stays, vertices, all_pinched))
+
+
+def _others(
+    F: IntArray, stays: BoolArray, vertices: IntArray, pinched: IntArray
+) -> tuple[tuple[IntArray, ...], IntArray]:
+    """The vertices of the other pieces, the largest first, and those without a face."""
+    taken = np.zeros(len(stays), dtype=bool)
+    taken[vertices] = taken[pinched] = True
+    whole = F[stays[F].all(axis=1)]
+    has_face = np.zeros(len(stays), dtype=bool)
+    has_face[whole] = True
+    bare = np.flatnonzero(stays & ~has_face)
+    left = np.flatnonzero(stays & has_face & ~taken)
+    if not len(left):
+        return (), bare
+    edges = whole[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    of = connected_labels(edges[~taken[edges].any(axis=1)], len(stays))[left]
+    order = np.argsort(of, kind="stable")
+    pieces = np.split(left[order], np.flatnonzero(np.diff(of[order])) + 1)
+    return tuple(sorted(pieces, key=len, reverse=True)), bare
