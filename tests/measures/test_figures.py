@@ -128,3 +128,9 @@ def test_prints_as_a_table() -> None:
     assert lines[0].split() == ["one", "two"]
     assert lines[1].split() == ["triangles", f"{len(F):,}", f"{len(F):,}"]
     assert lines[-1].split() == ["seconds", "1.5"]
+
+
+def test_a_collapsed_triangle_counts_as_a_flip() -> None:
+    V, F = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1.0, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    flat = np.array([[0, 0], [1, 0], [1, 1], [0.5, 0.5]])  # the last vertex is on the diagonal
+    assert quality(V, F, flat).flips == 1

@@ -43,7 +43,7 @@ def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
 
 def test_seams_of_many_small_bodies_lie_on_the_hidden_side() -> None:
     V, F = igl.icosahedron()
-    V = np.concatenate([V + [5 * i, 0, 0] for i in range(10)])
+    V = np.concatenate([V + np.array([5.0 * i, 0, 0]) for i in range(10)])
     F = np.concatenate([F + 12 * i for i in range(10)])
     above, below = (V[find_seams(V, F, hide=[0, 0, z])][..., 2].mean() for z in (1.0, -1.0))
     assert above > 0.2

@@ -1,0 +1,46 @@
+"""What holds of a surface's connectivity: which loop is the outer one, what is a disk, what a handle."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf import MeshError, flatten
+from igl_linabf.surface import manifold_topology
+
+
+def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
+    i, j = np.indices((n, n)).reshape(2, -1)
+    u, v = 2 * np.pi * i / n, 2 * np.pi * j / n
+    V = np.column_stack(((3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)))
+    a, b, c, d = i * n + j, (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n, i * n + (j + 1) % n
+    return V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+
+
+def test_a_disk_beside_a_torus_is_no_disk_although_their_characteristics_add_up_to_one() -> None:
+    (V, F), (W, G) = load("bumps"), torus()
+    both = np.concatenate((F, G + len(V)))
+    topology = manifold_topology(both, np.arange(len(V) + len(W)))
+    assert (topology.characteristic, len(topology.loops)) == (1, 1)
+    assert not topology.is_planar
+    with pytest.raises(MeshError, match="components"):
+        flatten(np.concatenate((V, W)), both)
+
+
+@pytest.mark.parametrize("holes", [0, 1, 2])
+def test_handles_are_counted_beside_boundary_loops(holes: int) -> None:
+    V, F = torus(12)
+    apart = [0, len(F) // 2 + 60][:holes]
+    topology = manifold_topology(np.delete(F, apart, axis=0), np.arange(len(V)))
+    assert (topology.genus, len(topology.loops)) == (1, holes)
+
+
+def test_the_outer_loop_is_the_one_of_most_edges() -> None:
+    V, F = igl.triangulated_grid(12, 9)
+    inside = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
+    V, F = igl.remove_unreferenced(V, F[~inside])[:2]
+    outer, hole = manifold_topology(F, np.arange(len(V))).loops
+    assert len(outer) == 38 > len(hole)
+    assert np.ptp(V[outer], axis=0) == pytest.approx([1, 1])
