@@ -78,14 +78,14 @@ def _unwrap(options: argparse.Namespace) -> int:
             atlas = unwrap(V, F, method=method, **asked)
     if options.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
-    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
+    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with progress_part("baking", PROGRESS["baking"]):
         image = (
             _baked(options.bake, mesh, atlas, options.resolution, options.output) if options.bake else None
         )
     to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
-    TC = atlas.TC / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
+    TC = atlas.flat / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
     write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
