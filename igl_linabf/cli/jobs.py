@@ -63,11 +63,14 @@ def given_mesh(options: argparse.Namespace) -> MeshFile:
         return read_file(options.mesh)
 
 
-def check_beside(options: argparse.Namespace, mesh: MeshFile, image: bool = False) -> None:
+def check_beside(
+    options: argparse.Namespace, mesh: MeshFile, kinds: Sequence[str] = (), second: bool = False
+) -> None:
     """Refuse before the work what would replace a file beside the output, or one of this run."""
     if options.output == Path(STANDARD):
         return
-    beside = files_beside(options.output, mesh, image)
+    pages = getattr(options, "pages", None) or 1
+    beside = files_beside(options.output, mesh, kinds, pages, second)
     if options.picture in beside:
         raise ValueError(
             f"the picture and the texture would both be written to {options.picture}: name another"

@@ -6,6 +6,9 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
+from .colours import corner_normals as corner_normals
+from .colours import image_maps
+from .colours import tells_directions as tells_directions
 from .external import import_optional as import_optional
 from .files import as_mesh_file as as_mesh_file
 from .files import (
@@ -21,6 +24,7 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
 from .formats import files_beside as files_beside
@@ -28,6 +32,7 @@ from .formats import lies_flat as lies_flat
 from .formats import object_frames as object_frames
 from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
+from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile
 from .parsing import Extras
 from .pictures import write_image
@@ -41,6 +46,7 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "image_maps",
     "read_file",
     "read_mesh",
     "read_texture",

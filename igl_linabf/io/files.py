@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .formats import parse_file, write_atomically
+from .formats import GivenImages, parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import save_obj, with_looks
 
@@ -118,9 +118,10 @@ def write_file(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: ArrayLike | None = None,
+    image: GivenImages = None,
     *,
     force: bool = False,
+    texcoord: int = 0,
 ) -> None:
     """Write what was read, with texture coordinates; the suffix chooses the format.
 
@@ -135,9 +136,14 @@ def write_file(
     FTC : in the shape of `mesh.F`, optional
         Their rows at the corners; by default `mesh.F`.
     image : (#rows, #columns[, 1, 3 or 4]) float, optional
-        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file.
+        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file. A list
+        of them, or (#pages, #rows, #columns, k), for the pages of an atlas: each material is one for each
+        page then. A dict of them by `kind`, as `image_maps(mesh)` has them, takes the places of old images.
     force : bool
         Replace MTL and PNG files beside OBJ that are there already. The file itself is always replaced.
+    texcoord : {0, 1}
+        With 1, these are second texture coordinates, as of lightmaps: the first ones and their images stay.
+        In GLB and glTF TEXCOORD_1; in PLY `s1` and `t1`, or `texcoord1`; of OBJ in a second file.
 
     Raises
     ------
@@ -164,7 +170,7 @@ def write_file(
     >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
     [[0, 1, 2, 3]]
     """
-    with write_atomically(path, mesh, TC, FTC, image, force=force):
+    with write_atomically(path, mesh, TC, FTC, image, force=force, texcoord=texcoord):
         pass
 
 

@@ -20,15 +20,19 @@ class Picture:
         The upper row first.
     wrap : (Wrap, Wrap)
         In u and in v.
+    matrix : ((3,), (3,)) of float
+        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
     """
 
     pixels: FloatArray
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
+    matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
     def at(self, uv: FloatArray) -> FloatArray:
         """Bilinear lookups at texture coordinates (n, 2), v upwards: (n, k)."""
         rows, columns = self.pixels.shape[:2]
-        x, y = uv[:, 0] * columns - 0.5, (1 - uv[:, 1]) * rows - 0.5
+        u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
+        x, y = u * columns - 0.5, (1 - v) * rows - 0.5
         left, upper = np.floor(x), np.floor(y)
         across, down = (x - left)[:, None], (y - upper)[:, None]
         i, j = (_inside(upper + k, rows, self.wrap[1]) for k in (0, 1))
@@ -41,8 +45,8 @@ class Picture:
 def _inside(index: FloatArray, n: int, wrap: Wrap) -> IntArray:
     """Indices of pixels, brought into the image."""
     if wrap == "clamp":
-        return np.clip(index, 0, n - 1).astype(np.int64)
+        index = np.clip(index, 0, n - 1)
     if wrap == "mirror":
         back = np.mod(index, 2 * n)
-        return np.minimum(back, 2 * n - 1 - back).astype(np.int64)
-    return np.mod(index, n).astype(np.int64)
+        index = np.minimum(back, 2 * n - 1 - back)
+    return np.asarray(np.mod(index, n), dtype=np.int64)

@@ -44,7 +44,7 @@ def tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> F
 def reexpressed(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
     """Directions (n, 3) in old frames (n, 3 each), in new ones; as they are where a frame is none."""
     tangent, bitangent, normal = new
-    there = sum(directions[:, k : k + 1] * old[k] for k in range(3))
+    there = np.einsum("nk,knd->nd", directions, np.stack(old))
     volume = _dot(np.cross(tangent, bitangent), normal)
     rows = np.cross(bitangent, normal), np.cross(normal, tangent), np.cross(tangent, bitangent)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -138,7 +138,7 @@ def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
         raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
     bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
     if len(bad):
-        raise MeshError(f"faces {some(bad)} have no old texture coordinates: give them some, or leave them out")
+        raise MeshError(f"faces {some(bad)} have no old texture coordinates: leave them out")
     place = atlas.split.place if atlas.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
     if len(place) != len(atlas.triangles):
         raise MeshError(

@@ -81,8 +81,9 @@ class Packing:
     ----------
     resolution : int or (int, int), optional
         Texels along a page's side, or its width and height. Texture coordinates are shares of both, so a page
-        that is not square is the unit square in them, too. Distances are then given by `padding`, not by `margin`, and `unwrap` cuts
-        charts of many limbs further where a fuller page is worth the seam, as `Seams.trade` says.
+        that is not square is the unit square in them, too. Distances are then given by `padding`, not by
+        `margin`, and `unwrap` cuts charts of many limbs further where a fuller page is worth the seam, as
+        `Seams.trade` says.
     padding : float
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup. Needs `resolution`.

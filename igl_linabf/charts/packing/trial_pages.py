@@ -93,7 +93,8 @@ class TrialPage:
 
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
         gap = self.spacing.gap * TRIAL_GRID
-        full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))  # cells along a page that its charts would cover
+        # cells along a page that its charts would cover
+        full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
         room = GROWING_ROOM * TRIAL_GRID

@@ -12,6 +12,7 @@ from ...surface import Polygons
 from ..materials import Material, as_gltf, of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
+from .images import maps_of
 from .ngons import EXTENSION, polygons_among, turned_over
 from .particulars import unshared
 from .scene import Gltf, Mode, Placement, load_gltf, placements
@@ -191,7 +192,8 @@ def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
         return {}
     of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
-    return {"materials": (names, of_face), "looks": tuple(map(of_gltf, listed))}
+    looks = tuple(replace(of_gltf(material), maps=maps_of(gltf, material)) for material in listed)
+    return {"materials": (names, of_face), "looks": looks}
 
 
 def _colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:
