@@ -55,12 +55,12 @@ def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
         return run(options)
 
 
-def given_mesh(options: argparse.Namespace) -> MeshFile:
-    """What the file of `options.mesh` holds."""
+def given_mesh(options: argparse.Namespace, partial: bool = False) -> MeshFile:
+    """What the file of `options.mesh` holds; with `partial` texture coordinates that only some corners have."""
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with progress_part("reading", PROGRESS["reading"]):
-        return read_file(options.mesh)
+        return read_file(options.mesh, partial=partial)
 
 
 def check_beside(

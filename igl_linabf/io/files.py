@@ -72,12 +72,14 @@ def _no_surface(path: Path, found: MeshFile) -> MeshError:
     return MeshError(f"{path} holds {len(found.V)} vertices and no faces: {hint}")
 
 
-def read_file(path: str | os.PathLike[str]) -> MeshFile:
+def read_file(path: str | os.PathLike[str], *, partial: bool = False) -> MeshFile:
     """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
 
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
+    partial : bool
+        Keep texture coordinates that only some corners have, with -1 at the others, as `check_uv` takes them.
 
     Returns
     -------
@@ -108,8 +110,13 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     if not len(found.V) or not len(found.polygons):
         raise _no_surface(path, found)
     made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
-    if found.TC is None or found.texture is None or not len(found.TC) or (found.texture < 0).any():
+    if found.TC is None or found.texture is None or not len(found.TC):
         return replace(made, TC=None, texture=None)
+    some_lack = (found.texture < 0).any()
+    if (found.texture < 0).all() or (some_lack and not partial):
+        return replace(made, TC=None, texture=None)
+    if some_lack:
+        made = replace(made, texture=np.maximum(found.texture, -1))  # -2 is a row before the first one
     return made
 
 

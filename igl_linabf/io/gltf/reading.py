@@ -137,11 +137,14 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
             source=GltfFile(gltf, primitives, frames),
         ),
     )
-    map_ = _whole([of.attributes[TEXTURE] for of in held])
-    if map_ is None:
+    maps = [of.attributes[TEXTURE] for of in held]
+    has = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
+    if not any(has):
         return made
+    map_ = np.concatenate([m if own else np.zeros((len(of.V), 2)) for m, own, of in zip(maps, has, held)])
     TC, same = np.unique(map_, axis=0, return_inverse=True)
-    return replace(made, TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
+    texture = np.where(np.repeat(has, np.diff(point))[flat], same.ravel()[flat], -1)
+    return replace(made, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))
 
 
 def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray) -> _Content:
