@@ -18,6 +18,7 @@ from ..io import (
     COLOUR,
     SUFFIXES,
     WITH_IMAGES,
+    WITH_TWO_MAPS,
     MeshFile,
     corner_colours,
     corner_normals,
@@ -38,13 +39,13 @@ BAKED_RESOLUTION = 2048
 
 
 def _unwrap(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.picture, SUFFIXES)
+    check_outputs(options.output, options.picture, WITH_TWO_MAPS if options.texcoord else SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
     mesh = given_mesh(options)
-    _check_bake(options, mesh)
-    check_beside(options, mesh, _kinds(options.bake, mesh), bool(options.texcoord))
     if options.texcoord and mesh.FTC is None:
         raise MeshError(f"{options.mesh} has no texture coordinates at all corners: leave out --texcoord")
+    _check_bake(options, mesh)
+    check_beside(options, mesh, _kinds(options.bake, mesh), bool(options.texcoord))
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F

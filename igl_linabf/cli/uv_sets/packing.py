@@ -47,6 +47,8 @@ PACK = Command(
         "body.obj -o body_2k.obj --resolution 2048 --padding 8",
         "table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright",
         "body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet",
+        "'props/*.obj' -o packed/ --force    # also where files of these names are there",
+        "wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square",
         "'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line a mesh",
     ),
     each=True,
