@@ -70,7 +70,7 @@ def part_of(thing: bpy.types.Object, selected: bool, modifiers: bpy.types.Depsgr
 
 
 def write_uv(part: Part, uv: np.ndarray, second: bool = False) -> None:
-    """Put texture coordinates into the active UV layer, or the second one, which is made where there is none."""
+    """Put texture coordinates into the active UV layer, or the second one; it is made where there is none."""
     mesh = part.thing.data
     layer = mesh.uv_layers.active or mesh.uv_layers.new(name="UVMap")
     if second and layer is not None:

@@ -56,7 +56,7 @@ def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
 
 
 def given_mesh(options: argparse.Namespace, partial: bool = False) -> MeshFile:
-    """What the file of `options.mesh` holds; with `partial` texture coordinates that only some corners have."""
+    """What the file of `options.mesh` holds; with `partial` texture coordinates of only some corners, too."""
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with progress_part("reading", PROGRESS["reading"]):

@@ -187,7 +187,10 @@ def _moved_images(mesh: MeshFile, atlas: Atlas, resolution: Any) -> dict[str, An
     """The images of the materials on the new map."""
     maps = image_maps(mesh)
     if not maps:
-        raise MeshError(f"{mesh.path} has no images on its texture coordinates: bake colors or normals")
+        raise MeshError(
+            f"{mesh.path} has no images on its texture coordinates that can be moved, as materials of OBJ and "
+            "glTF have them: bake colors or normals"
+        )
     assert mesh.extras.materials is not None  # which have the images
     assert mesh.TC is not None  # which has been checked
     made: dict[str, Any] = {}

@@ -201,12 +201,15 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
     )
 
 
-def warn_of_images(count: int, baked: bool = False) -> None:
-    """Images that were made for what is no longer there."""
+MOVE = "--bake texture (in Python, bake_texture) moves them"
+BAKED = "the baked one takes their place"
+
+
+def warn_of_images(count: int, remedy: str = "bake them anew") -> None:
+    """Images that were made for what is no longer there, and what helps, or was done."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: "
-            + ("the baked one takes their place" if baked else "bake them anew"),
+            f"{count} images of its materials were made for the old texture coordinates: {remedy}",
             MeshWarning,
             stacklevel=stack_level(),
         )

@@ -141,7 +141,12 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
     has = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
     if not any(has):
         return made
-    map_ = np.concatenate([m if own else np.zeros((len(of.V), 2)) for m, own, of in zip(maps, has, held)])
+    map_ = np.concatenate(
+        [
+            np.zeros((len(of.V), 2)) if m is None or not ok else m
+            for m, ok, of in zip(maps, has, held, strict=True)
+        ]
+    )
     TC, same = np.unique(map_, axis=0, return_inverse=True)
     texture = np.where(np.repeat(has, np.diff(point))[flat], same.ravel()[flat], -1)
     return replace(made, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))

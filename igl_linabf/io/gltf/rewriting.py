@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
-from ..materials import PLAIN, Material, as_gltf, warn_of_images
+from ..materials import BAKED, MOVE, PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
 from ..references import named_file, renamed
 from ..vertex_splits import pages_of_faces, single_precision, unique_tuples
@@ -61,7 +61,9 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
     primitives = [text["meshes"][of.mesh]["primitives"][of.number] for of in source.primitives]
     second = int(mesh.first is not None)
     if mesh.images is None or not mesh.images.moved:
-        warn_of_images(old_images(text, second), mesh.images is not None)
+        warn_of_images(
+            old_images(text, second), BAKED if mesh.images else "bake them anew" if second else MOVE
+        )
     leave_out_of_vertices(text, [*(text["meshes"][of.mesh] for of in source.primitives), *primitives])
     old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
     _leave_out_tangents(text, primitives, old, second)

@@ -12,6 +12,7 @@ from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
 from ..materials import (
     COLOUR,
+    MOVE,
     MTL_WORDS,
     PLAIN,
     Material,
@@ -153,7 +154,7 @@ def _rewrite_lines(temporary: str, mesh: MeshFile, text: ObjText, path: Path) ->
     first, waiting = (int(text.faces[0]) if len(text.faces) else -1), iter(faces)
     of_face = set(text.faces.tolist())
     if mesh.images is None:
-        warn_of_images(sum(look.images for look in mesh.extras.looks or ()))
+        warn_of_images(sum(look.images for look in mesh.extras.looks or ()), MOVE)
     new_library, stale = has_library(mesh), set[str]()
     names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
     on_pages = mesh.images is not None and mesh.images.pages > 1
