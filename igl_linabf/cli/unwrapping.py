@@ -21,10 +21,10 @@ from ..io import (
     WITH_TWO_MAPS,
     MeshFile,
     corner_colours,
-    corner_normals,
     image_maps,
     lies_flat,
     object_frames,
+    object_space,
     tells_directions,
 )
 from ..textures import bake, bake_texture
@@ -157,7 +157,7 @@ def _check_bake(options: argparse.Namespace, mesh: MeshFile) -> None:
 def _baked(options: argparse.Namespace, mesh: MeshFile, atlas: Atlas) -> Any:
     """The image from 0 to 1 for the file that is written, or one for each page; textures by their kinds."""
     if options.bake == "texture":
-        return _moved_images(mesh, atlas, options.resolution)
+        return _moved_images(mesh, atlas, options.resolution, options.output)
     image = _shown(options.bake, mesh, atlas, options.resolution, options.output)
     return list(image) if atlas.pages > 1 else image
 
@@ -183,21 +183,22 @@ def _shown(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, output: Pat
     return bake(V, mesh.F, atlas, (V - low) / (size if size > 0 else 1.0), resolution)
 
 
-def _moved_images(mesh: MeshFile, atlas: Atlas, resolution: Any) -> dict[str, Any]:
+def _moved_images(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path) -> dict[str, Any]:
     """The images of the materials on the new map."""
     maps = image_maps(mesh)
     if not maps:
         raise MeshError(
-            f"{mesh.path} has no images on its texture coordinates that can be moved, as materials of OBJ and "
+            f"{mesh.path} has no images on its texture coordinates that can be moved, as materials in OBJ or "
             "glTF have them: bake colors or normals"
         )
     assert mesh.extras.materials is not None  # which have the images
     assert mesh.TC is not None  # which has been checked
     made: dict[str, Any] = {}
+    V, directions = object_space(mesh, output)
     for kind, images in maps.items():
-        normals = corner_normals(mesh) if tells_directions(kind, images) else None
+        normals = directions if tells_directions(kind, images) else None
         image = bake_texture(
-            mesh.V,
+            V,
             mesh.F,
             atlas,
             mesh.TC,

@@ -6,7 +6,6 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
-from .colours import corner_normals as corner_normals
 from .colours import image_maps
 from .colours import tells_directions as tells_directions
 from .external import import_optional as import_optional
@@ -30,6 +29,7 @@ from .formats import detect_suffix as detect_suffix
 from .formats import files_beside as files_beside
 from .formats import lies_flat as lies_flat
 from .formats import object_frames as object_frames
+from .formats import object_space as object_space
 from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
 from .materials import COLOUR as COLOUR

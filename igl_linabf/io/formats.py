@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
+from .colours import corner_normals
 from .external import (
     FreeSurferFile,
     GiftiFile,
@@ -259,6 +260,23 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
         return None
     assert mesh.extras.parts is not None  # as of every file of glTF
     return source.frames[mesh.extras.parts[1]]
+
+
+def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
+    """Vertices and normals at the corners of triangles (#T, 3, 3) as the objects of a written file have them.
+
+    Translations aside; an object that its node mirrors is mirrored at a point, as its faces run that way.
+    """
+    V, normals, frames = mesh.V, corner_normals(mesh), object_frames(mesh, path)
+    if frames is None:
+        return V, normals
+    sign = np.where(np.linalg.det(frames) < 0, -1.0, 1.0)
+    face = np.zeros(len(V), dtype=np.int64)
+    face[mesh.polygons.corners] = mesh.polygons.owner
+    inverse = np.linalg.pinv(frames) * sign[:, None, None]
+    turned = normals @ (frames * sign[:, None, None])[mesh.split.face]
+    length = np.linalg.norm(turned, axis=2, keepdims=True)
+    return np.einsum("vij,vj->vi", inverse[face], V), turned / np.where(length > 0, length, 1)
 
 
 def _lost_colours(extras: Extras, suffix: str) -> list[str]:

@@ -62,7 +62,13 @@ def png(image: np.ndarray) -> bytes:
     return data.getvalue()
 
 
-def scene(path: Path, materials: list[dict], images: list[bytes], samplers: list[dict] | None = None) -> None:
+def scene(
+    path: Path,
+    materials: list[dict],
+    images: list[bytes],
+    samplers: list[dict] | None = None,
+    node: dict | None = None,
+) -> None:
     """The box, whose second half of faces has the last material."""
     V, N, uv, F = box()
     parts = [V.astype("<f4"), N.astype("<f4"), uv.astype("<f4"), F[:6].astype("<u4"), F[6:].astype("<u4")]
@@ -76,7 +82,7 @@ def scene(path: Path, materials: list[dict], images: list[bytes], samplers: list
     last = len(materials) - 1
     text = {
         "asset": {"version": "2.0"},
-        "nodes": [{"mesh": 0}],
+        "nodes": [{"mesh": 0, **(node or {})}],
         "meshes": [
             {
                 "primitives": [
@@ -177,10 +183,10 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
             assert material["occlusionTexture"]["strength"] == 0.5
 
 
-def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Normals in space that a normal map tells on plane faces."""
+def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
+    """Normals in the object's space that a normal map tells on plane faces."""
     said = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
-    a, b, c = mesh.V[mesh.triangles[face]].transpose(1, 0, 2)
+    a, b, c = (mesh.V / scale)[mesh.triangles[face]].transpose(1, 0, 2)
     p, q, r = mesh.TC[mesh.FTC[face]].transpose(1, 0, 2)
     d = np.stack((q - p, r - p), axis=1)
     along = np.einsum("pij,pjd->pid", np.linalg.inv(d), np.stack((b - a, c - a), axis=1))
@@ -193,13 +199,14 @@ def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray) -> np.ndar
     return made / np.linalg.norm(made, axis=1)[:, None]
 
 
-def test_normal_maps_tell_the_same_directions_in_space(tmp_path: Path) -> None:
+@pytest.mark.parametrize("scale", [[1, 1, 1], [1, 2, 4], [-1, 1, 1], [2, -1, 3]], ids=str)
+def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_path: Path) -> None:
     slopes = picture(5, (128, 128), 2) - 0.5
     normals = np.dstack((slopes, np.sqrt(1 - (slopes**2).sum(axis=2)))) / 2 + 0.5
     material = {"name": "bumpy", "normalTexture": {"index": 0, "scale": 1.0}}
-    scene(tmp_path / "in.glb", [material], [png(normals)])
+    scene(tmp_path / "in.glb", [material], [png(normals)], node={"scale": scale})
     before, after, face, weights = both(tmp_path / "in.glb", tmp_path / "out.glb", "--resolution", "512")
-    old, new = (directions(m, face[:, i], weights[i]) for i, m in enumerate((before, after)))
+    old, new = (directions(m, face[:, i], weights[i], scale) for i, m in enumerate((before, after)))
     angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
     assert np.median(angle) < 1.5
     assert np.quantile(angle, 0.99) < 5
