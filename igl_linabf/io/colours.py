@@ -85,6 +85,17 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     ------
     MeshError
         An image is missing, or cannot be read.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, numpy as np, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
+    >>> igl_linabf.io.write_textured(path, V, F, atlas.TC, atlas.FTC, np.ones((8, 8, 3)))
+    >>> maps = image_maps(igl_linabf.io.read_file(path))
+    >>> [(kind, len(images), images[0].pixels.shape) for kind, images in maps.items()]
+    [('baseColorTexture', 1, (8, 8, 3))]
     """
     looks, known = mesh.extras.looks or (), dict[bytes, FloatArray]()
     kinds = dict.fromkeys(of.kind for look in looks for of in look.maps)

@@ -176,6 +176,10 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
         assert np.median(off) < 0.01
         assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross an old seam
     text = after.extras.source.gltf.text
+    tiles = len(np.unique(np.floor(after.TC[after.FTC].mean(axis=1)), axis=0))
+    assert len(text["images"]) == len(KINDS) * tiles  # and none of the old ones
+    written = (tmp_path / "out.glb").read_bytes()
+    assert not any(image in written for image in images)
     for material in text["materials"]:
         assert "KHR_texture_transform" not in json.dumps(material)
         if material["name"].startswith("all"):

@@ -88,8 +88,6 @@ class Atlas:
     scale : float
         Page widths per unit of length of V, on average over a chart. Times the width in texels it is the
         texel density.
-    aspect : float
-        The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
     cones : (#C,) int64
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
@@ -102,6 +100,8 @@ class Atlas:
         How polygons were split; None if the faces are triangles.
     given_seams : (#G, 2) int64
         The edges that were asked to be cut; `write_pattern` joins no pieces along them.
+    aspect : float
+        The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
     """
 
     TC: FloatArray

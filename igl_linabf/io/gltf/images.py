@@ -67,6 +67,32 @@ def old_images(text: dict[str, Any], coordinates: int = 0) -> int:
     return len({use.holder[use.key]["index"] for use in all_uses(text) if use.coordinates == coordinates})
 
 
+def leave_out_old_images(text: dict[str, Any]) -> None:
+    """Leave out textures, and images, that materials name for the first texture coordinates alone.
+
+    What names them stays, with the number -1, until it is named anew or left out.
+    """
+    old = [use for use in texture_uses(text.get("materials", [])) if use.coordinates == 0]
+    ids = {(id(use.holder), use.key) for use in old}
+    others = [use for use in all_uses(text) if (id(use.holder), use.key) not in ids]
+    for use in old:
+        use.holder[use.key]["index"] = -1
+    textures = sorted({use.holder[use.key]["index"] for use in others})
+    for use in others:
+        use.holder[use.key]["index"] = textures.index(use.holder[use.key]["index"])
+    kept = [text["textures"][i] for i in textures]
+    sources = [
+        of for texture in kept for of in (texture, *texture.get("extensions", {}).values()) if "source" in of
+    ]
+    images = sorted({of["source"] for of in sources})
+    for of in sources:
+        of["source"] = images.index(of["source"])
+    held = {"textures": kept, "images": [text["images"][i] for i in images]}
+    for name, entries in held.items():
+        text.pop(name, None)
+        text |= {name: entries} if entries else {}
+
+
 def maps_of(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
     """The images of a material that go with the first texture coordinates."""
     return tuple(_map_of(gltf, use) for use in texture_uses(material) if use.coordinates == 0)

@@ -24,7 +24,7 @@ from .extensions import (
     names_numbers,
     properties,
 )
-from .images import old_images, texture_uses
+from .images import leave_out_old_images, old_images, texture_uses
 from .ngons import EXTENSION
 from .reading import TEXTURE, GltfFile, Primitive
 from .scene import Gltf, Mode, Target
@@ -64,6 +64,8 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
         warn_of_images(
             old_images(text, second), BAKED if mesh.images else "bake them anew" if second else MOVE
         )
+    if mesh.images is not None and not names_numbers(text):
+        leave_out_old_images(text)
     leave_out_of_vertices(text, [*(text["meshes"][of.mesh] for of in source.primitives), *primitives])
     old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
     _leave_out_tangents(text, primitives, old, second)
