@@ -22,7 +22,7 @@ _NAMES = {
     "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",
-    "textures": "bake",
+    "textures": "bake bake_texture",
     "uv_sets": "PackedUV UVCheck check_uv pack",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}

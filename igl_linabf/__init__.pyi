@@ -58,6 +58,7 @@ from .surface import Repair as Repair
 from .surface import clean as clean
 from .surface import split_chords as split_chords
 from .textures import bake as bake
+from .textures import bake_texture as bake_texture
 from .uv_sets import PackedUV as PackedUV
 from .uv_sets import UVCheck as UVCheck
 from .uv_sets import check_uv as check_uv

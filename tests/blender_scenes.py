@@ -178,6 +178,34 @@ def test_modifiers_that_keep_the_vertices_count_and_others_are_refused() -> None
     refused("vertices of 12", modifiers=True)
 
 
+def test_a_second_layer_is_made_and_written_and_the_first_one_stays() -> None:
+    thing = monkey()
+    fresh(thing)
+    before, active = uv_of(thing), thing.data.uv_layers.active.name
+    assert unwrap(seams="FOUND", layer="SECOND") == {"FINISHED"}
+    assert [layer.name for layer in thing.data.uv_layers] == [active, "Lightmap"]
+    assert np.array_equal(uv_of(thing, active), before)
+    assert thing.data.uv_layers.active.name == active
+    second = uv_of(thing, "Lightmap")
+    assert not np.allclose(second, before)
+    assert unwrap(seams="FOUND", layer="SECOND", method="isometric") == {"FINISHED"}
+    assert len(thing.data.uv_layers) == 2
+    assert not np.allclose(uv_of(thing, "Lightmap"), second)
+
+
+def test_a_texture_that_is_not_square_keeps_the_shapes() -> None:
+    thing = prism()
+    fresh(thing)
+    assert unwrap(seams="FOUND", method="isometric", resolution=2048, height=1024) == {"FINISHED"}
+    assert uv_of(thing).max() <= 1
+    areas = polygon_areas(thing)
+    # in texels they have the areas that they have in space: 1 x 2 beside a hexagon of side 1
+    assert np.isclose(areas[2:].mean() / areas[:2].mean(), 2.0 / (1.5 * np.sqrt(3)), rtol=0.05)
+    uv = uv_of(thing)[thing.data.polygons[2].loop_start :][:4] * [2048, 1024]
+    sides = np.linalg.norm(uv - np.roll(uv, -1, axis=0), axis=1)
+    assert np.isclose(max(sides) / min(sides), 2.0, rtol=0.05)
+
+
 def test_undo_brings_the_map_and_the_seams_back() -> None:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     before = uv_of(monkey())

@@ -76,7 +76,9 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                     seams,
                     self.method,
                     cones=self.cones if seams is None else None,
-                    packing=Packing(resolution=self.resolution, padding=self.margin),
+                    packing=Packing(
+                        resolution=(self.resolution, self.height or self.resolution), padding=self.margin
+                    ),
                     progress=progress,
                 )
             except MeshError as error:
@@ -85,7 +87,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         uv = atlas.TC[np.concatenate([np.asarray(row) for row in atlas.FTC])]
         corners = np.cumsum([0, *(len(part.loops) for part in parts)])
         for part, (a, b), first in zip(parts, pairwise(corners), vertices, strict=False):
-            write_uv(part, uv[a:b])
+            write_uv(part, uv[a:b], second=self.layer == "SECOND")
             if not marked or self.complete:
                 own = (atlas.seams >= first).all(axis=1) & (atlas.seams < first + len(part.V)).all(axis=1)
                 mark_seams(part, atlas.seams[own] - first, keep=marked)

@@ -69,10 +69,12 @@ def part_of(thing: bpy.types.Object, selected: bool, modifiers: bpy.types.Depsgr
     return Part(thing, V, polygons, loops, sizes, F, edges[_read(mesh.edges, "use_seam", bool)])
 
 
-def write_uv(part: Part, uv: np.ndarray) -> None:
-    """Put texture coordinates into the active UV layer, which is made where there is none."""
+def write_uv(part: Part, uv: np.ndarray, second: bool = False) -> None:
+    """Put texture coordinates into the active UV layer, or the second one; it is made where there is none."""
     mesh = part.thing.data
     layer = mesh.uv_layers.active or mesh.uv_layers.new(name="UVMap")
+    if second and layer is not None:
+        layer = mesh.uv_layers[1] if len(mesh.uv_layers) > 1 else mesh.uv_layers.new(name="Lightmap")
     if layer is None:
         raise CannotUnwrapError(
             f"{part.thing.name} has as many UV layers as Blender allows: remove one", mesh

@@ -15,6 +15,10 @@ SEAMS = (
     ("MARKED", "Marked", "Cut along the edges that are marked as seams"),
     ("FOUND", "Found", "Find seams, and mark them as seams, so that you can edit them"),
 )
+LAYERS = (
+    ("ACTIVE", "Active", "Write into the active UV map"),
+    ("SECOND", "Second", "Write into the second UV map, as lightmaps need it; the first one stays"),
+)
 PROPERTIES = {
     "method": EnumProperty(name="Method", items=METHODS, default="linabf"),
     "seams": EnumProperty(name="Seams", items=SEAMS, default="MARKED"),
@@ -44,12 +48,21 @@ PROPERTIES = {
     ),
     "resolution": IntProperty(
         name="Texture Size",
-        description="Of the texture, in texels, for which the margin is",
+        description="Width of the texture, in texels, for which the margin is",
         default=1024,
         min=16,
         soft_max=16384,
         subtype="PIXEL",
     ),
+    "height": IntProperty(
+        name="Height",
+        description="Of the texture, where it is not square; 0: as its width",
+        default=0,
+        min=0,
+        soft_max=16384,
+        subtype="PIXEL",
+    ),
+    "layer": EnumProperty(name="UV Map", items=LAYERS, default="ACTIVE"),
     "modifiers": BoolProperty(
         name="Use Modifiers",
         description="Unwrap the shape that the modifiers make, as long as they keep the vertices",
@@ -78,6 +91,8 @@ def draw(layout: bpy.types.UILayout, chosen: object) -> None:
     column = layout.column(align=True)
     column.prop(chosen, "margin")
     column.prop(chosen, "resolution")
+    column.prop(chosen, "height")
+    layout.prop(chosen, "layer")
     layout.prop(chosen, "modifiers")
 
 

@@ -123,7 +123,7 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
     told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
-    TC = atlas.TC / atlas.scale if lies_flat(row.output) else atlas.TC
+    TC = atlas.flat / atlas.scale if lies_flat(row.output) else atlas.TC
     return TC, atlas.FTC, _with_quality(told, atlas.quality)
 
 

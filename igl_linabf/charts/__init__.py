@@ -10,6 +10,7 @@ from .cones import Cones, find_cones
 from .options import Seams, asked_for
 from .packing import UDIM_ROW, Packing, pack_together
 from .packing import pack_charts as pack_charts
+from .packing import page_size as page_size
 from .panels import overlap_depths as overlap_depths
 from .seams import cut, find_seams
 from .splitting import make_bijective, separating_seams

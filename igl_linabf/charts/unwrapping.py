@@ -287,10 +287,11 @@ def _packed(
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
-    seams, mismatch = seams_and_mismatch(surface.topology, TC, FTC)
+    flat = TC * [1, wish.spacing.aspect]  # in page widths
+    seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
-        quality = quality_of(whole, TC, sum(chart.overlapping for chart in charts))
+        quality = quality_of(whole, flat, sum(chart.overlapping for chart in charts))
     else:  # it is known, but for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
@@ -306,6 +307,7 @@ def _packed(
         splits=len(done) - int(surface.label.max() + 1),
         fill=fill_of(placed),
         page=page,
+        aspect=wish.spacing.aspect,
         scale=abs(placed[0].ratio),
         quality=quality,
     )

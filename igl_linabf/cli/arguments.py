@@ -33,6 +33,17 @@ def value(
     return {"metavar": metavar, "help": told, "type": kind, "default": default, **more}
 
 
+def texels(text: str) -> int | tuple[int, int]:
+    """1024, or width and height as 2048x1024."""
+    try:
+        sides = tuple(int(word) for word in text.lower().split("x"))
+    except ValueError:
+        sides = ()
+    if len(sides) not in (1, 2) or min(sides) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} are no texels: give 1024, or width and height, 2048x1024")
+    return sides[0] if len(sides) == 1 else (sides[0], sides[1])
+
+
 def axis(text: str) -> list[float]:
     """x, -y, or any direction as three numbers with commas between."""
     name = text.lstrip("+-")
@@ -80,7 +91,10 @@ SHARED: Mapping[str, Argument] = {
     "holes": switch("leave holes uncut"),
     "bijective": switch("move overlapping parts apart instead of splitting charts"),
     "resolution": value(
-        "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
+        "TEXELS",
+        "texels along a page's side, or its width and height (2048x1024); distances between charts are then "
+        "counted in texels",
+        texels,
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
     "units": choice(

@@ -55,19 +55,22 @@ def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
         return run(options)
 
 
-def given_mesh(options: argparse.Namespace) -> MeshFile:
-    """What the file of `options.mesh` holds."""
+def given_mesh(options: argparse.Namespace, partial: bool = False) -> MeshFile:
+    """What the file of `options.mesh` holds; with `partial` texture coordinates of only some corners, too."""
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with progress_part("reading", PROGRESS["reading"]):
-        return read_file(options.mesh, getattr(options, "surface", None))
+        return read_file(options.mesh, getattr(options, "surface", None), partial=partial)
 
 
-def check_beside(options: argparse.Namespace, mesh: MeshFile, image: bool = False) -> None:
+def check_beside(
+    options: argparse.Namespace, mesh: MeshFile, kinds: Sequence[str] = (), second: bool = False
+) -> None:
     """Refuse before the work what would replace a file beside the output, or one of this run."""
     if options.output == Path(STANDARD):
         return
-    beside = files_beside(options.output, mesh, image)
+    pages = getattr(options, "pages", None) or 1
+    beside = files_beside(options.output, mesh, kinds, pages, second)
     if options.picture in beside:
         raise ValueError(
             f"the picture and the texture would both be written to {options.picture}: name another"

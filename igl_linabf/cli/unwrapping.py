@@ -14,8 +14,20 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, WITH_IMAGES, MeshFile, corner_colours, lies_flat, object_frames
-from ..textures import bake
+from ..io import (
+    COLOUR,
+    SUFFIXES,
+    WITH_IMAGES,
+    WITH_TWO_MAPS,
+    MeshFile,
+    corner_colours,
+    image_maps,
+    lies_flat,
+    object_frames,
+    object_space,
+    tells_directions,
+)
+from ..textures import bake, bake_texture
 from .arguments import choice, format_of, shared, switch, value
 from .commands import STANDARD, Command, method_with, options_as
 from .jobs import PROGRESS, check_beside, given_mesh
@@ -27,11 +39,13 @@ BAKED_RESOLUTION = 2048
 
 
 def _unwrap(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.picture, SUFFIXES)
+    check_outputs(options.output, options.picture, WITH_TWO_MAPS if options.texcoord else SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
     mesh = given_mesh(options)
-    _check_bake(options.bake, mesh, options.output, options.pages)
-    check_beside(options, mesh, options.bake is not None)
+    if options.texcoord and mesh.FTC is None:
+        raise MeshError(f"{options.mesh} has no texture coordinates at all corners: leave out --texcoord")
+    _check_bake(options, mesh)
+    check_beside(options, mesh, _kinds(options.bake, mesh), bool(options.texcoord))
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F
@@ -78,17 +92,23 @@ def _unwrap(options: argparse.Namespace) -> int:
             atlas = unwrap(V, F, method=method, **asked)
     if options.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
-    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
+    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with progress_part("baking", PROGRESS["baking"]):
-        image = (
-            _baked(options.bake, mesh, atlas, options.resolution, options.output) if options.bake else None
-        )
+        image = _baked(options, mesh, atlas) if options.bake else None
     to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
-    TC = atlas.TC / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
-    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image)
+    TC = atlas.flat / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
+    what = {"image": image, "texcoord": options.texcoord}
+    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, **what)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
+
+
+def _kinds(bake: str | None, mesh: MeshFile) -> list[str]:
+    """The kinds of images that are written."""
+    if bake == "texture":
+        return [of.kind for look in mesh.extras.looks or () for of in look.maps]
+    return [] if bake is None else [COLOUR]
 
 
 def direction(text: str) -> list[float] | str:
@@ -116,27 +136,33 @@ def _read_rows(path: str, kind: type, what: str) -> Any:
     return table if table.size else table.reshape(0, 2)
 
 
-def _check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | None) -> None:
+def _check_bake(options: argparse.Namespace, mesh: MeshFile) -> None:
     """Refuse before the work what cannot be baked."""
+    kind = options.bake
     if kind is None:
         return
-    if output.suffix.lower() not in WITH_IMAGES:
+    if options.output.suffix.lower() not in WITH_IMAGES:
         known = " or ".join(WITH_IMAGES)
         raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
-    if pages is not None and pages > 1:
-        raise ValueError("--bake writes one image: leave out --pages")
+    if options.texcoord:
+        raise ValueError("--bake is for the first texture coordinates: leave out --texcoord, or --bake")
     if kind == "colors" and corner_colours(mesh) is None:
         raise MeshError(
             f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
         )
+    if kind == "texture" and (mesh.TC is None or mesh.FTC is None):
+        raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture to move")
 
 
-def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int, output: Path) -> FloatArray:
-    """The image, from 0 to 1, for the file that is written."""
-    if atlas.pages > 1:
-        raise MeshError(
-            f"--bake writes one image, and the atlas has {atlas.pages} pages: use a smaller density"
-        )
+def _baked(options: argparse.Namespace, mesh: MeshFile, atlas: Atlas) -> Any:
+    """The image from 0 to 1 for the file that is written, or one for each page; textures by their kinds."""
+    if options.bake == "texture":
+        return _moved_images(mesh, atlas, options.resolution, options.output)
+    image = _shown(options.bake, mesh, atlas, options.resolution, options.output)
+    return list(image) if atlas.pages > 1 else image
+
+
+def _shown(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path) -> FloatArray:
     V, triangles = mesh.V, mesh.triangles
     if kind == "colors":
         colours = corner_colours(mesh)
@@ -150,11 +176,40 @@ def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int, output: Pat
             length = np.linalg.norm(normals, axis=2, keepdims=True)
             normals /= np.where(length > 0, length, 1)
         image = bake(V, mesh.F, atlas, normals, resolution)
-        length = np.linalg.norm(image, axis=2, keepdims=True)
+        length = np.linalg.norm(image, axis=-1, keepdims=True)
         return np.asarray(image / np.where(length > 0, length, 1) / 2 + 0.5)
     used = V[np.unique(triangles)]
     low, size = used.min(axis=0), np.ptp(used, axis=0).max()
     return bake(V, mesh.F, atlas, (V - low) / (size if size > 0 else 1.0), resolution)
+
+
+def _moved_images(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path) -> dict[str, Any]:
+    """The images of the materials on the new map."""
+    maps = image_maps(mesh)
+    if not maps:
+        raise MeshError(
+            f"{mesh.path} has no images on its texture coordinates that can be moved, as materials in OBJ or "
+            "glTF have them: bake colors or normals"
+        )
+    assert mesh.extras.materials is not None  # which have the images
+    assert mesh.TC is not None  # which has been checked
+    made: dict[str, Any] = {}
+    V, directions = object_space(mesh, output)
+    for kind, images in maps.items():
+        normals = directions if tells_directions(kind, images) else None
+        image = bake_texture(
+            V,
+            mesh.F,
+            atlas,
+            mesh.TC,
+            mesh.FTC,
+            images,
+            resolution,
+            labels=mesh.extras.materials[1],
+            normals=normals,
+        )
+        made[kind] = list(image) if atlas.pages > 1 else image
+    return made
 
 
 UNWRAP = Command(
@@ -206,10 +261,17 @@ UNWRAP = Command(
         ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
         "bake": choice(
-            ("colors", "normals", "position"),
+            ("colors", "texture", "normals", "position"),
             help=f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, "
-            "or beside an OBJ: the colours of vertices, faces and materials, normals in the object's space "
-            "(127.5 (n + 1)), or positions in the bounding cube",
+            "or beside an OBJ: the colours of vertices, faces and materials, the images of the old texture "
+            "coordinates, normals in the object's space (127.5 (n + 1)), or positions in the bounding cube",
+        ),
+        "texcoord": value(
+            "N",
+            "1: write second texture coordinates, as of lightmaps; the first ones and their images stay",
+            int,
+            0,
+            choices=(0, 1),
         ),
         **shared("method", "force", "json", "quiet", "weight"),
     },
@@ -227,6 +289,8 @@ UNWRAP = Command(
         "body.obj -o body.obj --resolution 2048 --padding 8    # for a texture of this size",
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
+        "house.glb -o atlas.glb --bake texture --resolution 4096x2048    # its images, in one atlas",
+        "house.glb -o house_lit.glb --texcoord 1 --resolution 1024    # a second map, for lightmaps",
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
         "body.ply -o body.obj --bake colors --force    # also where body.png is there already",
         "scan.stl -o scan.ply --weld 1e-5 --holes",

@@ -81,5 +81,6 @@ def _on_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatAr
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()
-    texels = covered((uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47]), PANEL_PIXELS)
+    triangles = (uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47])
+    texels = covered(triangles, (PANEL_PIXELS, PANEL_PIXELS))
     return texels.index, texels.values(values[flat.F])

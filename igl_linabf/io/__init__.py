@@ -6,6 +6,8 @@ format has a module or a room; `files` has the public functions, `parsing` is sh
 
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
+from .colours import image_maps
+from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
 from .external import call_reader as call_reader
 from .external import import_optional as import_optional
@@ -27,13 +29,16 @@ from .files import (
 from .formats import FLAT as FLAT
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
 from .formats import files_beside as files_beside
 from .formats import lies_flat as lies_flat
 from .formats import object_frames as object_frames
+from .formats import object_space as object_space
 from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
+from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile
 from .parsing import Extras
 from .pictures import write_image
@@ -47,6 +52,7 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "image_maps",
     "read_file",
     "read_mesh",
     "read_texture",

@@ -1,11 +1,19 @@
-"""The colours that a mesh has at its corners, wherever its file has them."""
+"""The colours, normals and images that a mesh has at its corners, wherever its file has them."""
 
+from collections.abc import Sequence
+
+import igl
 import numpy as np
 
 from .._types import FloatArray
+from ..textures import Picture
 from .materials import WHITE, linear, srgb
 from .mesh_file import MeshFile
+from .pictures import pixels_of
 
+OF_GLTF = (".glb", ".gltf")
+DIRECTIONS = ("normaltexture", "anisotropytexture")  # what the names of such maps end with in glTF
+BUMPS = ("bump", "map_bump")
 ONE = (1.0, 1.0, 1.0, 1.0)  # as a factor
 
 
@@ -41,3 +49,72 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
         of = np.array([*factors, ONE])[extras.materials[1]][polygons.owner]  # -1 is none, and the last
         made = np.column_stack((srgb(linear(made[:, :3]) * of[:, :3]), made[:, 3] * of[:, 3]))
     return made if (made[:, 3] < 1).any() else made[:, :3]
+
+
+def corner_normals(mesh: MeshFile) -> FloatArray:
+    """The normals at the corners of the triangles, (#T, 3, 3), as what shows the file takes them.
+
+    Where it has none, those of the faces in glTF, which asks for them, and else those of vertices.
+    """
+    V, triangles, given = mesh.V, mesh.triangles, mesh.extras.normals
+    if given is not None and mesh.extras.normal is not None:
+        normals = given[mesh.extras.normal[mesh.split.place]]
+    elif mesh.path is not None and mesh.path.suffix.lower() in OF_GLTF:
+        a, b, c = V[triangles.T]
+        normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
+    else:
+        normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
+    length = np.linalg.norm(normals, axis=2, keepdims=True)
+    return np.asarray(normals / np.where(length > 0, length, 1))
+
+
+def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
+    """The images of a mesh's materials that lie on its texture coordinates, as `bake_texture` takes them.
+
+    Parameters
+    ----------
+    mesh : MeshFile
+        As `read_file` returns it.
+
+    Returns
+    -------
+    dict
+        By the kind of map, as "baseColorTexture" or MTL's "map_Ks", an image or None for each material.
+
+    Raises
+    ------
+    MeshError
+        An image is missing, or cannot be read.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, numpy as np, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
+    >>> igl_linabf.io.write_textured(path, V, F, atlas.TC, atlas.FTC, np.ones((8, 8, 3)))
+    >>> maps = image_maps(igl_linabf.io.read_file(path))
+    >>> [(kind, len(images), images[0].pixels.shape) for kind, images in maps.items()]
+    [('baseColorTexture', 1, (8, 8, 3))]
+    """
+    looks, known = mesh.extras.looks or (), dict[bytes, FloatArray]()
+    kinds = dict.fromkeys(of.kind for look in looks for of in look.maps)
+    found: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
+    for i, look in enumerate(looks):
+        for of in look.maps:
+            data = of.read()
+            if data not in known:
+                known[data] = pixels_of(data, f"{of.kind} of the material {mesh.materials[i]}")
+            found[of.kind][i] = Picture(known[data], of.wrap, of.matrix)
+    return found
+
+
+def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
+    """Whether images of this kind tell directions in the tangent space of their map.
+
+    Those of bumps in MTL are heights by its rule, and grey; many programs write normal maps there.
+    """
+    if kind.lower() in BUMPS:
+        pixels = [image.pixels for image in images if image is not None]
+        return any(rows.shape[2] >= 3 and bool(np.ptp(rows[..., :3], axis=2).any()) for rows in pixels)
+    return kind.lower().endswith(DIRECTIONS)

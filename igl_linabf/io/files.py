@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .formats import parse_file, write_atomically
+from .formats import GivenImages, parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import save_obj, with_looks
 
@@ -72,7 +72,9 @@ def _no_surface(path: Path, found: MeshFile) -> MeshError:
     return MeshError(f"{path} holds {len(found.V)} vertices and no faces: {hint}")
 
 
-def read_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
+def read_file(
+    path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None, *, partial: bool = False
+) -> MeshFile:
     """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
 
     Parameters
@@ -81,6 +83,8 @@ def read_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | No
     surface : path, optional
         Of a FreeSurfer patch: the surface from which it was cut. By default it is found beside the patch,
         as FreeSurfer names it (docs/cortex.md).
+    partial : bool
+        Keep texture coordinates that only some corners have, with -1 at the others, as `check_uv` takes them.
 
     Returns
     -------
@@ -118,8 +122,13 @@ def read_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | No
     if not len(found.V) or not len(found.polygons):
         raise _no_surface(path, found)
     made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
-    if found.TC is None or found.texture is None or not len(found.TC) or (found.texture < 0).any():
+    if found.TC is None or found.texture is None or not len(found.TC):
         return replace(made, TC=None, texture=None)
+    some_lack = (found.texture < 0).any()
+    if (found.texture < 0).all() or (some_lack and not partial):
+        return replace(made, TC=None, texture=None)
+    if some_lack:
+        made = replace(made, texture=np.maximum(found.texture, -1))  # -2 is a row before the first one
     return made
 
 
@@ -128,9 +137,10 @@ def write_file(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: ArrayLike | None = None,
+    image: GivenImages = None,
     *,
     force: bool = False,
+    texcoord: int = 0,
 ) -> None:
     """Write what was read, with texture coordinates; the suffix chooses the format.
 
@@ -145,9 +155,14 @@ def write_file(
     FTC : in the shape of `mesh.F`, optional
         Their rows at the corners; by default `mesh.F`.
     image : (#rows, #columns[, 1, 3 or 4]) float, optional
-        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file.
+        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file. A list
+        of them, or (#pages, #rows, #columns, k), for the pages of an atlas: each material is one for each
+        page then. A dict of them by `kind`, as `image_maps(mesh)` has them, takes the places of old images.
     force : bool
         Replace MTL and PNG files beside OBJ that are there already. The file itself is always replaced.
+    texcoord : {0, 1}
+        With 1, these are second texture coordinates, as of lightmaps: the first ones and their images stay.
+        In GLB and glTF TEXCOORD_1; in PLY `s1` and `t1`, or `texcoord1`; of OBJ in a second file.
 
     Raises
     ------
@@ -174,7 +189,7 @@ def write_file(
     >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
     [[0, 1, 2, 3]]
     """
-    with write_atomically(path, mesh, TC, FTC, image, force=force):
+    with write_atomically(path, mesh, TC, FTC, image, force=force, texcoord=texcoord):
         pass
 
 

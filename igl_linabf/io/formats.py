@@ -2,11 +2,12 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from errno import EEXIST
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
+from .colours import corner_normals
 from .external import (
     PATCH_BEGINNING,
     FreeSurferFile,
@@ -35,14 +37,25 @@ from .external import (
     surfaces_beside,
 )
 from .gltf import GltfFile, parse_gltf, save_gltf
-from .mesh_file import MeshFile
-from .obj import ObjText, has_library, materials_beside, obj_names, parse_obj, save_obj, side_files
+from .materials import COLOUR, MTL_WORDS, PLAIN, TEXTURE, Material
+from .mesh_file import Images, MeshFile
+from .obj import (
+    ObjText,
+    has_library,
+    image_files,
+    library_of,
+    materials_beside,
+    obj_names,
+    parse_obj,
+    save_obj,
+    without_name,
+)
 from .off import parse_off
 from .parsing import Damaged, Extras, Named, as_bytes, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
-from .vertex_splits import split_vertices
+from .vertex_splits import pages_of_faces, split_vertices
 
 BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".obj": lambda data, name: parse_obj(plain_text(data), name),
@@ -97,6 +110,9 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".gii.gz", ".surf", *PATCHES)  # in which the map is the surface
+WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
+OWN_GLTF = (".glb", ".gltf")
+GivenImages = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
@@ -228,15 +244,15 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
-    if suffix == ".3mf" and mesh.image is not None:
+    if suffix == ".3mf" and mesh.images is not None:
         pass  # it shows them
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
-    elif any(look.images for look in extras.looks or ()):
+    elif any(look.images for look in extras.looks or ()) and not (mesh.images and mesh.images.moved):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
-    if mesh.image is None:
+    if mesh.images is None:
         lost += _lost_colours(extras, suffix)
     if extras.comments and suffix in (".3mf", ".vtp", *FLAT):
         lost.append("its comments")
@@ -274,6 +290,23 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
     return source.frames[mesh.extras.parts[1]]
 
 
+def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
+    """Vertices and normals at the corners of triangles (#T, 3, 3) as the objects of a written file have them.
+
+    Translations aside; an object that its node mirrors is mirrored at a point, as its faces run that way.
+    """
+    V, normals, frames = mesh.V, corner_normals(mesh), object_frames(mesh, path)
+    if frames is None:
+        return V, normals
+    sign = np.where(np.linalg.det(frames) < 0, -1.0, 1.0)
+    face = np.zeros(len(V), dtype=np.int64)
+    face[mesh.polygons.corners] = mesh.polygons.owner
+    inverse = np.linalg.pinv(frames) * sign[:, None, None]
+    turned = normals @ (frames * sign[:, None, None])[mesh.split.face]
+    length = np.linalg.norm(turned, axis=2, keepdims=True)
+    return np.einsum("vij,vj->vi", inverse[face], V), turned / np.where(length > 0, length, 1)
+
+
 def _lost_colours(extras: Extras, suffix: str) -> list[str]:
     """What of the colours a format does not keep; in an image, they are in it."""
     lost = list[str]()
@@ -288,11 +321,20 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
     return lost
 
 
-def files_beside(path: Path, mesh: MeshFile, image: bool) -> tuple[Path, ...]:
-    """What is written beside the file itself."""
+def files_beside(
+    path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
+) -> tuple[Path, ...]:
+    """What is written beside the file itself, with images of these kinds on so many pages."""
     if path.suffix.lower() != ".obj":
         return ()
-    return side_files(path)[: 2 if image else int(has_library(mesh))]
+    images = [file for kind in kinds for file in image_files(path, kind, pages)]
+    beside = [second_file(path)] if second else []
+    return (*([library_of(path)] if images or has_library(mesh) else []), *images, *beside)
+
+
+def second_file(path: Path) -> Path:
+    """The file beside an OBJ that has the second texture coordinates."""
+    return path.with_name(f"{path.stem}_texcoord1{path.suffix}")
 
 
 def check_free(paths: Iterable[Path], force: bool) -> None:
@@ -317,30 +359,122 @@ def write_atomically(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: ArrayLike | None = None,
+    image: GivenImages = None,
     *,
     force: bool = False,
     folder: Path | None = None,
+    texcoord: int = 0,
 ) -> Iterator[None]:
     """Write under temporary names; the files take their places when the block succeeds.
 
     Names of other files lead to them from `folder`, by default that of `path`.
     """
+    if texcoord not in (0, 1):
+        raise ValueError(f"texcoord is {texcoord!r}: give 0, or 1 for second texture coordinates")
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
         raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
-    check_free(files_beside(path, mesh, image is not None), force)
-    made, changed = _with_names_for(
-        replace(mesh.textured(TC, FTC), image=None if image is None else png(image)), suffix
-    )
+    if texcoord and suffix not in WITH_TWO_MAPS:
+        known = ", ".join(WITH_TWO_MAPS)
+        raise MeshError(f"{path} holds one set of texture coordinates: write one of {known}")
+    if texcoord and image is not None:
+        raise MeshError("an image goes with the first texture coordinates: leave out it, or texcoord=1")
+    images = _images_for(images_of(image), suffix)
+    new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
+    rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in OWN_GLTF
+    made, changed = _with_names_for(on_pages(replace(new, images=images), rewritten), suffix)
+    kinds = {} if images is None else images.maps
+    pages = 1 if images is None else images.pages
+    check_free(files_beside(path, made, kinds, pages, bool(texcoord)), force)
     warn_of_loss(made, suffix, changed)
     beside = materials_beside(made, path) if suffix == ".obj" else {}
     with ExitStack() as stack:
         temporary = stack.enter_context(replacing(path))
         for own, data in beside.items():
             Path(stack.enter_context(replacing(own))).write_bytes(data)
-        WRITERS[suffix](temporary, made, path if folder is None else folder / path.name)
+        named = path if folder is None else folder / path.name
+        if suffix == ".obj" and made.first is not None:
+            second = second_file(path)
+            _warn_of_second_file(second)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MeshWarning)  # of images: they stay in the first file
+                WRITERS[suffix](stack.enter_context(replacing(second)), replace(made, first=None), named)
+            made = replace(made, TC=made.first[0], texture=made.first[1], first=None)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MeshWarning)  # its texture coordinates are the old ones
+                WRITERS[suffix](temporary, made, named)
+        else:
+            WRITERS[suffix](temporary, made, named)
         yield
+
+
+def _warn_of_second_file(second: Path) -> None:
+    warnings.warn(
+        f"OBJ holds one set of texture coordinates: the second one is in {second.name}, on the same vertices "
+        "and faces",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+
+
+def images_of(image: GivenImages) -> Images | None:
+    """Images that a caller gives: one, one a page, or by their kinds what old ones were moved to."""
+    if image is None:
+        return None
+    if isinstance(image, Mapping):
+        return Images({kind: _pages_of(given) for kind, given in image.items()}, moved=True)
+    return Images({COLOUR: _pages_of(image)})
+
+
+def _pages_of(image: Any) -> tuple[bytes, ...]:
+    several = isinstance(image, list | tuple) and len(image) > 0 and np.ndim(image[0]) > 1
+    if isinstance(image, np.ndarray) and image.ndim == 4:
+        several = True
+    return tuple(png(page) for page in image) if several else (png(image),)
+
+
+def _images_for(images: Images | None, suffix: str) -> Images | None:
+    """Those that a file of this format takes; a warning names the others."""
+    if images is None:
+        return None
+    if suffix == ".3mf" and images.pages > 1:
+        raise MeshError(
+            f"a 3MF file has one texture here, and the atlas {images.pages} pages: write GLB or OBJ, or use "
+            "one page"
+        )
+    takes: dict[str, Callable[[str], bool]] = {
+        ".3mf": lambda kind: kind == COLOUR,
+        ".obj": lambda kind: kind in MTL_WORDS or not kind.endswith(TEXTURE),
+    }
+    kept = {kind: of for kind, of in images.maps.items() if takes.get(suffix, _is_of_gltf)(kind)}
+    lost = sorted(set(images.maps) - set(kept))
+    if lost:
+        warnings.warn(
+            f"{suffix[1:].upper()} has no place for the maps {', '.join(lost)}: they are left out",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    return replace(images, maps=kept)
+
+
+def _is_of_gltf(kind: str) -> bool:
+    return kind.endswith(TEXTURE)
+
+
+def on_pages(mesh: MeshFile, as_it_is: bool) -> MeshFile:
+    """The mesh with a material for each page of its images; `as_it_is` where the writer sees to that."""
+    images, extras = mesh.images, mesh.extras
+    if images is None or images.pages == 1 or as_it_is:
+        return mesh
+    names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    looks = list(extras.looks or [Material()] * len(names))
+    if (of < 0).any():
+        names, looks = (*names, without_name(names, PLAIN)), [*looks, Material()]
+        of = np.where(of < 0, len(names) - 1, of)
+    pairs, number = np.unique(np.column_stack((of, pages_of_faces(mesh))), axis=0, return_inverse=True)
+    words = tuple(f"{names[i]}.{1001 + page}" if page else names[i] for i, page in pairs.tolist())
+    made = tuple(replace(looks[i], page=page) for i, page in pairs.tolist())
+    return replace(mesh, extras=replace(extras, materials=(words, number.ravel()), looks=made))

@@ -1,7 +1,7 @@
 """What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +15,8 @@ from .parsing import as_bytes, as_text, name_of, numbers, plain_text
 SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
 PLAIN = "igl_linabf"  # the material of faces that have none
 TEXTURE = "Texture"  # what names of images end with in glTF
+COLOUR = "baseColorTexture"  # maps are named as glTF names them, and others by their words in MTL
+MTL_WORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
 IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
 
 
@@ -27,6 +29,31 @@ class Colour(NamedTuple):
 
 
 WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ImageMap:
+    """An image of a material, on the first texture coordinates.
+
+    Attributes
+    ----------
+    kind : str
+        "baseColorTexture", ...: glTF's name, or else the word of MTL.
+    read : callable
+        Returns the bytes of the image's file.
+    wrap : (str, str)
+        How it goes on in u and in v: "repeat", "clamp" or "mirror".
+    matrix : ((3,), (3,)) of float
+        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
+    options : str
+        MTL's options that also hold for other texture coordinates.
+    """
+
+    kind: str
+    read: Callable[[], bytes]
+    wrap: tuple[str, str] = ("repeat", "repeat")
+    matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    options: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,10 +70,14 @@ class Material:
         From 0 to 1; None if the file does not say.
     images : bool
         Whether it has images, which fit to the texture coordinates that were read.
+    maps : tuple of ImageMap
+        Those of its images that can be moved to other texture coordinates.
     lines : tuple of str
         Its lines in the MTL file that it comes from.
     factor : (red, green, blue, alpha) or None
         By what other colours are multiplied, proportional to light, where the format says so: glTF, 3MF.
+    page : int
+        Of the new images, where it is the material of one page.
     """
 
     colour: Colour = WHITE
@@ -57,6 +88,8 @@ class Material:
     images: bool = False
     lines: tuple[str, ...] = ()
     factor: tuple[float, ...] | None = None
+    maps: tuple[ImageMap, ...] = ()
+    page: int = 0
 
 
 def srgb(light: FloatArray) -> FloatArray:
@@ -108,24 +141,39 @@ def _of_lines(lines: tuple[str, ...]) -> Material:
         metallic=number("Pm"),
         roughness=number("Pr"),
         emission=colour("Ke", BLACK),
-        images=any(_names_image(line) for line in lines),
+        images=any(names_image(line) for line in lines),
         lines=lines,
     )
 
 
-def _names_image(line: str) -> bool:
+def names_image(line: str) -> bool:
+    """Whether a line of MTL names an image."""
     return line.lower().startswith(IMAGES)
 
 
-def library_text(materials: Mapping[str, Material], image: str | None = None) -> str:
-    """An MTL file; with the name of an image, this is the texture of all of them."""
+def library_text(
+    materials: Mapping[str, Material], images: Mapping[str, Sequence[str]] | None = None, moved: bool = False
+) -> str:
+    """An MTL file; with the names of images, one a page.
+
+    If they are `moved`, they take the places of the materials' own; else the one of COLOUR is the texture of
+    all of them.
+    """
     said = ["# igl_linabf"]
     for name, look in materials.items():
         said += ["", f"newmtl {name}"]
         kept = look.lines or _lines_of(look)
-        if image is not None:  # the image is their colour
-            kept = tuple(line for line in kept if not _names_image(line) and line.split()[0] != "Kd")
-            kept = (*kept, "Kd 1 1 1", f"map_Kd {image}")
+        if images is not None:
+            kept = tuple(line for line in kept if not names_image(line))
+        if images is not None and moved:
+            kept += tuple(
+                " ".join([MTL_WORDS.get(of.kind, of.kind), *of.options.split(), images[of.kind][look.page]])
+                for of in look.maps
+                if of.kind in images
+            )
+        elif images is not None:  # the image is their colour
+            kept = tuple(line for line in kept if line.split()[0] != "Kd")
+            kept = (*kept, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
         said += kept
     return "\n".join([*said, ""])
 
@@ -153,15 +201,23 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
     )
 
 
-def warn_of_images(count: int, baked: bool = False) -> None:
-    """Images that were made for what is no longer there."""
+MOVE = "--bake texture (in Python, bake_texture) moves them"
+BAKED = "the baked one takes their place"
+
+
+def warn_of_images(count: int, remedy: str = "bake them anew") -> None:
+    """Images that were made for what is no longer there, and what helps, or was done."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: "
-            + ("the baked one takes their place" if baked else "bake them anew"),
+            f"{count} images of its materials were made for the old texture coordinates: {remedy}",
             MeshWarning,
             stacklevel=stack_level(),
         )
+
+
+def unmoved_images(looks: Sequence[Material]) -> int:
+    """How many of the materials have images, none of which can be moved."""
+    return sum(look.images and not look.maps for look in looks)
 
 
 def warn_of_lost_images(count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +28,28 @@ UNITS: dict[str, Unit] = {
 
 
 @dataclass(frozen=True, eq=False)
+class Images:
+    """PNG files for the texture coordinates that are written.
+
+    Attributes
+    ----------
+    maps : mapping of str to tuple of bytes
+        By the kind of map, "baseColorTexture" for colours, the file of each page.
+    moved : bool
+        They take the places of old images, in the materials that had one of that kind. Else the colours are
+        those of all materials.
+    """
+
+    maps: Mapping[str, tuple[bytes, ...]]
+    moved: bool = False
+
+    @property
+    def pages(self) -> int:
+        """Their number."""
+        return max(map(len, self.maps.values()), default=1)
+
+
+@dataclass(frozen=True, eq=False)
 class MeshFile:
     """A mesh, and what else its file has.
 
@@ -45,8 +68,10 @@ class MeshFile:
         Normals, colours, names, and what only the format itself can keep.
     path : Path or None
         Where it was read from.
-    image : bytes or None
-        A PNG to be written as its texture.
+    images : Images or None
+        To be written as its textures.
+    first : (#TC, 2) float64 and (#C,) int64, or None
+        The first texture coordinates and their rows at the corners, where `TC` are to be the second ones.
     """
 
     V: FloatArray
@@ -55,7 +80,8 @@ class MeshFile:
     texture: IntArray | None = None
     extras: Extras = NOTHING
     path: Path | None = None
-    image: bytes | None = None
+    images: Images | None = None
+    first: tuple[FloatArray, IntArray] | None = None
 
     @property
     def F(self) -> Faces:  # noqa: N802  # as everywhere
@@ -96,6 +122,21 @@ class MeshFile:
     def materials(self) -> tuple[str, ...]:
         """The names of the materials."""
         return () if self.extras.materials is None else self.extras.materials[0]
+
+    def with_second(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
+        """The same with other texture coordinates beside its own, as lightmaps need them.
+
+        Raises
+        ------
+        MeshError
+            It has none at all corners, or the arrays do not fit to the faces.
+        """
+        if self.TC is None or self.texture is None or (self.texture < 0).any():
+            raise MeshError(
+                "the mesh has no first texture coordinates at all corners, beside which second ones could "
+                "stand: unwrap it without texcoord=1 (--texcoord 1)"
+            )
+        return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
 
     def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """The same with other texture coordinates.

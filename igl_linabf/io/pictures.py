@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime import replacing
+from .._types import FloatArray
 from ..errors import MeshError
 
+PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # the largest number
 CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
@@ -26,6 +28,29 @@ def picture(image: ArrayLike) -> Any:
         raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1, 3 or 4 channels")
     bytes_ = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * 255).astype(np.uint8)
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
+
+
+def pixels_of(data: bytes, name: str) -> FloatArray:
+    """The pixels (#rows, #columns, 1 to 4) of an image's file, from 0 to 1.
+
+    Raises
+    ------
+    MeshError
+        Pillow cannot read it.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(BytesIO(data)) as file:
+            image: Image.Image = file
+            if file.mode in ("P", "PA"):
+                image = file.convert("RGBA" if file.info.get("transparency") is not None else "RGB")
+            elif file.mode not in PIXEL_MODES:
+                image = file.convert("RGB")
+            rows = np.asarray(image, dtype=np.float64) / PIXEL_MODES[image.mode]
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
+    return rows[:, :, None] if rows.ndim == 2 else rows
 
 
 def png(image: ArrayLike) -> bytes:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
+from ..charts import UDIM_ROW
 from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
@@ -37,6 +38,8 @@ class SplitVertices:
     corners : (#C,) int64
         Which one is at each corner.
     colours : (#P, 3 or 4) float64 or None
+    first : (#P, 2) float64 or None
+        The first texture coordinates, where `TC` are the second ones.
     """
 
     vertex: IntArray
@@ -44,6 +47,7 @@ class SplitVertices:
     normals: FloatArray | None
     corners: IntArray
     colours: FloatArray | None = None
+    first: FloatArray | None = None
 
 
 def split_vertices(
@@ -58,6 +62,8 @@ def split_vertices(
     """
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     indices = {"vertex": mesh.polygons.corners[corner], "texture": mesh.texture[corner]}
+    if mesh.first is not None:
+        indices["first"] = mesh.first[1][corner]
     given, of, shades = mesh.extras.normals, mesh.extras.normal, None
     if normals and given is not None and of is not None:
         indices["normal"] = of[corner]
@@ -72,6 +78,7 @@ def split_vertices(
         given[row["normal"]] if "normal" in row and given is not None else None,
         corners,
         shades[row["colour"]] if shades is not None else None,
+        None if mesh.first is None else mesh.first[0][row["first"]],
     )
 
 
@@ -97,6 +104,7 @@ def split_behind(mesh: MeshFile, normals: bool = False) -> SplitVertices:
         ordered(made.TC),
         None if made.normals is None else ordered(made.normals),
         number[made.corners],
+        first=None if made.first is None else ordered(made.first),
     )
 
 
@@ -109,6 +117,15 @@ def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
             _, key = np.unique(key, return_inverse=True)
     _, first, place = np.unique(key, return_index=True, return_inverse=True)
     return [index[first] for index in indices], place.ravel().astype(np.int64)
+
+
+def pages_of_faces(mesh: MeshFile) -> IntArray:
+    """The page (UDIM tile) that each face lies on, (#F,): that of the middle of its corners."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    middle = np.zeros((len(mesh.polygons), 2))
+    np.add.at(middle, mesh.polygons.owner, mesh.TC[mesh.texture])
+    column, row = np.floor(middle / mesh.polygons.sizes[:, None]).astype(np.int64).T
+    return np.asarray(column + UDIM_ROW * row)
 
 
 class SplitTriangles(NamedTuple):

@@ -137,7 +137,7 @@ def _cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: flo
     points = vertex_array(V)
     split: Triangles | None
     if isinstance(atlas, Atlas):
-        TC, FTC, origin, split = atlas.TC, atlas.triangles, atlas.origin, atlas.split
+        TC, FTC, origin, split = atlas.flat, atlas.triangles, atlas.origin, atlas.split
         if origin.max() >= len(points):
             raise MeshError(
                 f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"

@@ -48,7 +48,7 @@ def seam_sides(atlas: Atlas) -> SeamSides:
     there = np.flatnonzero(keys[at] == key) if len(keys) else np.zeros(0, dtype=np.int64)
     first = np.empty(len(keys), dtype=np.int64)
     first[number] = np.arange(len(seams))
-    return SeamSides(arc, atlas.TC[ends[there]], arc[first[at[there]]])
+    return SeamSides(arc, atlas.flat[ends[there]], arc[first[at[there]]])
 
 
 def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:

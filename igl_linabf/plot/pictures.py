@@ -143,7 +143,7 @@ def plot_uv(
     >>> plotter.close()
     """
     drawn = flat_scene(uv, F)
-    uv, F = (uv.TC, uv.triangles) if isinstance(uv, Atlas) else (uv, F)
+    uv, F = (uv.flat, uv.triangles) if isinstance(uv, Atlas) else (uv, F)
     target, _ = _target(plotter)
     colours = board(frequency, texture) if scalars is None else {"scalars": _used_scalars(scalars, uv, F)}
     add_flat(target, drawn, **{**colours, **kwargs})

@@ -111,7 +111,7 @@ class ReusedMaps:
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
             atlas = unwrap(self.V, self.F, method=method, **options)
         drawn = scene_of(self.V, self.F, atlas)
-        return Shown(drawn, atlas.quality, len(atlas.charts), atlas.TC, np.asarray(atlas.FTC))
+        return Shown(drawn, atlas.quality, len(atlas.charts), atlas.flat, np.asarray(atlas.FTC))
 
     def _seams_of(self, trade: float) -> IntArray:
         if trade not in self._seams:

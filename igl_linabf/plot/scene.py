@@ -86,7 +86,7 @@ def _atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLik
     edges = atlas.seams if seams is None else _ends(seams, given, len(points))
     vertices, faces = compact(atlas.drawn, len(atlas.TC))
     at = points[atlas.origin[vertices]]
-    drawn = Scene(at, faces, atlas.TC[vertices], points[edges], period=atlas.period)
+    drawn = Scene(at, faces, atlas.flat[vertices], points[edges], period=atlas.period)
     if len(atlas.cones) and seams is None:
         drawn = replace(drawn, cones=points[atlas.cones], sides=seam_sides(atlas))
     return drawn
@@ -101,7 +101,7 @@ def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
 def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     """The map as a surface in the plane z = 0."""
     if isinstance(uv, Atlas):
-        flat = replace(flat_scene(uv.TC, uv.drawn), period=uv.period)
+        flat = replace(flat_scene(uv.flat, uv.drawn), period=uv.period)
         return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
     return scene_of(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..charts import UDIM_ROW, Atlas
+from ..charts import UDIM_ROW, Atlas, page_size
 from ..errors import MeshError, is_number
 from ..surface import vertex_array
-from .texels import Texels, around, covered, nearest_known
+from .texels import Size, Texels, around, covered, nearest_known
 
 Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 
@@ -22,7 +22,7 @@ def bake(
     F: Any,
     atlas: Atlas,
     values: Values,
-    resolution: int,
+    resolution: int | tuple[int, int],
     *,
     padding: int = 8,
     background: float = 0.0,
@@ -42,8 +42,8 @@ def bake(
     values : (#V,), (#V, k) or (#F, 3, k) float, or callable
         At vertices; at the corners of triangles; or a function of points (#P, 3) that returns (#P,) or
         (#P, k).
-    resolution : int
-        Texels along a page's side.
+    resolution : int or (int, int)
+        Texels along a page's side, or its width and height.
     padding : int
         Texels by which charts grow further into what is free around them, for coarser mip levels.
     background : float
@@ -51,9 +51,9 @@ def bake(
 
     Returns
     -------
-    image : (resolution, resolution) or (resolution, resolution, k) float64
-        The first row is the upper one, v = 1 - 1 / (2 resolution), as in image files. Of an atlas with
-        several pages (#pages, resolution, resolution[, k]).
+    image : (height, width) or (height, width, k) float64
+        The first row is the upper one, v = 1 - 1 / (2 height), as in image files. Of an atlas with
+        several pages (#pages, height, width[, k]).
 
     Raises
     ------
@@ -78,36 +78,64 @@ def bake(
     >>> bool(abs(heights).max() <= 1)
     True
     """
-    if not is_number(resolution, 1, whole=True):
-        raise ValueError(f"resolution is {resolution!r}: give the texels along the image's side, like 1024")
+    size = page_size(resolution)
+    padding = checked_padding(padding)
+    positions = vertices_of(V, atlas)
+    triangles = atlas.triangles
+    at_corners, function = _corner_values(values, positions, atlas, triangles)
+    images = []
+    for mine, shown in shown_texels(atlas, size):
+        made = shown.values(at_corners[mine])
+        if function is not None:
+            made = _called(function, made)
+        images.append(filled_image(shown.index, made, size, padding, background))
+    image = images[0] if len(images) == 1 else np.stack(images)
+    # one value a texel, and not a row of one
+    alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
+    return image[..., 0] if alone else image
+
+
+def checked_padding(padding: int) -> int:
+    """The texels around charts that are filled.
+
+    Raises
+    ------
+    ValueError
+        They are no whole number from 0 on.
+    """
     if not is_number(padding, 0, whole=True):
         raise ValueError(f"padding is {padding!r}: give the texels around charts that are filled, from 0 on")
-    resolution, padding = int(resolution), int(padding)
+    return int(padding)
+
+
+def vertices_of(V: ArrayLike, atlas: Atlas) -> FloatArray:
+    """The vertices as an array.
+
+    Raises
+    ------
+    MeshError
+        The atlas has more of them.
+    """
     positions = vertex_array(V)
     if len(atlas.origin) and int(atlas.origin.max()) >= len(positions):
         raise MeshError(
             f"the atlas has more vertices than the {len(positions)} of V: pass what was unwrapped"
         )
+    return positions
+
+
+def shown_texels(atlas: Atlas, size: Size) -> Iterator[tuple[IntArray, Texels]]:
+    """Of each page the triangles that lie on it, and the texels that show them; faces are among these."""
     triangles, chart = atlas.triangles, atlas.chart
     if atlas.split is not None:
         chart = chart[atlas.split.face]
-    at_corners, function = _corner_values(values, positions, atlas, triangles)
     used = chart >= 0
     page = np.zeros(len(triangles), dtype=np.int64)
     page[used] = atlas.page[chart[used]]
-    images = []
     for k in range(atlas.pages):
         mine = np.flatnonzero(page == k)
         uv = atlas.TC[triangles[mine]] - [k % UDIM_ROW, k // UDIM_ROW]
-        shown = _shown(uv * resolution - 0.5, triangles[mine], resolution)
-        made = shown.values(at_corners[mine])
-        if function is not None:
-            made = _called(function, made)
-        images.append(_image(shown.index, made, resolution, padding, background))
-    image = images[0] if len(images) == 1 else np.stack(images)
-    # one value a texel, and not a row of one
-    alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
-    return image[..., 0] if alone else image
+        yield mine, _shown(uv * size - 0.5, triangles[mine], size)
 
 
 def _corner_values(
@@ -146,15 +174,15 @@ def _called(function: Callable[[FloatArray], ArrayLike], points: FloatArray) -> 
     return made.reshape(len(made), -1)
 
 
-def _shown(triangles: FloatArray, F: IntArray, resolution: int) -> Texels:
+def _shown(triangles: FloatArray, F: IntArray, size: Size) -> Texels:
     """The texels of a page that show the surface: their centres do, or a lookup asks for them."""
-    inner = covered(triangles, resolution)
+    inner = covered(triangles, size)
     tail, head = F, F[:, [1, 2, 0]]
     n = int(F.max(initial=0)) + 1
     open_ = ~np.isin(tail * n + head, head * n + tail, kind="sort")
     face, k = np.nonzero(open_)
-    outer = around(triangles, (face, k), resolution)
-    free = np.ones(resolution * resolution, dtype=bool)
+    outer = around(triangles, (face, k), size)
+    free = np.ones(size[0] * size[1], dtype=bool)
     free[inner.index] = False
     more = free[outer.index]
     return Texels(
@@ -164,11 +192,12 @@ def _shown(triangles: FloatArray, F: IntArray, resolution: int) -> Texels:
     )
 
 
-def _image(
-    index: IntArray, values: FloatArray, resolution: int, padding: int, background: float
+def filled_image(
+    index: IntArray, values: FloatArray, size: Size, padding: int, background: float
 ) -> FloatArray:
-    image = np.full((resolution * resolution, values.shape[1]), float(background))
+    """The image (height, width, k) of values at some texels, which grow into what is free around them."""
+    image = np.full((size[0] * size[1], values.shape[1]), float(background))
     image[index] = values
-    grown, source = nearest_known(index, resolution, padding)
+    grown, source = nearest_known(index, size, padding)
     image[grown] = image[source]
-    return image.reshape(resolution, resolution, -1)[::-1]
+    return image.reshape(size[1], size[0], -1)[::-1]

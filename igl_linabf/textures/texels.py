@@ -1,7 +1,7 @@
 """The texels of a page that triangles cover, and those around them that a lookup may ask for.
 
 Coordinates are in texels: the centre of texel (row, column) lies at x = column, y = row. So row k of a page
-holds v = (k + 1/2) / resolution.
+holds v = (k + 1/2) / height. A page's size is its width and its height.
 """
 
 from dataclasses import dataclass
@@ -16,6 +16,8 @@ from ..surface import NEXT, PREV, index_and_rank
 # Texels by which triangles are taken as larger, so that their sides are covered. With less, rounding leaves
 # gaps between neighbours; with more, texels beside a triangle show it. tests/textures/test_baking.py.
 ROUNDING = 1e-9
+
+Size = tuple[int, int]  # width and height
 
 
 class Source(IntEnum):
@@ -32,7 +34,7 @@ class Texels:
     Attributes
     ----------
     index : (#P,) int64
-        Row times resolution plus column; each once.
+        Row times width plus column; each once.
     face : (#P,) int64
     weights : (#P, 3) float64
         Barycentric coordinates in that face.
@@ -50,11 +52,12 @@ class Texels:
         return np.asarray(made)
 
 
-def covered(triangles: FloatArray, resolution: int) -> Texels:
+def covered(triangles: FloatArray, size: Size) -> Texels:
     """The texels whose centres lie in triangles (#F, 3, 2); of two triangles, in the later one."""
     x, y = triangles[..., 0], triangles[..., 1]
-    bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, resolution).astype(np.int64)
-    top = np.clip(np.floor(y.max(axis=1) + ROUNDING), -1, resolution - 1).astype(np.int64)
+    width, height = size
+    bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, height).astype(np.int64)
+    top = np.clip(np.floor(y.max(axis=1) + ROUNDING), -1, height - 1).astype(np.int64)
     face, step = index_and_rank(np.maximum(top - bottom + 1, 0))
     row = bottom[face] + step
     left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
@@ -69,16 +72,16 @@ def covered(triangles: FloatArray, resolution: int) -> Texels:
         np.maximum(right, np.where(meets, at, -np.inf), out=right)
     some = right >= left
     face, row, left, right = face[some], row[some], left[some], right[some]
-    first = np.clip(np.ceil(left - ROUNDING), 0, resolution).astype(np.int64)
-    last = np.clip(np.floor(right + ROUNDING), -1, resolution - 1).astype(np.int64)
+    first = np.clip(np.ceil(left - ROUNDING), 0, width).astype(np.int64)
+    last = np.clip(np.floor(right + ROUNDING), -1, width - 1).astype(np.int64)
     span, step = index_and_rank(np.maximum(last - first + 1, 0))
     column, row, face = first[span] + step, row[span], face[span]
-    index = row * resolution + column
-    latest = np.full(resolution * resolution, -1, dtype=np.int64)
+    index = row * width + column
+    latest = np.full(width * height, -1, dtype=np.int64)
     latest[index] = np.arange(len(index))
     index = np.flatnonzero(latest >= 0)
     face = face[latest[index]]
-    row, column = np.divmod(index, resolution)
+    row, column = np.divmod(index, width)
     return Texels(index, face, _barycentric(x, y, face, column, row))
 
 
@@ -106,7 +109,7 @@ class Nearby:
     Attributes
     ----------
     index : (#P,) int64
-        Row times resolution plus column; once for each side that it is near to.
+        Row times width plus column; once for each side that it is near to.
     side : (#P,) int64
     at : (#P,) float64
         Where on the side its nearest point is, from 0 to 1.
@@ -120,10 +123,11 @@ class Nearby:
     distance: FloatArray
 
 
-def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
+def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
     """The texels that a bilinear lookup on sides (#S, 2) to (#S, 2) may ask for: less than 1 away."""
-    low = np.clip(np.floor(np.minimum(start, end) - 1) + 1, 0, resolution - 1).astype(np.int64)
-    high = np.clip(np.ceil(np.maximum(start, end) + 1) - 1, 0, resolution - 1).astype(np.int64)
+    last = np.array(size) - 1
+    low = np.clip(np.floor(np.minimum(start, end) - 1) + 1, 0, last).astype(np.int64)
+    high = np.clip(np.ceil(np.maximum(start, end) + 1) - 1, 0, last).astype(np.int64)
     side, step = index_and_rank(np.prod(np.maximum(high - low + 1, 0), axis=1))
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
@@ -136,15 +140,15 @@ def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
             reach = np.minimum(reach, np.abs(offset + t[:, None] * direction).max(axis=1))
         at = np.clip(np.nan_to_num(-(offset * direction).sum(axis=1) / (direction**2).sum(axis=1)), 0, 1)
     distance, near = np.linalg.norm(offset + at[:, None] * direction, axis=1), reach < 1 + ROUNDING
-    return Nearby(centre[near] @ [1, resolution], side[near], at[near], distance[near])
+    return Nearby(centre[near] @ [1, size[0]], side[near], at[near], distance[near])
 
 
-def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: int) -> Texels:
+def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size) -> Texels:
     """The texels near sides k to k + 1 of faces; each shows the nearest point of the nearest side."""
     face, k = sides
-    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], resolution)
+    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size)
     order = np.argsort(-near.distance, kind="stable")  # the nearest one comes last, and counts
-    latest = np.full(resolution * resolution, -1, dtype=np.int64)
+    latest = np.full(size[0] * size[1], -1, dtype=np.int64)
     latest[near.index[order]] = order
     index = np.flatnonzero(latest >= 0)
     chosen = latest[index]
@@ -156,14 +160,14 @@ def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: 
     return Texels(index, face[of], weights)
 
 
-def nearest_known(known: IntArray, resolution: int, steps: int) -> tuple[IntArray, IntArray]:
+def nearest_known(known: IntArray, size: Size, steps: int) -> tuple[IntArray, IntArray]:
     """Texels within some steps of those that are known, and a known one near each."""
-    is_known = np.zeros((resolution, resolution), dtype=bool)
+    is_known = np.zeros(size[::-1], dtype=bool)
     is_known.flat[known] = True
     index = np.arange(is_known.size).reshape(is_known.shape)
     source = np.pad(np.where(is_known, index, Source.FREE), 1, constant_values=Source.OUTSIDE).ravel()
     edge = np.flatnonzero(np.pad(is_known & ~scipy.ndimage.binary_erosion(is_known, border_value=1), 1))
-    wide, found = resolution + 2, [edge[:0]]
+    wide, found = size[0] + 2, [edge[:0]]
     neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
         to, by = np.add.outer(neighbours, edge).ravel(), np.tile(source[edge], len(neighbours))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_row, html_table, map_svg
 from .._runtime import aligned
 from .._types import FloatArray, IntArray
-from ..charts import texture_seams
+from ..charts import page_size, texture_seams
 from ..errors import MeshError, is_number, some
 from ..measures import quality_of
 from ..surface import Submesh, merge_coincident
@@ -61,8 +61,8 @@ class UVCheck:
         The least distance of two charts on a page, in texels; infinite for one chart, 0 where charts overlap.
     border : float
         The least distance of a chart to its page's border, in texels; negative if one reaches beyond.
-    resolution : int
-        Texels along a page's side.
+    resolution : int or (int, int)
+        Texels along a page's side, or its width and height.
     limits : dict of str to float
         What was asked for: `max_stretch`, `max_spread`, `min_margin`.
     flipped : (#flipped,) int64
@@ -96,7 +96,7 @@ class UVCheck:
     fill: float
     margin: float
     border: float
-    resolution: int
+    resolution: int | tuple[int, int]
     limits: dict[str, float] = field(default_factory=dict)
     flipped: IntArray = field(default_factory=NONE.copy)
     overlapping: IntArray = field(default_factory=NONE.reshape(0, 2).copy)
@@ -157,7 +157,13 @@ class UVCheck:
 
     def _rows(self) -> list[tuple[str, str]]:
         values = ((label, getattr(self, name)) for name, label in ROWS.items())
-        return [(label, f"{v:,d}" if isinstance(v, int) else f"{v:.4g}") for label, v in values]
+        return [(label, _written(v)) for label, v in values]
+
+
+def _written(value: float | tuple[int, int]) -> str:
+    if isinstance(value, tuple):
+        return "x".join(map(str, value))
+    return f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
 
 
 ROWS = {
@@ -199,7 +205,7 @@ def check_uv(
     TC: ArrayLike,
     FTC: ArrayLike,
     *,
-    resolution: int = CHECKED_RESOLUTION,
+    resolution: int | tuple[int, int] = CHECKED_RESOLUTION,
     max_stretch: float | None = None,
     max_spread: float | None = None,
     min_margin: float | None = None,
@@ -219,8 +225,9 @@ def check_uv(
         Texture coordinates.
     FTC : in the shape of `F`
         Their rows at the corners, as `igl.readOBJ` returns them; -1 without.
-    resolution : int
-        Texels along a page's side, for densities and margins.
+    resolution : int or (int, int)
+        Texels along a page's side, or its width and height, for densities and margins. On pages that are not
+        square, charts are judged as they lie there in texels.
     max_stretch : float, optional
         The largest L2 stretch that is good.
     max_spread : float, optional
@@ -259,10 +266,7 @@ def check_uv(
     >>> check_uv(V, F, TC, F).troubles[0][:43]
     '1 pair of triangles overlap by accident, as'
     """
-    if not is_number(resolution, 1, whole=True):
-        raise ValueError(
-            f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
-        )
+    width, height = page_size(resolution)
     limits = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):
@@ -271,19 +275,20 @@ def check_uv(
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
-    return _checked(charts, int(resolution), asked)
+    return _checked(charts, width, height, asked)
 
 
-def _checked(charts: UVCharts, resolution: int, limits: dict[str, float]) -> UVCheck:
+def _checked(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
     surface = Submesh.of_arrays(charts.V, charts.upright)
-    quality = quality_of(surface, charts.uv[surface.vertices], overlaps=0)
+    aspect = height / width
+    quality = quality_of(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=0)
     pairs, stack = charts.overlaps
     ends = _seams(charts)
     flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
     with np.errstate(divide="ignore"):
-        density = np.sqrt(flat / area) * resolution
+        density = np.sqrt(flat * aspect / area) * width
     own = stack == np.arange(charts.number)
-    margins = margins_of(charts, own, bool(len(pairs)))
+    margins = margins_of(charts, own, bool(len(pairs)), (width, height))
     n = len(charts.split.polygons)
     chart = np.full(n, -1)
     chart[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
@@ -302,15 +307,15 @@ def _checked(charts: UVCharts, resolution: int, limits: dict[str, float]) -> UVC
         stretch_linf=quality.stretch_linf,
         angle_distortion=quality.angle_distortion,
         conformal_distortion=quality.conformal_distortion,
-        texel_density=float(np.sqrt(flat.sum() / area.sum()) * resolution),
+        texel_density=float(np.sqrt(flat.sum() * aspect / area.sum()) * width),
         least_density=float(density.min()),
         most_density=float(density.max()),
         texel_spread=quality.texel_spread,
         pages=margins.pages,
         fill=float(flat[own].sum()) / margins.pages,
-        margin=margins.between * resolution,
-        border=margins.border * resolution,
-        resolution=resolution,
+        margin=margins.between,
+        border=margins.border,
+        resolution=width if width == height else (width, height),
         limits=limits,
         flipped=charts.faces_of(charts.flipped),
         overlapping=face[pairs],

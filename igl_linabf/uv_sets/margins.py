@@ -14,7 +14,7 @@ from .uv_charts import UVCharts
 
 @dataclass(frozen=True)
 class Margins:
-    """In pages.
+    """In texels.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class Margins:
     pages: int
 
 
-def margins_of(charts: UVCharts, own: BoolArray, overlap: bool) -> Margins:
-    """Of some charts, `own` of all; they touch where some `overlap`."""
+def margins_of(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple[int, int]) -> Margins:
+    """Of some charts, `own` of all, on pages of this size; they touch where some `overlap`."""
     rows = np.flatnonzero(own[charts.chart])
     corners, of = charts.uv[charts.F[rows]], charts.chart[rows]
     low, high = (
@@ -40,9 +40,9 @@ def margins_of(charts: UVCharts, own: BoolArray, overlap: bool) -> Margins:
         for f in (np.minimum, np.maximum)
     )
     page = np.floor((low + high) / 2)
-    border = float(np.minimum(low - page, page + 1 - high).min())
+    border = float((np.minimum(low - page, page + 1 - high) * size).min())
     number = np.unique(page, axis=0, return_inverse=True)[1].ravel()
-    between = 0.0 if overlap else _least_distance(_outlines(charts, own), number)
+    between = 0.0 if overlap else _least_distance(_outlines(charts, own, size), number, max(size))
     return Margins(between, border, int(number.max()) + 1)
 
 
@@ -53,8 +53,8 @@ def _of_charts(function: np.ufunc, values: FloatArray, of: IntArray, number: int
     return made
 
 
-def _outlines(charts: UVCharts, own: BoolArray) -> list[shapely.MultiLineString]:
-    """The outlines of these charts: the sides that only one of their triangles has."""
+def _outlines(charts: UVCharts, own: BoolArray, size: tuple[int, int]) -> list[shapely.MultiLineString]:
+    """The outlines of these charts in texels: the sides that only one of their triangles has."""
     rows = np.flatnonzero(own[charts.chart])
     F, of = charts.F[rows], np.repeat(charts.chart[rows], 3)
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
@@ -63,16 +63,17 @@ def _outlines(charts: UVCharts, own: BoolArray) -> list[shapely.MultiLineString]
     _, first, count = np.unique(key, return_index=True, return_counts=True)
     once = first[count == 1]
     order = once[np.argsort(of[once], kind="stable")]
-    lines = shapely.linestrings(np.stack((charts.uv[tail[order]], charts.uv[head[order]]), axis=1))
+    ends = np.stack((charts.uv[tail[order]], charts.uv[head[order]]), axis=1)
+    lines = shapely.linestrings(ends * np.array(size, dtype=float))
     place = np.cumsum(own) - 1
     return list(shapely.multilinestrings(lines, indices=place[of[order]]))
 
 
-def _least_distance(outlines: list[shapely.MultiLineString], page: IntArray) -> float:
+def _least_distance(outlines: list[shapely.MultiLineString], page: IntArray, side: int) -> float:
     """The least distance of two on one page, found within a reach that is doubled until there are some."""
     if len(outlines) < 2 or len(np.unique(page)) == len(page):
         return np.inf
-    tree, reach = shapely.STRtree(outlines), FIRST_REACH
+    tree, reach = shapely.STRtree(outlines), FIRST_REACH * side
     while True:
         one, other = tree.query(outlines, predicate="dwithin", distance=reach)
         near = (one < other) & (page[one] == page[other])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..charts import Packing, pack_charts
+from ..charts import Packing, pack_charts, page_size
 from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import complex_positions, coordinates
 from .constants import ROUNDING
@@ -37,7 +37,7 @@ class PackedUV:
     fill : float
         Share of the pages that charts cover; of a stack one counts.
     scale : float
-        Page sides per unit of length of V, on average. Times the resolution it is the texel density.
+        Page widths per unit of length of V, on average. Times the width in texels it is the texel density.
     """
 
     TC: FloatArray
@@ -87,7 +87,7 @@ def pack(
         Their rows at the corners, as `igl.readOBJ` returns them; -1 without.
     packing : Packing, optional
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
-        one page with a margin.
+        one page with a margin. Charts of a page that is not square are taken from one of the same aspect.
     rotate : bool
         Turn charts where they then fit better. Otherwise they are moved and scaled alone, as wood grain or
         text in a texture needs.
@@ -126,7 +126,9 @@ def pack(
     if scale not in SCALES:
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
     charts = UVCharts.of(V, F, TC, FTC)
-    flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number)
+    width, height = page_size((packing and packing.resolution) or 1)
+    aspect = height / width
+    flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number) * aspect
     area = np.bincount(charts.chart, charts.area, charts.number)
     sizes = _sizes(charts)
     solid = flat > ROUNDING * sizes**2
@@ -137,7 +139,7 @@ def pack(
         even[solid] = np.sqrt(area[solid] / flat[solid])
     first = charts.overlaps[1]
     own = np.flatnonzero(solid & (first == np.arange(charts.number)))
-    z = complex_positions(charts.uv)
+    z = complex_positions(charts.uv * [1, aspect])
     rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
     maps = []
     for i in own.tolist():
@@ -156,7 +158,8 @@ def pack(
         said = f"the charts of faces {some(lost)} have no area in the map and are left at the page's corner"
         warnings.warn(f"{said}: unwrap the mesh to give them one", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
-    return _packed(charts, turn[stack], shift[stack], page[stack], fill, abs(placed[0].ratio))
+    turned = z, turn[stack], shift[stack]
+    return _packed(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
 
 
 def _sizes(charts: UVCharts) -> FloatArray:
@@ -167,12 +170,21 @@ def _sizes(charts: UVCharts) -> FloatArray:
 
 
 def _packed(
-    charts: UVCharts, turn: ComplexArray, shift: ComplexArray, page: IntArray, fill: float, scale: float
+    charts: UVCharts,
+    turned: tuple[ComplexArray, ComplexArray, ComplexArray],
+    aspect: float,
+    page: IntArray,
+    fill: float,
+    scale: float,
 ) -> PackedUV:
-    """The charts moved; a row of `TC` is of one chart, and of one place in the map."""
+    """The charts moved; a row of `TC` is of one chart, and of one place in the map.
+
+    `turned` are the old places in page widths, and turn and shift of each chart.
+    """
+    old, turn, shift = turned
     key = np.column_stack((charts.chart.repeat(3), charts.F.ravel()))
     pairs, corner = np.unique(key, axis=0, return_inverse=True)
-    z = complex_positions(charts.uv)[pairs[:, 1]] * turn[pairs[:, 0]] + shift[pairs[:, 0]]
+    z = old[pairs[:, 1]] * turn[pairs[:, 0]] + shift[pairs[:, 0]]
     polygons = charts.split.polygons
     at, faces = np.full((len(charts.split.F), 3), -1), np.full(len(polygons), -1)
     at[charts.rows] = corner.reshape(-1, 3)
@@ -182,4 +194,4 @@ def _packed(
     at[charts.rows_aside] = place[charts.F_aside]
     faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
     known = charts.split.at_corners(at)
-    return PackedUV(coordinates(z), polygons.shape(known), faces, page, fill, scale)
+    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale)

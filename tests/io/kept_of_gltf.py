@@ -13,7 +13,8 @@ import numpy as np
 from kept import Cell, carried
 from PIL import Image
 
-from igl_linabf.io import MeshFile
+from igl_linabf import Packing, bake_texture, unwrap
+from igl_linabf.io import MeshFile, image_maps, read_file, write_file
 
 P = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype="<f4")
 F = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype="<u2")
@@ -317,6 +318,63 @@ def _nameless(folder: Path) -> None:
     assert (np.array(names)[material][of[::3] == 1] == "material 0").all()
 
 
+def _moved(folder: Path, to: str = "out.glb", kinds: tuple[str, ...] = ("baseColorTexture",)) -> None:
+    """Each image on its new coordinates is what `bake_texture` makes of the old one."""
+    shading = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 1, 1, 1]}
+    more = {"normalTexture": {"index": 0, "scale": 2}} if "normalTexture" in kinds else {}
+    if "occlusionTexture" in kinds:
+        more["occlusionTexture"] = {"index": 0}
+    text = textured(pbrMetallicRoughness=shading, **more)
+    source = document({"TEXCOORD_0": SQUARE}, raw=(png(),), primitive={"material": 0}, **text)
+    for name in ("in", "out"):
+        (folder / name).mkdir()
+    (folder / "in" / "a.gltf").write_text(source.replace('"bufferView": 4', '"bufferView": 3'))
+    mesh = read_file(folder / "in" / "a.gltf")
+    atlas = unwrap(mesh.V, mesh.F, packing=Packing(resolution=32))
+    labels = mesh.extras.materials[1]
+    images = {
+        kind: bake_texture(mesh.V, mesh.F, atlas, mesh.TC, mesh.FTC, own, 32, labels=labels)
+        for kind, own in image_maps(mesh).items()
+    }
+    assert set(images) == set(kinds)
+    write_file(folder / "out" / to, mesh, atlas.TC, atlas.FTC, images)
+    after = read_file(folder / "out" / to)
+    assert {of.kind for look in after.extras.looks for of in look.maps} == set(kinds) - {"occlusionTexture"}
+    if to.endswith(".glb"):
+        (material,) = text_of(after)["materials"]
+        assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0.5, 1, 1, 1]
+        assert material.get("normalTexture", {"scale": 2})["scale"] == 2
+    for kind, own in image_maps(after).items():
+        assert np.abs(own[0].pixels - images[kind]).max() < 0.003
+
+
+def _second_set(folder: Path) -> None:
+    """The first texture coordinates, tangents and images stay."""
+    text = textured(normalTexture={"index": 0})
+    text["images"][0]["bufferView"] = 4
+    (folder / "a.gltf").write_text(
+        document(
+            {"TEXCOORD_0": SQUARE, "TANGENT": np.ones((4, 4), "<f4")},
+            raw=(png(),),
+            primitive={"material": 0},
+            **text,
+        )
+    )
+    before = read_file(folder / "a.gltf")
+    write_file(
+        folder / "out.glb",
+        before,
+        np.arange(24).reshape(12, 2),
+        before.polygons.shape(np.arange(12)),
+        texcoord=1,
+    )
+    after = read_file(folder / "out.glb")
+    for name in ("TEXCOORD_0", "TANGENT"):
+        assert (at_corners(before, name) == at_corners(after, name)).all()
+    assert text_of(after)["materials"] == text_of(before)["materials"]
+    assert (at_corners(after, "TEXCOORD_1")[:, 0] == np.arange(0, 24, 2)).all()
+
+
 GLB = partial(Cell, "glTF", "GLB")
 OBJ = partial(Cell, "glTF", "OBJ")
 CELLS = [
@@ -340,8 +398,15 @@ CELLS = [
         "images of the old texture coordinates",
         "told",
         _old_images,
-        "1 images of its materials were made for the old texture coordinates: bake them anew",
+        "1 images of its materials were made for the old texture coordinates: --bake texture",
     ),
+    GLB("images of the old texture coordinates, with `--bake texture`", "kept", _moved),
+    GLB(
+        "normal maps and their scale, with `--bake texture`",
+        "kept",
+        partial(_moved, kinds=("baseColorTexture", "normalTexture")),
+    ),
+    GLB("the first texture coordinates, their images and tangents, with `--texcoord 1`", "kept", _second_set),
     GLB(
         "tangents of the old texture coordinates",
         "told",
@@ -374,6 +439,13 @@ CELLS = [
         "its mesh 0 is compressed by KHR_draco_mesh_compression",
     ),
     OBJ("materials without names", "kept", _nameless),
+    OBJ("images, with `--bake texture`", "kept", partial(_moved, to="out.obj")),
+    OBJ(
+        "maps that MTL has no words for, with `--bake texture`",
+        "told",
+        partial(_moved, to="out.obj", kinds=("baseColorTexture", "occlusionTexture")),
+        "OBJ has no place for the maps occlusionTexture",
+    ),
     OBJ("colours that differ at an edge", "told", _colours_of_some, "the colours of its corners"),
     OBJ(
         "further instances of a mesh; the largest one is there",

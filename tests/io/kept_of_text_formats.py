@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 from kept import Cell, carried
 
-from igl_linabf.io import MeshFile, read_file, write_file
+from igl_linabf import Packing, bake_texture, unwrap
+from igl_linabf.io import MeshFile, image_maps, read_file, write_file, write_image
 
 TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+MAPPED = "f 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/2 3/3 4/1\nf 1/1 4/2 3/3\n"
 FACES = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 LATIN = b"\272\354", b"\302\314"  # two names that are not UTF-8
 
@@ -137,6 +139,49 @@ def painted_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
         (folder / "in" / "a.obj").write_text("mtllib a.mtl\nusemtl a\n" + TETRA + FACES)
         mesh = read_file(folder / "in" / "a.obj")
         write_file(folder / "out" / to, mesh, mesh.V[:, :2], image=np.ones((2, 2, 3)) if image else None)
+
+    return act
+
+
+def moved_images(to: str) -> Callable[[Path], object]:
+    """Images and the other lines of their materials, where they are moved."""
+
+    def act(folder: Path) -> None:
+        (folder / "in").mkdir()
+        (folder / "out").mkdir()
+        write_image(folder / "in" / "old.png", np.full((4, 4, 3), 0.2))
+        (folder / "in" / "a.mtl").write_text("newmtl a\nKd 0.5 1 1\nNs 7\nmap_Kd -s 2 2 old.png\n")
+        (folder / "in" / "a.obj").write_text(
+            "mtllib a.mtl\nusemtl a\nvt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED
+        )
+        mesh = read_file(folder / "in" / "a.obj")
+        atlas = unwrap(mesh.V, mesh.F, packing=Packing(resolution=32))
+        moved = {
+            kind: bake_texture(
+                mesh.V, mesh.F, atlas, mesh.TC, mesh.FTC, own, 32, labels=mesh.extras.materials[1]
+            )
+            for kind, own in image_maps(mesh).items()
+        }
+        write_file(folder / "out" / to, mesh, atlas.TC, atlas.FTC, moved)
+        after = read_file(folder / "out" / to)
+        (image,) = image_maps(after)["baseColorTexture"]
+        corner = after.TC[after.texture] @ [[32, 0], [0, -32]] + [0, 32]
+        x, y = corner.reshape(-1, 3, 2).mean(axis=1).astype(int).T
+        assert np.allclose(image.pixels[y, x], 0.2, atol=0.003)
+        assert np.allclose(after.extras.looks[0].colour, (0.5, 1, 1))
+        if to.endswith(".obj"):
+            assert "Ns 7" in after.extras.looks[0].lines
+
+    return act
+
+
+def second_set(to: str) -> Callable[[Path], object]:
+    def act(folder: Path) -> None:
+        (folder / "a.obj").write_text("vt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED)
+        mesh = read_file(folder / "a.obj")
+        write_file(folder / to, mesh, mesh.V[:, :2], texcoord=1)
+        after = read_file(folder / to)
+        assert np.allclose(after.TC[after.texture], mesh.TC[mesh.texture])
 
     return act
 
@@ -444,6 +489,18 @@ CELLS = [
         "told",
         painted_images("out.obj"),
         "1 images of its materials were made for the old texture coordinates",
+    ),
+    Cell("OBJ", "OBJ", "images of materials, with `--bake texture`", "kept", moved_images("out.obj")),
+    Cell("OBJ", "GLB", "images of materials, with `--bake texture`", "kept", moved_images("out.glb")),
+    Cell("OBJ", "GLB", "the first texture coordinates, with `--texcoord 1`", "kept", second_set("out.glb")),
+    Cell("OBJ", "PLY", "the first texture coordinates, with `--texcoord 1`", "kept", second_set("out.ply")),
+    Cell(
+        "OBJ",
+        "OBJ",
+        "the first texture coordinates, with `--texcoord 1`: they stay, the second ones are in another file",
+        "told",
+        second_set("out.obj"),
+        "OBJ holds one set of texture coordinates: the second one is in out_texcoord1.obj",
     ),
     Cell(
         "OBJ",

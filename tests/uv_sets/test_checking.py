@@ -9,6 +9,7 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
+from kept_of_gltf import P, document
 
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
@@ -245,4 +246,22 @@ def test_the_command_s_exit_code_is_for_pipelines(tmp_path: Path, capsys: pytest
     assert second["check"]["overlaps"] > 0
     igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *plane()[:2])
     assert main(["check", str(tmp_path / "plain.obj")]) == 2
-    assert "has no texture coordinates at all corners: unwrap it" in capsys.readouterr().err
+    assert "has no texture coordinates: unwrap it" in capsys.readouterr().err
+
+
+def test_the_command_counts_faces_without_coordinates(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 1 1 0", "v 2 0 0", "vt 0 0", "vt 1 0", "vt 0 1"]
+    (tmp_path / "a.obj").write_text("\n".join([*lines, "f 1/1 2/2 3/3", "f 2/2 4 3/3", "f 2 5 4"]))
+    text = json.loads(document({"TEXCOORD_0": P[:, :2]}))
+    text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 2})
+    (tmp_path / "a.gltf").write_text(json.dumps(text))
+    for name, unmapped, faces in (("a.obj", 2, 3), ("a.gltf", 4, 8)):
+        assert main(["check", str(tmp_path / name), "--json"]) == 1
+        streams = capsys.readouterr()
+        said = json.loads(streams.out)["check"]
+        assert (said["unmapped"], said["faces"]) == (unmapped, faces)
+        assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
+        # what needs all of them does not take some
+        assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2

@@ -86,7 +86,7 @@ class Atlas:
     page : (#charts,) int64
         The page of each chart.
     scale : float
-        Page sides per unit of length of V, on average over a chart. Times the resolution it is the
+        Page widths per unit of length of V, on average over a chart. Times the width in texels it is the
         texel density.
     cones : (#C,) int64
         The vertices that are cones; empty without.
@@ -100,6 +100,8 @@ class Atlas:
         How polygons were split; None if the faces are triangles.
     given_seams : (#G, 2) int64
         The edges that were asked to be cut; `write_pattern` joins no pieces along them.
+    aspect : float
+        The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
     """
 
     TC: FloatArray
@@ -123,11 +125,17 @@ class Atlas:
     period: float | None = None
     split: Triangles | None = None
     given_seams: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    aspect: float = 1.0
 
     @property
     def pages(self) -> int:
         """Number of pages."""
         return int(self.page.max(initial=0)) + 1
+
+    @property
+    def flat(self) -> FloatArray:
+        """`TC` in page widths, (#TC, 2): with the angles of the charts also on pages that are not square."""
+        return np.asarray(self.TC * [1, self.aspect])
 
     @property
     def triangles(self) -> IntArray:
@@ -206,7 +214,7 @@ class Atlas:
             rows = [*rows[: most + 1], left_out, rows[-1]]
         lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:most])]
         face = slice(None) if self.split is None else self.split.face
-        picture = map_svg(self.TC, self.triangles, self.chart[face])
+        picture = map_svg(self.flat, self.triangles, self.chart[face])
         return html_row([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:

@@ -49,7 +49,8 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     (1.0, 4.0)
     """
     parted = [_charts_of(atlas) for atlas in atlases]
-    placed = pack_maps([chart for charts, _ in parted for chart in charts], Wish.of(packing))
+    wish = Wish.of(packing)
+    placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
     if not placed:
         return list(atlases)
     last = max(p.page for p in placed) + 1
@@ -68,6 +69,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
                 TC=TC,
                 page=np.array([p.page for p in own], dtype=np.int64),
                 scale=abs(own[0].ratio),
+                aspect=wish.spacing.aspect,
                 fill=sum(p.area for p in own) / last,
             )
         )
@@ -92,7 +94,7 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
     local[rows] = np.arange(len(rows)) - vertices.repeat(vertices.start[:-1])
     order = np.argsort(chart, kind="stable")
     start = np.searchsorted(chart[order], np.arange(n + 1))
-    z = complex_positions(atlas.TC[rows]) / atlas.scale
+    z = complex_positions(atlas.flat[rows]) / atlas.scale
     z -= vertices.repeat(vertices.min(z.real) + 1j * vertices.min(z.imag))
     uv, F = coordinates(z), local[triangles[order]]
     bounds = vertices.start

@@ -34,7 +34,7 @@ class Layout:
     corner : (#C,) complex128
         Where the origin of the turned chart comes to, from the page's lower left corner.
     side : float
-        Of a page; gaps between charts are shares of it.
+        The width of a page; gaps between charts are shares of it, and of its height.
     """
 
     turn: ComplexArray
@@ -65,10 +65,9 @@ class Charts:
     upright: bool = False
     fixed: bool = False
 
-    @property
-    def least_side(self) -> float:
-        """Of a page for the longest chart: nothing in a square is longer than its diagonal."""
-        return float(self.sizes.max() / np.sqrt(2))
+    def least_side(self, aspect: float) -> float:
+        """The width of a page for the longest chart: nothing on a page is longer than its diagonal."""
+        return float(self.sizes.max() / np.hypot(1, aspect))
 
     def turns(self, number: int) -> list[ComplexArray]:
         """`turns_of` these charts."""
@@ -104,10 +103,10 @@ def turns_of(
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Charts on pages of this side, on so many at most or as many as it takes; None if they do not fit."""
-    if charts.least_side > side * spacing.inner:
+    if charts.least_side(spacing.aspect) > side * spacing.inner:
         return None
     turns = charts.turns(constants.COARSE_TURNS)
-    return _on_pages(charts, charts.placed_by_shape(), turns, side, spacing, pages)
+    return _raised(_on_pages(charts, charts.placed_by_shape(), turns, side, spacing, pages), spacing)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
@@ -115,11 +114,22 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool 
 
     If it is to be `thorough`, a few charts are moved, too, which takes up to half a second.
     """
+    return _raised(_largest(charts, spacing, pages, thorough), spacing)
+
+
+def _raised(layout: Layout | None, spacing: Spacing) -> Layout | None:
+    """The layout on pages as high as they are: the search has cells of their aspect, and square pages."""
+    if layout is None or spacing.aspect == 1:
+        return layout
+    return replace(layout, corner=layout.corner.real + 1j * layout.corner.imag * spacing.aspect)
+
+
+def _largest(charts: Charts, spacing: Spacing, pages: int, thorough: bool) -> Layout | None:
     n = len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
     if n == 1:
-        side = float(charts.sizes.max()) / spacing.inner
+        side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
     shaped, turns = charts.placed_by_shape(), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
@@ -138,7 +148,12 @@ def _shortest_side(
     charts: Charts, shaped: IntArray, turns: Turns, spacing: Spacing, pages: int
 ) -> Layout | None:
     """The layout on pages of the shortest side that a bisection finds, with these turns."""
-    least = (np.sqrt(charts.areas.sum() / pages), charts.sizes.min(axis=1).max(), charts.least_side)
+    aspect = spacing.aspect
+    least = (
+        np.sqrt(charts.areas.sum() / aspect / pages),
+        charts.sizes.min(axis=1).max() / min(1, aspect),
+        charts.least_side(aspect),
+    )
     low = float(max(least)) / spacing.inner
     best, high = None, 1.5 * low
     while best is None and high < constants.MAX_SIDE_RATIO * low:
@@ -209,9 +224,10 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareL
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:number]}
     orders = [np.array(order) for order in sorted(order_by)]
     found: list[_SquareLayout] = []
-    side = max(float(np.sqrt(areas.sum() / constants.EXPECTED_FILL)), charts.least_side)
+    expected = float(np.sqrt(areas.sum() / spacing.aspect / constants.EXPECTED_FILL))
+    side = max(expected, charts.least_side(spacing.aspect))
     for _ in range(2 if all_shaped else 1):
-        masks = _masks(charts, shaped, turns, grid / side, spacing.gap * grid)  # for all orders
+        masks = _masks(charts, shaped, turns, side, grid, spacing)  # for all orders
         found += [
             _square_layout(
                 len(charts.outlines), shaped[order], masks, masks.spans[order], side, grid, spacing
@@ -229,7 +245,7 @@ def _moved(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLay
     chance, n = np.random.default_rng(0), len(start.order)
     side, grid = start.needed, constants.TRIAL_GRID
     cells = grid / side
-    masks = _masks(charts, np.arange(n), charts.turns(constants.MOVE_TURNS), cells, spacing.gap * grid)
+    masks = _masks(charts, np.arange(n), charts.turns(constants.MOVE_TURNS), side, grid, spacing)
     best = _square_layout(n, start.order, masks, masks.spans[start.order], side, grid, spacing)
     spans = masks.spans  # of a chart that keeps one turn, of its mask alone
     up_to = np.cumsum(charts.areas / charts.areas.sum())
@@ -288,7 +304,7 @@ def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number:
             break
         side, turns = entry.needed * (1 + constants.FINE_SLACK), entry.layout.turn[:, None]
         for trial in range(constants.MAX_FINE_TRIALS):
-            masks = _masks(charts, entry.order, turns, grid / side, spacing.gap * grid)
+            masks = _masks(charts, entry.order, turns, side, grid, spacing)
             n = len(charts.outlines)
             found.append(_square_layout(n, entry.order, masks, masks.spans, side, grid, spacing))
             if found[-1].fits:
@@ -309,10 +325,13 @@ def _different(layouts: list[_SquareLayout]) -> list[_SquareLayout]:
     return list(first.values())
 
 
-def _masks(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: float) -> ChartMasks:
-    """The masks of the chosen charts on a grid of `cells` to a unit; the gap is in cells."""
-    which = chosen.tolist()
-    return ChartMasks.of(masks_of([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap))
+def _masks(
+    charts: Charts, chosen: IntArray, turns: Turns, side: float, grid: int, spacing: Spacing
+) -> ChartMasks:
+    """The masks of the chosen charts on pages of this side, which have `grid` cells along it."""
+    which, gap = chosen.tolist(), spacing.gap * grid
+    outlines, own = [charts.outlines[i] for i in which], [turns[i] for i in which]
+    return ChartMasks.of(masks_of(outlines, own, grid / side, gap, spacing.aspect))
 
 
 def _square_layout(
@@ -361,7 +380,7 @@ def _on_pages(
     gap, cells = spacing.gap * grid, grid / side
     inner = int(spacing.inner * grid + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    masks = _masks(charts, order, turns, cells, gap)
+    masks = _masks(charts, order, turns, side, grid, spacing)
     placed = _place(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
     if placed is None:
         return None
@@ -373,7 +392,8 @@ def _on_pages(
     taken = masks.taken(inner, placed.places)
     width, height = charts.sizes[small].T
     lies = (width >= height) | charts.fixed
-    boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1]) * cells + gap
+    boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1])
+    boxes = boxes / [1, spacing.aspect] * cells + gap
     by_height = np.lexsort((-boxes[:, 0], -boxes[:, 1]))
     small, boxes, lies = small[by_height], boxes[by_height], lies[by_height]
     page = first = 0

@@ -151,15 +151,25 @@ def outlines(
 
 
 def masks_of(
-    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
+    outlines: Sequence[Outline],
+    turns: Sequence[ComplexArray],
+    cells_per_unit: float,
+    gap: float,
+    aspect: float = 1.0,
 ) -> list[Masks]:
     """The cells that charts touch, turned by each of their turns and widened by half a gap to all four sides.
 
-    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells.
+    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells, which are
+    `aspect` times as high as wide.
     """
     if not outlines:
         return []
-    half = gap / 2 * (1 + 1e-9) + 1e-9  # against rounding
+    if aspect != 1:
+        return [
+            _masks_in_low_cells(outline, by, cells_per_unit, gap, aspect)
+            for outline, by in zip(outlines, turns, strict=True)
+        ]
+    half = _half(gap)
     number = [len(by) for by in turns]
     sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
@@ -173,3 +183,33 @@ def masks_of(
         own = blocks[reached[i] : reached[j]]
         made.append(Masks(own_turns, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
     return made
+
+
+def _half(gap: float) -> float:
+    """Half a gap, and a little more against rounding."""
+    return gap / 2 * (1 + 1e-9) + 1e-9
+
+
+def _masks_in_low_cells(
+    outline: Outline, turns: ComplexArray, cells_per_unit: float, gap: float, aspect: float
+) -> Masks:
+    """The masks of one outline in cells that are not square: turned, and then drawn in cells that are."""
+    n, number = len(outline.start), len(turns)
+    start, end = (
+        _lowered(np.multiply.outer(turns, ends), aspect).ravel() for ends in (outline.start, outline.end)
+    )
+    shapes, low, blocks, begin = rasterize(
+        start,
+        end,
+        np.tile(outline.weight, number),
+        n * np.arange(number + 1),
+        np.full(number, cells_per_unit, dtype=np.complex128),
+        np.arange(number),
+        _half(gap),
+    )
+    return Masks(turns, shapes, low / cells_per_unit, blocks, begin)
+
+
+def _lowered(z: ComplexArray, aspect: float) -> ComplexArray:
+    """Points of a page that is `aspect` times as high as wide, where it is a square."""
+    return np.asarray(z.real + 1j * z.imag / aspect)

@@ -17,12 +17,12 @@ from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_d
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
-from .spacing import Packing, Spacing
+from .spacing import Packing, Spacing, page_size
 
 
 @dataclass(frozen=True, eq=False)
 class PackedChart:
-    """A chart on its page: the point u + iv of what it was is at `ratio * (u + iv) + shift`.
+    """A chart on its page: the point u + iv of what it was is at `ratio * (u + iv) + shift`, in page widths.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class PackedChart:
         Turn and scale. Its absolute value is the common scale, the same for all charts.
     shift : complex
     uv : (#V, 2) float64
-        The chart's coordinates there; NaN at vertices that no face refers to.
+        The chart's coordinates there, in page widths and heights; NaN at vertices that no face refers to.
     area : float
         Its area there, in pages.
     page : int
@@ -101,10 +101,11 @@ class Wish:
     ----------
     spacing : Spacing
     side : float or None
-        Of a page; None: as short as it can be.
+        The width of a page; None: as short as it can be.
     pages : int or None
         At most; None: as many as it takes.
-    resolution : int or None
+    resolution : (int, int) or None
+        Width and height of a page, in texels.
     upright : bool
         Turn several charts by quarter turns only.
     unit : float
@@ -116,7 +117,7 @@ class Wish:
     spacing: Spacing
     side: float | None
     pages: int | None
-    resolution: int | None
+    resolution: tuple[int, int] | None
     upright: bool = False
     unit: float = 1.0
     fixed: bool = False
@@ -128,10 +129,10 @@ class Wish:
             packing = Packing()
         if not isinstance(packing, Packing):
             raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
-        resolution, pages = packing.resolution, packing.pages
-        if packing.texel_density is None or resolution is None:
-            return cls(Spacing.of(packing), None, 1 if pages is None else pages, resolution)
-        return cls(Spacing.of(packing), resolution / packing.texel_density, pages, resolution)
+        size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
+        if packing.texel_density is None or size is None:
+            return cls(Spacing.of(packing), None, 1 if pages is None else pages, size)
+        return cls(Spacing.of(packing), size[0] / packing.texel_density, pages, size)
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""
@@ -146,15 +147,16 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     layout = _layout(charts, wish)
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
     low, scale = _fitted(z, layout, vertices, wish)
-    page = layout.page
-    tile = page % UDIM_ROW + 1j * (page // UDIM_ROW)
+    page, aspect = layout.page, wish.spacing.aspect
+    tile = page % UDIM_ROW + 1j * aspect * (page // UDIM_ROW)
     at = tile - scale * low
     z = scale * z + vertices.repeat(at)
     ratio = scale * layout.turn * turn
     shift = scale * (layout.corner - layout.turn * origin) + at
-    rows = zip(ratio.tolist(), shift.tolist(), (area * scale**2).tolist(), page.tolist(), strict=True)
+    areas = area * scale**2 / aspect
+    rows = zip(ratio.tolist(), shift.tolist(), areas.tolist(), page.tolist(), strict=True)
     bounds = pairwise(vertices.start.tolist())
-    uv = coordinates(z)
+    uv = coordinates(z) / [1, aspect]
     return [
         PackedChart(by, to, uv[slice(*span)], size, on)
         for span, (by, to, size, on) in zip(bounds, rows, strict=True)
@@ -202,7 +204,7 @@ def _prepared(
     if wish.fixed or (wish.upright and len(maps) > 1):
         turn = np.ones(len(maps), np.complex128)
     elif len(maps) == 1:
-        turn = np.array([_squarest_turn(z)])
+        turn = np.array([_fittest_turn(z, wish.spacing.aspect)])
     else:
         turn = narrowest_turns(z, vertices.start)
     z = z * vertices.repeat(turn)
@@ -225,7 +227,8 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     if found is not None:
         return found
     assert wish.resolution is not None
-    density = wish.resolution / wish.side  # texels per unit of the charts
+    wide_page, high_page = wish.resolution
+    density = wide_page / wish.side  # texels per unit of the charts
     asked = density * wish.unit
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
     remedy = "use a smaller density or a larger resolution"
@@ -239,17 +242,18 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
         if len(too_large) > 1:
             why = f"charts {some(too_large)} are too large for any; {why}"
     else:
-        share = float(charts.areas.sum()) / wish.side**2
+        share = float(charts.areas.sum()) / wish.side**2 / spacing.aspect
         why = f"each one does alone; together they cover {share:.3g} pages, without the gaps between them"
     raise MeshError(
         f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
-        f"{wish.resolution} x {wish.resolution} texels ({why}): {remedy}"
+        f"{wide_page} x {high_page} texels ({why}): {remedy}"
     )
 
 
 def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
     """The charts that do not fit on a page of this side alone, the longest ones first."""
-    long = np.flatnonzero(charts.sizes.max(axis=1) > side * spacing.inner)  # others do as they are
+    short = side * spacing.inner * min(1, spacing.aspect)
+    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # others do as they are
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
         replace(
@@ -270,10 +274,10 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tu
     Pages of a given side have that scale. Others are as large as their charts, which leaves gaps no narrower
     than they were.
     """
-    spacing = wish.spacing
+    spacing, diagonal = wish.spacing, complex(1, wish.spacing.aspect)
     if wish.side is not None:
         inset = (spacing.gap / 2 - spacing.border) * wish.side
-        return np.full(len(vertices), complex(inset, inset)), 1 / wish.side
+        return np.full(len(vertices), inset * diagonal), 1 / wish.side
     n = int(layout.page.max()) + 1
     lows, highs = rectangles(z, vertices)
     highs += lows
@@ -281,12 +285,12 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tu
     high = np.full((n, 2), -np.inf)
     np.minimum.at(low, layout.page, coordinates(lows))
     np.maximum.at(high, layout.page, coordinates(highs))
-    scale = spacing.inner / float((high - low).max())
-    return (low @ [1, 1j] - complex(spacing.border, spacing.border) / scale)[layout.page], scale
+    scale = spacing.inner / float(((high - low) / [1, spacing.aspect]).max())
+    return (low @ [1, 1j] - spacing.border * diagonal / scale)[layout.page], scale
 
 
-def _squarest_turn(z: ComplexArray) -> complex:
-    """The turn of a single chart that makes the upright square around it smallest."""
+def _fittest_turn(z: ComplexArray, aspect: float) -> complex:
+    """The turn of a single chart that makes the upright page around it smallest."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
@@ -295,6 +299,8 @@ def _squarest_turn(z: ComplexArray) -> complex:
     turns = edges.conj() / np.abs(edges)
     quarter = np.exp(0.5j * np.pi * np.arange(SINGLE_CHART_TURNS) / SINGLE_CHART_TURNS)
     turns = np.concatenate((turns[:: -(-len(turns) // SINGLE_CHART_TURNS)], quarter))
+    if aspect != 1:
+        turns = np.concatenate((turns, 1j * turns))
     turned = hull[:: -(-len(hull) // MAX_HULL_POINTS), None] * turns
-    square = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
-    return complex(turns[int(square.argmin())])
+    width = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0) / aspect)
+    return complex(turns[int(width.argmin())])

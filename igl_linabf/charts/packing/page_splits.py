@@ -80,6 +80,7 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
     """
     assert wish.side is not None
     most = constants.MAX_CHART_SIDE * wish.side * wish.spacing.inner
+    most_long, most_short = most * max(1, wish.spacing.aspect), most * min(1, wish.spacing.aspect)
     waiting, small = _flat(done), list[FlatChart]()
     while waiting:
         chart = waiting.pop()
@@ -88,11 +89,12 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
         along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)
-        if longest > most:
+        fits = longest <= most_long and min(wide, high) <= most_short
+        if not fits:
             along -= (along.min() + along.max()) / 2
             band = constants.HALVING_BAND * longest
             parts = chart.parts(_shortest_between(along, band, chart.sides, chart.lengths))
-        if longest <= most or len(parts) == 1:
+        if fits or len(parts) == 1:
             small.append(chart)
         else:
             waiting += parts

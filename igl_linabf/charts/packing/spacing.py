@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from .constants import DEFAULT_MARGIN, DEFAULT_PADDING, MAX_GAP
 
 @dataclass(frozen=True)
 class Spacing:
-    """Distances as shares of a page's side.
+    """Distances as shares of a page's width, and of its height.
 
     Attributes
     ----------
@@ -20,20 +21,26 @@ class Spacing:
         Between two charts, in u or in v.
     border : float
         To the page's border.
+    aspect : float
+        The page's height over its width.
     """
 
     gap: float
     border: float
+    aspect: float = 1.0
 
     @classmethod
     def of(cls, packing: Packing) -> Spacing:
         """The margin on all sides; or, with a resolution, the padding, half of it at the border.
 
-        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
+        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none. On
+        pages that are not square, the padding is at least as wide along the longer side.
         """
         if packing.resolution is None:
             return cls(packing.margin, packing.margin)
-        return cls(packing.padding / packing.resolution, packing.padding / packing.resolution / 2)
+        width, height = page_size(packing.resolution)
+        share = packing.padding / min(width, height)
+        return cls(share, share / 2, height / width)
 
     @property
     def inner(self) -> float:
@@ -42,11 +49,28 @@ class Spacing:
 
     def wider(self, by: float) -> Spacing:
         """The same and `by` more on all sides."""
-        return Spacing(self.gap + by, self.border + by)
+        return replace(self, gap=self.gap + by, border=self.border + by)
 
     def at_most(self, gap: float) -> Spacing:
         """The same, made smaller in proportion, if the gap is larger than this."""
-        return self if self.gap <= gap else Spacing(gap, self.border * gap / self.gap)
+        return self if self.gap <= gap else replace(self, gap=gap, border=self.border * gap / self.gap)
+
+
+def page_size(resolution: Any) -> tuple[int, int]:
+    """Width and height of a page in texels, of what a caller gives as its resolution.
+
+    Raises
+    ------
+    ValueError
+        It is no whole number from 1 on, nor two of them.
+    """
+    sides = tuple(resolution) if isinstance(resolution, tuple | list) else (resolution, resolution)
+    if len(sides) != 2 or not all(is_number(side, 1, whole=True) for side in sides):
+        raise ValueError(
+            f"resolution is {resolution!r}: give the texels along a square page's side, like 1024, or width "
+            "and height, like (2048, 1024)"
+        )
+    return int(sides[0]), int(sides[1])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +79,11 @@ class Packing:
 
     Attributes
     ----------
-    resolution : int, optional
-        Texels along a page's side. Distances are then given by `padding`, not by `margin`, and `unwrap` cuts
-        charts of many limbs further where a fuller page is worth the seam, as `Seams.trade` says.
+    resolution : int or (int, int), optional
+        Texels along a page's side, or its width and height. Texture coordinates are shares of both, so a page
+        that is not square is the unit square in them, too. Distances are then given by `padding`, not by
+        `margin`, and `unwrap` cuts charts of many limbs further where a fuller page is worth the seam, as
+        `Seams.trade` says.
     padding : float
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup. Needs `resolution`.
@@ -85,7 +111,7 @@ class Packing:
     (100.0, 1)
     """
 
-    resolution: int | None = None
+    resolution: int | tuple[int, int] | None = None
     padding: float = DEFAULT_PADDING
     texel_density: float | None = None
     pages: int | None = None
@@ -104,20 +130,15 @@ class Packing:
                     "side, too, or a margin instead"
                 )
         else:
-            if not is_number(resolution, 1, whole=True):
-                raise ValueError(
-                    f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
-                )
+            least = min(page_size(resolution))
             if self.margin != DEFAULT_MARGIN:
                 raise ValueError(
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "
                     "give padding instead"
                 )
-            most = MAX_GAP * resolution
+            most = MAX_GAP * least
             if not is_number(padding, 0, most):
-                raise ValueError(
-                    f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
-                )
+                raise ValueError(f"padding is {padding!r} texels of {least} along a page: give 0 to {most:g}")
         pages = self.pages
         if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
             raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")

@@ -42,7 +42,7 @@ class TrialPage:
     @property
     def _cells(self) -> float:
         """Cells to a unit of the charts: the grid is that of the page which they are expected to take."""
-        return TRIAL_GRID / float(np.sqrt(self.area / EXPECTED_FILL))
+        return TRIAL_GRID / float(np.sqrt(self.area / self.spacing.aspect / EXPECTED_FILL))
 
     def charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
         """Of outlines that are turned to their narrowest rectangles."""
@@ -50,7 +50,8 @@ class TrialPage:
         sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
         turns = turns_of(areas, sizes, self.area, COARSE_TURNS, self.upright)
-        masks = masks_of(outlines, turns, self._cells, self.spacing.gap * TRIAL_GRID)
+        gap = self.spacing.gap * TRIAL_GRID
+        masks = masks_of(outlines, turns, self._cells, gap, self.spacing.aspect)
         return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
     def charts_of_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
@@ -92,7 +93,8 @@ class TrialPage:
 
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
         gap = self.spacing.gap * TRIAL_GRID
-        full = self._cells * float(np.sqrt(self.area))  # cells along a page that its charts would cover
+        # cells along a page that its charts would cover
+        full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
         room = GROWING_ROOM * TRIAL_GRID

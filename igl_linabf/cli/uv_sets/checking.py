@@ -17,7 +17,7 @@ LIMITS = ("max_stretch", "max_spread", "min_margin")
 
 
 def _check(options: argparse.Namespace) -> int:
-    mesh, TC, FTC = mesh_with_coordinates(options)
+    mesh, TC, FTC = mesh_with_coordinates(options, partial=True)
     asked = {name: getattr(options, name) for name in LIMITS}
     if options.resolution is not None:
         asked["resolution"] = options.resolution
@@ -28,11 +28,14 @@ def _check(options: argparse.Namespace) -> int:
     return judged(options, found.good, found.troubles)
 
 
-def mesh_with_coordinates(options: argparse.Namespace) -> tuple[MeshFile, FloatArray, Faces]:
-    """What the file holds, and its texture coordinates."""
-    mesh = given_mesh(options)
+def mesh_with_coordinates(
+    options: argparse.Namespace, partial: bool = False
+) -> tuple[MeshFile, FloatArray, Faces]:
+    """What the file holds, and its texture coordinates; with `partial`, -1 where a corner has none."""
+    mesh = given_mesh(options, partial)
     if mesh.TC is None or mesh.FTC is None:
-        raise MeshError(f"{options.mesh} has no texture coordinates at all corners: unwrap it")
+        where = "" if partial else " at all corners"
+        raise MeshError(f"{options.mesh} has no texture coordinates{where}: unwrap it")
     return mesh, mesh.TC, mesh.FTC
 
 

@@ -12,6 +12,7 @@ from ...surface import Polygons
 from ..materials import Material, as_gltf, of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
+from .images import maps_of
 from .ngons import EXTENSION, polygons_among, turned_over
 from .particulars import unshared
 from .scene import Gltf, Mode, Placement, load_gltf, placements
@@ -136,11 +137,19 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
             source=GltfFile(gltf, primitives, frames),
         ),
     )
-    map_ = _whole([of.attributes[TEXTURE] for of in held])
-    if map_ is None:
+    maps = [of.attributes[TEXTURE] for of in held]
+    has = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
+    if not any(has):
         return made
+    map_ = np.concatenate(
+        [
+            np.zeros((len(of.V), 2)) if m is None or not ok else m
+            for m, ok, of in zip(maps, has, held, strict=True)
+        ]
+    )
     TC, same = np.unique(map_, axis=0, return_inverse=True)
-    return replace(made, TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
+    texture = np.where(np.repeat(has, np.diff(point))[flat], same.ravel()[flat], -1)
+    return replace(made, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))
 
 
 def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray) -> _Content:
@@ -191,7 +200,8 @@ def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
         return {}
     of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
-    return {"materials": (names, of_face), "looks": tuple(map(of_gltf, listed))}
+    looks = tuple(replace(of_gltf(material), maps=maps_of(gltf, material)) for material in listed)
+    return {"materials": (names, of_face), "looks": looks}
 
 
 def _colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:

@@ -11,10 +11,10 @@ import numpy as np
 
 from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
-from ..materials import PLAIN, Material, as_gltf, warn_of_images
+from ..materials import BAKED, MOVE, PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
 from ..references import named_file, renamed
-from ..vertex_splits import single_precision, unique_tuples
+from ..vertex_splits import pages_of_faces, single_precision, unique_tuples
 from .extensions import (
     COMPRESSED,
     VIEWS,
@@ -24,14 +24,15 @@ from .extensions import (
     names_numbers,
     properties,
 )
-from .images import old_images, texture_uses
+from .images import leave_out_old_images, old_images, texture_uses
 from .ngons import EXTENSION
-from .reading import TEXTURE, GltfFile
+from .reading import TEXTURE, GltfFile, Primitive
 from .scene import Gltf, Mode, Target
+from .textures import MaterialPages, with_images
 from .writing import Buffer, save_new_gltf, triangles_of, write_gltf
 
 TANGENTS, FEATURE = "TANGENT", "_FEATURE_ID_{}"
-MADE_OF_THE_MAP = (TANGENTS, TEXTURE)
+TEXTURES = (TEXTURE, "TEXCOORD_1")
 # keys of accessors; and all in "attributes"
 REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
 IMAGES = {
@@ -58,16 +59,23 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][of.mesh]["primitives"][of.number] for of in source.primitives]
-    warn_of_images(old_images(text), mesh.image is not None)
+    second = int(mesh.first is not None)
+    if mesh.images is None or not mesh.images.moved:
+        warn_of_images(
+            old_images(text, second), BAKED if mesh.images else "bake them anew" if second else MOVE
+        )
+    if mesh.images is not None and not names_numbers(text):
+        leave_out_old_images(text)
     leave_out_of_vertices(text, [*(text["meshes"][of.mesh] for of in source.primitives), *primitives])
     old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
-    _leave_out_tangents(text, primitives, old)
+    _leave_out_tangents(text, primitives, old, second)
     for its in primitives:
         its.pop("indices", None)
     _carry_over(gltf, text, buffer)
     _embed_images(text, gltf.folder, path.parent, buffer)
     map_ = mesh.TC * [1, -1] + [0, 1]
-    for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):
+    pages = MaterialPages(text)
+    for of, primitive, (attributes, targets), page in _parts(mesh, text, source.primitives, primitives, old):
         (own, texture), vertex = unique_tuples(of.vertex, mesh.texture[of.corners])
 
         def taken(numbers: dict[str, int], rows: IntArray = own) -> dict[str, int]:
@@ -77,7 +85,7 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
             }
 
         st = buffer.add(single_precision(map_[texture], "TC"))
-        primitive |= {"mode": Mode.TRIANGLES, "attributes": {**taken(attributes), TEXTURE: st}}
+        primitive |= {"mode": Mode.TRIANGLES, "attributes": {**taken(attributes), TEXTURES[second]: st}}
         _name_features(primitive, own, buffer)
         if targets:
             primitive["targets"] = [taken(target) for target in targets]
@@ -89,23 +97,55 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
                 text["extensionsUsed"].append(EXTENSION)
         if "material" not in primitive:
             primitive["material"] = _plain_material(text)
-    write_gltf(temporary, text, buffer, mesh.image)
+        pages.assign(primitive, page)
+    if mesh.images is not None:
+        with_images(text, buffer.put, mesh.images, pages.pages)
+    write_gltf(temporary, text, buffer)
 
 
-def _leave_out_tangents(text: dict[str, Any], primitives: list[dict[str, Any]], old: list[Any]) -> None:
+def _parts(
+    mesh: MeshFile,
+    text: dict[str, Any],
+    of: list[Primitive],
+    primitives: list[dict[str, Any]],
+    old: list[Any],
+) -> Iterator[tuple[Primitive, dict[str, Any], Any, int]]:
+    """The primitives, their descriptions and old attributes, and their pages: one for each page of images."""
+    several = mesh.images is not None and mesh.images.pages > 1
+    page_of_face = pages_of_faces(mesh) if several else np.zeros(len(mesh.polygons), dtype=np.int64)
+    for place, primitive, attributes in zip(of, primitives, old, strict=True):
+        blank = copy.deepcopy(primitive)
+        for i, page in enumerate(np.unique(page_of_face[place.faces]).tolist()):
+            faces = place.faces[page_of_face[place.faces] == page]
+            mine = np.isin(mesh.polygons.owner[place.corners], faces)
+            part = place._replace(faces=faces, corners=place.corners[mine], vertex=place.vertex[mine])
+            if i:
+                primitive = copy.deepcopy(blank)
+                text["meshes"][place.mesh]["primitives"].append(primitive)
+            yield part, primitive, attributes, page
+
+
+def _leave_out_tangents(
+    text: dict[str, Any], primitives: list[dict[str, Any]], old: list[Any], second: int
+) -> None:
     """Leave out, of attributes and targets, what was made of the old map; glTF has tangents made of a map.
 
     Tangents stay where their image goes with other texture coordinates.
     """
+    made_of_the_map = (TANGENTS, TEXTURES[second])
     count = 0
     for primitive, (attributes, targets) in zip(primitives, old, strict=True):
         material = text["materials"][primitive["material"]] if "material" in primitive else {}
         normal = [use for use in texture_uses(material) if use.key == "normalTexture"]
-        stay = any(use.coordinates for use in normal)
+        stay = (
+            any(use.coordinates for use in normal)
+            if not second
+            else not any(use.coordinates == second for use in normal)
+        )
         count += TANGENTS in attributes and not stay
         for held in (attributes, *targets):
-            for name in MADE_OF_THE_MAP:
-                if name == TEXTURE or not stay:
+            for name in made_of_the_map:
+                if name != TANGENTS or not stay:
                     held.pop(name, None)
     if count:
         warnings.warn(

@@ -17,9 +17,9 @@ from ..materials import Material, as_gltf, linear
 from ..mesh_file import MeshFile
 from ..parsing import as_bytes
 from ..vertex_splits import origin_of, single_precision, split_vertices
-from .images import all_uses, without_old_images
 from .ngons import EXTENSION, fans
-from .scene import DTYPES, Component, Filter, Target
+from .scene import DTYPES, Component, Target
+from .textures import with_images
 
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
@@ -102,7 +102,10 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
         "meshes": meshes,
         "materials": materials,
     }
-    write_gltf(temporary, description, buffer, mesh.image)
+    if mesh.images is not None:
+        pages = {i: look.page for i, look in enumerate(looks)}
+        with_images(description, buffer.put, mesh.images, pages, looks)
+    write_gltf(temporary, description, buffer)
 
 
 def _comments(mesh: MeshFile) -> dict[str, Any]:
@@ -117,7 +120,10 @@ def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -
     made = split_vertices(mesh, corner, normals=True, colours=given_colours(mesh))
     attributes = {
         "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V")),
-        "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC")),
+        **{
+            f"TEXCOORD_{i}": buffer.add(single_precision(TC * [1, -1] + [0, 1], "TC"))
+            for i, TC in enumerate((made.TC,) if made.first is None else (made.first, made.TC))
+        },
     }
     if made.normals is not None:
         attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"))
@@ -153,44 +159,8 @@ def _unit(normals: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
 
 
-def _append(description: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
-    """Add an entry to a list; returns its number."""
-    listed = description.setdefault(name, [])
-    listed.append(entry)
-    return len(listed) - 1
-
-
-def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> None:
-    """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
-    for material in description["materials"]:
-        without_old_images(material)
-    if not all_uses(description):
-        for name in ("images", "samplers", "textures"):
-            description.pop(name, None)
-    added: dict[str, dict[str, Any]] = {
-        "images": {"bufferView": buffer.put(image), "mimeType": "image/png"},
-        "samplers": {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR},
-    }
-    source, sampler = (_append(description, name, entry) for name, entry in added.items())
-    texture = _append(description, "textures", {"source": source, "sampler": sampler})
-    for material in description["materials"]:
-        shading = material.get("pbrMetallicRoughness", {})
-        shading.pop("baseColorFactor", None)  # the image would be multiplied by it
-        material["pbrMetallicRoughness"] = {
-            **shading,
-            "metallicFactor": 0,
-            "baseColorTexture": {"index": texture},
-        }
-    for mesh in description["meshes"]:
-        for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data
-                primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
-
-
-def write_gltf(path: str, description: dict[str, Any], buffer: Buffer, image: bytes | None) -> None:
+def write_gltf(path: str, description: dict[str, Any], buffer: Buffer) -> None:
     """The container: a text that describes, and the bytes that it describes."""
-    if image is not None:
-        with_texture(description, buffer, image)
     description |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
     description["buffers"] = [{"byteLength": buffer.size}]
     if path.lower().endswith(".gltf"):

@@ -21,6 +21,7 @@ from ..materials import Material, library
 from ..mesh_file import MeshFile
 from ..parsing import SPACE, Damaged, Extras, Named, as_text, name_of, numbers, printable, refuse
 from ..references import named_file
+from .maps import with_maps
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
@@ -173,7 +174,8 @@ def with_looks(extras: Extras, path: Path) -> Extras:
             place = named_file(name, path.parent)
             if place is not None:
                 with contextlib.suppress(OSError, Damaged):
-                    known = library(place) | known  # the first one counts
+                    own = {name: with_maps(look, place.parent) for name, look in library(place).items()}
+                    known = own | known  # the first one counts
     if not known:
         return extras
     names = extras.materials[0]  # a comment may follow

@@ -10,7 +10,17 @@ import numpy as np
 
 from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
-from ..materials import PLAIN, Material, library_text, warn_of_images, warn_of_lost_images
+from ..materials import (
+    COLOUR,
+    MOVE,
+    MTL_WORDS,
+    PLAIN,
+    Material,
+    library_text,
+    unmoved_images,
+    warn_of_images,
+    warn_of_lost_images,
+)
 from ..mesh_file import MeshFile
 from ..parsing import Named, as_bytes, name_of
 from ..references import renamed
@@ -18,6 +28,7 @@ from .reading import LIBRARY, ObjText, library_names
 
 # elements that may name texture coordinates, too: those of curves and surfaces are their control points
 OF_OLD_TEXTURE = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
+FIRST_TILE = 1001  # of UDIM
 FILES = {
     LIBRARY: None,
     b"maplib": None,
@@ -54,22 +65,35 @@ def materials_beside(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
     materials = dict(zip(names, looks, strict=True))
     if (of < 0).any():
         materials[without_name(names, PLAIN)] = Material()
-    library, image = side_files(path)
-    if mesh.image is None:
+    library, images = library_of(path), mesh.images
+    if images is None:
         return {library: as_bytes(library_text(materials))}
-    warn_of_lost_images(sum(look.images for look in looks))
-    return {library: as_bytes(library_text(materials, image.name)), image: mesh.image}
+    files = {kind: image_files(path, kind, len(pages)) for kind, pages in images.maps.items()}
+    warn_of_lost_images(unmoved_images(looks) if images.moved else sum(look.images for look in looks))
+    named = {kind: [file.name for file in own] for kind, own in files.items()}
+    made = {library: as_bytes(library_text(materials, named, images.moved))}
+    for kind, own in files.items():
+        made.update(zip(own, images.maps[kind], strict=True))
+    return made
 
 
-def side_files(path: Path) -> tuple[Path, Path]:
-    """The library and the image beside an OBJ file."""
-    return path.with_suffix(".mtl"), path.with_suffix(".png")
+def library_of(path: Path) -> Path:
+    """The library beside an OBJ file."""
+    return path.with_suffix(".mtl")
+
+
+def image_files(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
+    """The images of one kind beside an OBJ file, one a page, numbered as UDIM tiles if there are several."""
+    word = MTL_WORDS.get(kind, kind)
+    stem = path.stem if kind == COLOUR else f"{path.stem}_{word}"
+    tiles = [""] if pages == 1 else [f".{FIRST_TILE + page}" for page in range(pages)]
+    return tuple(path.with_name(f"{stem}{tile}.png") for tile in tiles)
 
 
 def has_library(mesh: MeshFile) -> bool:
     """Whether an MTL file is written: that of an OBJ that was read stays as it is but for an image."""
     from_obj = isinstance(mesh.extras.source, ObjText)
-    return mesh.image is not None or (mesh.extras.materials is not None and not from_obj)
+    return mesh.images is not None or (mesh.extras.materials is not None and not from_obj)
 
 
 def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -95,7 +119,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
         file.writelines(f"# {line}\n" for line in ("igl_linabf", *extras.comments))
         if words:
-            file.write(f"mtllib {side_files(path)[0].name}\n")
+            file.write(f"mtllib {library_of(path).name}\n")
         for keyword, rows in tables.items():
             file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
@@ -129,22 +153,31 @@ def _rewrite_lines(temporary: str, mesh: MeshFile, text: ObjText, path: Path) ->
     faces = _face_lines(text, mesh.texture + 1, mesh.polygons.sizes)
     first, waiting = (int(text.faces[0]) if len(text.faces) else -1), iter(faces)
     of_face = set(text.faces.tolist())
-    if mesh.image is None:
-        warn_of_images(sum(look.images for look in mesh.extras.looks or ()))
+    if mesh.images is None:
+        warn_of_images(sum(look.images for look in mesh.extras.looks or ()), MOVE)
     new_library, stale = has_library(mesh), set[str]()
     names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
+    on_pages = mesh.images is not None and mesh.images.pages > 1
+    numbers, now = iter(of.tolist()), None
     with open(temporary, "wb") as file:
         if new_library:
-            file.write(as_bytes(f"mtllib {side_files(path)[0].name}\n"))
+            file.write(as_bytes(f"mtllib {library_of(path).name}\n"))
         for i, line in enumerate(text.lines):
             if i == first:
                 file.write(map_)
-                if new_library and of[0] < 0:
+                if new_library and of[0] < 0 and not on_pages:
                     file.write(as_bytes(f"usemtl {without_name(names, PLAIN)}\n"))
             if i in of_face:
+                material = next(numbers)
+                if on_pages and material != now:
+                    named = names[material] if material >= 0 else without_name(names, PLAIN)
+                    file.write(as_bytes(f"usemtl {named}\n"))
+                    now = material
                 file.write(next(waiting))
                 continue
             word = (line.split(None, 1)[:1] or [b""])[0]
+            if on_pages and word == b"usemtl":
+                continue
             if word == b"vt" or (word == LIBRARY and new_library):
                 continue
             if word in OF_OLD_TEXTURE:

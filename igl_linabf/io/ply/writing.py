@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._types import FloatArray
+from ..._types import FloatArray, IntArray
 from ..materials import warn_of_images
 from ..mesh_file import MeshFile
 from ..parsing import Column, Property, as_bytes
@@ -18,7 +18,9 @@ from ..vertex_splits import SplitVertices, single_precision, split_behind, uniqu
 from .reading import COLOUR_NAMES, CORNER_TEXTURE, IMAGE, INDICES, NAMES, NORMAL_NAMES, PlyTables, row_type
 
 TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
+SECOND = "1"  # behind their names: PLY has no rule for second ones
 OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
+OLD_SECOND = {name + SECOND for name in (*TEXTURE, CORNER_TEXTURE)}
 Fields = list[tuple[Property, Column]]
 
 
@@ -34,17 +36,22 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
     made = split_behind(mesh)
     at_faces = len(made.vertex) > len(mesh.V) and bool((polygons.sizes == 3).all())
     if at_faces:
-        made = split_behind(replace(mesh, texture=np.zeros_like(mesh.texture)), split_at_normals)
+        one = np.zeros_like(mesh.texture)
+        first = None if mesh.first is None else (mesh.first[0], one)
+        made = split_behind(replace(mesh, texture=one, first=first), split_at_normals)
     elif split_at_normals:
         made = split_behind(mesh, split_at_normals)
-    elements = _new_elements(mesh, made) if source is None else _kept(source, made)
+    elements = _new_elements(mesh, made) if source is None else _kept(source, made, mesh.first is not None)
     corner = Property(INDICES[0], "i4", "u1" if polygons.sizes.max() < 256 else "i4")
     elements["face"].insert(0, (corner, Column(made.corners, polygons.sizes)))
-    if at_faces:
-        lists = single_precision(mesh.TC, "TC")[mesh.texture].ravel()
-        elements["face"].append((Property(CORNER_TEXTURE, "f4", "u1"), Column(lists, 2 * polygons.sizes)))
-    else:
-        elements["vertex"] += _numbers(TEXTURE, "f4", single_precision(made.TC, "TC"))
+    for mark, whole, at_vertices in _maps(mesh, made):
+        if at_faces:
+            lists = single_precision(whole[0], "TC")[whole[1]].ravel()
+            corner = Property(CORNER_TEXTURE + mark, "f4", "u1")
+            elements["face"].append((corner, Column(lists, 2 * polygons.sizes)))
+        else:
+            names = [name + mark for name in TEXTURE]
+            elements["vertex"] += _numbers(names, "f4", single_precision(at_vertices, "TC"))
     comments = _new_comments(mesh) if source is None else _kept_comments(mesh, source, path)
     head = ["ply", "format binary_little_endian 1.0", *comments]
     for name, columns in elements.items():
@@ -53,6 +60,14 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
         file.write("\n".join([*head, "end_header\n"]).encode("latin-1"))
         for columns in elements.values():
             file.write(_binary_rows(columns))
+
+
+def _maps(mesh: MeshFile, made: SplitVertices) -> list[tuple[str, tuple[FloatArray, IntArray], FloatArray]]:
+    """What the names of texture coordinates end in, their rows at corners, and those of vertices."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    if mesh.first is None or made.first is None:
+        return [("", (mesh.TC, mesh.texture), made.TC)]
+    return [("", mesh.first, made.first), (SECOND, (mesh.TC, mesh.texture), made.TC)]
 
 
 def _numbers(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
@@ -75,13 +90,12 @@ def _bytes_of_colours(colours: FloatArray) -> Fields:
     return _numbers(COLOUR_NAMES[0][: colours.shape[1]], "u1", np.round(np.clip(colours, 0, 1) * 255))
 
 
-def _kept(source: PlyTables, made: SplitVertices) -> dict[str, Fields]:
+def _kept(source: PlyTables, made: SplitVertices, second: bool) -> dict[str, Fields]:
     """The elements that were read, vertices and faces first, without what is written anew."""
+    old = OLD_TEXTURE | OLD_SECOND if second else OLD_TEXTURE
     kept = {name: [(of, source.tables[name][of.name]) for of in its] for name, _, its in source.elements}
-    vertex = [
-        (of, column.take(made.vertex)) for of, column in kept.pop("vertex") if of.name not in OLD_TEXTURE
-    ]
-    face = [(of, column) for of, column in kept.pop("face") if of.name not in {*OLD_TEXTURE, *INDICES}]
+    vertex = [(of, column.take(made.vertex)) for of, column in kept.pop("vertex") if of.name not in old]
+    face = [(of, column) for of, column in kept.pop("face") if of.name not in {*old, *INDICES}]
     return {"vertex": vertex, "face": face, **kept}
 
 
@@ -100,7 +114,8 @@ def _kept_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
             named = os.fsdecode(rest.encode("latin-1"))
             rest = os.fsencode(renamed(named.strip(), mesh.path.parent, path.parent)).decode("latin-1")
         comments.append(head + name + rest)
-    warn_of_images(sum(line.startswith(f"comment {IMAGE} ") for line in comments))
+    if mesh.first is None:
+        warn_of_images(sum(line.startswith(f"comment {IMAGE} ") for line in comments))
     return comments
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...._types import BoolArray, FloatArray
 from ....errors import MeshError, MeshWarning, some, stack_level
 from ....surface import distinct_corners
+from ...materials import COLOUR
 from ...mesh_file import MeshFile
 from ...pictures import png
 from ...vertex_splits import origin_of, single_precision, warn_of_rounding
@@ -98,7 +99,7 @@ def _group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
     """The texture with its coordinates; 3MF knows none without an image."""
     assert mesh.TC is not None
     attached = model.AddAttachment("/3D/Textures/texture.png", RELATION)
-    attached.ReadFromBuffer(mesh.image or png(np.ones((1, 1))))
+    attached.ReadFromBuffer(mesh.images.maps[COLOUR][0] if mesh.images else png(np.ones((1, 1))))
     texture = model.AddTexture2DFromAttachment(attached)
     texture.SetContentType(lib3mf.TextureType.PNG)
     group = model.AddTexture2DGroup(texture)

@@ -1,0 +1,130 @@
+"""New images in a description of glTF: baked colours, or old images moved to the new texture coordinates."""
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..materials import BLACK, COLOUR, Material
+from ..mesh_file import Images
+from .images import TRANSFORM, all_uses, texture_uses, without_old_images
+from .scene import Filter
+
+SHADING = "pbrMetallicRoughness"
+VARIANTS = "KHR_materials_variants"
+Put = Callable[..., int]  # bytes into the buffer: the number of their view
+
+
+class MaterialPages:
+    """The materials of a description, of which each page of new images needs its own.
+
+    Attributes
+    ----------
+    pages : dict of int to int
+        The page of each material that is not for the first one.
+    """
+
+    def __init__(self, text: dict[str, Any]) -> None:
+        self.materials: list[dict[str, Any]] = text.setdefault("materials", [])
+        self.pages: dict[int, int] = {}
+        self._copies: dict[tuple[int, int], int] = {}
+
+    def of(self, material: int, page: int) -> int:
+        """The number of the material for a page; a copy of it from the second page on."""
+        if page == 0:
+            return material
+        if (material, page) not in self._copies:
+            made = copy.deepcopy(self.materials[material])
+            if "name" in made:
+                made["name"] = f"{made['name']}.{1001 + page}"
+            self.pages[len(self.materials)] = page
+            self._copies[material, page] = len(self.materials)
+            self.materials.append(made)
+        return self._copies[material, page]
+
+    def assign(self, primitive: dict[str, Any], page: int) -> None:
+        """Give a primitive, and its variants, the materials of its page."""
+        primitive["material"] = self.of(primitive["material"], page)
+        for mapping in primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", ()):
+            if "material" in mapping:
+                mapping["material"] = self.of(mapping["material"], page)
+
+
+def with_images(
+    text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material] = ()
+) -> None:
+    """Add images, and name them in the materials; `looks` are these where the description is a new one.
+
+    Baked colours are those of all materials, and no longer multiplied by colours of vertices.
+    """
+    if images.moved:
+        _name_moved(text, put, images, pages, looks)
+        return
+    for material in text["materials"]:
+        without_old_images(material)
+    _leave_out_unused(text)
+    textures = _added(text, put, images.maps[COLOUR], {})
+    for i, material in enumerate(text["materials"]):
+        shading = material.get(SHADING, {})
+        shading.pop("baseColorFactor", None)  # the image would be multiplied by it
+        material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
+    for mesh in text["meshes"]:
+        for primitive in mesh["primitives"]:
+            if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data
+                primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
+
+
+def _name_moved(
+    text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material]
+) -> None:
+    """The images in the places of those that materials had; their factors stay."""
+    uses: list[tuple[dict[str, Any], str, dict[str, Any], int]] = []
+    for i, material in enumerate(text["materials"]):
+        page = pages.get(i, 0)
+        for use in [use for use in texture_uses(material) if use.coordinates == 0]:
+            info = use.holder.pop(use.key)
+            if use.key in images.maps:
+                uses.append((use.holder, use.key, _of_the_use(info), page))
+    for material, look in zip(text["materials"], looks, strict=False):
+        for kind in (of.kind for of in look.maps if of.kind in images.maps):
+            uses.append((material[SHADING] if kind == COLOUR else material, kind, {}, look.page))
+            if kind == "emissiveTexture" and look.emission == BLACK:
+                material["emissiveFactor"] = [1.0, 1.0, 1.0]
+    _leave_out_unused(text)
+    known: dict[bytes, int] = {}
+    textures = {kind: _added(text, put, files, known) for kind, files in images.maps.items()}
+    for holder, key, info, page in uses:
+        holder[key] = {**info, "index": textures[key][page]}
+
+
+def _of_the_use(info: dict[str, Any]) -> dict[str, Any]:
+    """What a use of a texture says beside which one, and where that lies."""
+    kept = {key: value for key, value in info.items() if key not in ("index", "texCoord", "extensions")}
+    extensions = {name: value for name, value in info.get("extensions", {}).items() if name != TRANSFORM}
+    return {**kept, **({"extensions": extensions} if extensions else {})}
+
+
+def _added(text: dict[str, Any], put: Put, files: Sequence[bytes], known: dict[bytes, int]) -> list[int]:
+    """The numbers of new textures, one for each file; equal files are one."""
+    made = []
+    for file in files:
+        if file not in known:
+            image = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
+            linear = {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}
+            samplers = text.setdefault("samplers", [])
+            sampler = samplers.index(linear) if linear in samplers else _append(text, "samplers", linear)
+            known[file] = _append(text, "textures", {"source": image, "sampler": sampler})
+        made.append(known[file])
+    return made
+
+
+def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
+    """Add an entry to a list; returns its number."""
+    listed = text.setdefault(name, [])
+    listed.append(entry)
+    return len(listed) - 1
+
+
+def _leave_out_unused(text: dict[str, Any]) -> None:
+    if not all_uses(text):
+        for name in ("images", "samplers", "textures"):
+            text.pop(name, None)

@@ -1,0 +1,52 @@
+"""Old images looked up at texture coordinates, as renderers do it."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+
+Wrap = Literal["repeat", "clamp", "mirror"]
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """An image, and how it goes on beyond its borders.
+
+    Attributes
+    ----------
+    pixels : (#rows, #columns, k) float64
+        The upper row first.
+    wrap : (Wrap, Wrap)
+        In u and in v.
+    matrix : ((3,), (3,)) of float
+        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
+    """
+
+    pixels: FloatArray
+    wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
+    matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+    def at(self, uv: FloatArray) -> FloatArray:
+        """Bilinear lookups at texture coordinates (n, 2), v upwards: (n, k)."""
+        rows, columns = self.pixels.shape[:2]
+        u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
+        x, y = u * columns - 0.5, (1 - v) * rows - 0.5
+        left, upper = np.floor(x), np.floor(y)
+        across, down = (x - left)[:, None], (y - upper)[:, None]
+        i, j = (_inside(upper + k, rows, self.wrap[1]) for k in (0, 1))
+        a, b = (_inside(left + k, columns, self.wrap[0]) for k in (0, 1))
+        above = (1 - across) * self.pixels[i, a] + across * self.pixels[i, b]
+        below = (1 - across) * self.pixels[j, a] + across * self.pixels[j, b]
+        return np.asarray((1 - down) * above + down * below)
+
+
+def _inside(index: FloatArray, n: int, wrap: Wrap) -> IntArray:
+    """Indices of pixels, brought into the image."""
+    if wrap == "clamp":
+        index = np.clip(index, 0, n - 1)
+    if wrap == "mirror":
+        back = np.mod(index, 2 * n)
+        index = np.minimum(back, 2 * n - 1 - back)
+    return np.asarray(np.mod(index, n), dtype=np.int64)

@@ -1,0 +1,196 @@
+"""Images of an old map, moved into the atlas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._types import FloatArray, IntArray
+from ..charts import Atlas, page_size
+from ..errors import MeshError, some
+from ..surface import Polygons, vertex_array
+from .baking import checked_padding, filled_image, shown_texels, vertices_of
+from .constants import MOST_TEXELS_AT_ONCE
+from .sampling import Picture
+from .tangents import Frames, reexpressed, tangent_frames
+from .texels import Texels
+
+FLAT_NORMAL = (0.5, 0.5, 1.0)  # what a normal map holds where it bends nothing
+
+
+def bake_texture(
+    V: ArrayLike,
+    F: Any,
+    atlas: Atlas,
+    TC: ArrayLike,
+    FTC: Any,
+    images: Sequence[ArrayLike | Picture | None] | Picture | FloatArray,
+    resolution: int | tuple[int, int],
+    *,
+    labels: ArrayLike | None = None,
+    normals: ArrayLike | None = None,
+    padding: int = 8,
+) -> FloatArray:
+    """Move images from old texture coordinates into an atlas.
+
+    Each texel shows what the old image shows at the point of the surface that its centre shows, by a bilinear
+    lookup. The texels around a chart are filled as by `bake`.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+        The faces that were unwrapped; polygons, too.
+    atlas : Atlas
+        As `unwrap` returns it with `Packing(resolution=resolution)`.
+    TC : (#TC, 2) float
+        The old texture coordinates, v upwards.
+    FTC : in the shape of `F`
+        Their rows at the corners.
+    images : (#rows, #columns[, k]) float, or a sequence of these, one a label
+        From 0 to 1, the upper row first. Beyond the unit square they repeat. None: faces of this label have
+        no image.
+    resolution : int or (int, int)
+        Texels along a page's side, or its width and height.
+    labels : (#F,) int, optional
+        Which image each face has, as `mesh.extras.materials[1]`; -1: none.
+    normals : (#F, 3, 3) float, or "vertices", optional
+        The images are normal maps in tangent space, and these the normals at the corners, or those of the
+        vertices. Their directions are said anew, in the tangent frames (mikktspace) of the new map.
+    padding : int
+        Texels by which charts grow further into what is free around them.
+
+    Returns
+    -------
+    image : (height, width, k) float64
+        As of `bake`; of an atlas with several pages (#pages, height, width, k).
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or no face has an image.
+    ValueError
+        The resolution is not positive.
+
+    Examples
+    --------
+    >>> import igl, numpy as np, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> old, new = (igl_linabf.unwrap(V, F, trade, packing=igl_linabf.Packing(resolution=128))
+    ...             for trade in (igl_linabf.Seams(trade=0), igl_linabf.Seams(trade=30)))
+    >>> image = igl_linabf.bake(V, F, old, V / 2 + 0.5, 128)
+    >>> moved = bake_texture(V, F, new, old.TC, old.FTC, image, 128)
+    >>> there = igl_linabf.bake(V, F, new, V / 2 + 0.5, 128)
+    >>> bool(np.median(abs(moved - there)[there > 0]) < 0.01)
+    True
+    """
+    size, padding = page_size(resolution), checked_padding(padding)
+    positions = vertices_of(V, atlas)
+    uv = _at_triangles(F, TC, FTC, atlas)
+    pictures = _pictures(images)
+    label = _labels(labels, len(uv), len(pictures), atlas)
+    frames = None if normals is None else _frames(positions, atlas, uv, normals)
+    channels = max(picture.pixels.shape[2] for picture in pictures if picture is not None)
+    made = []
+    for mine, shown in shown_texels(atlas, size):
+        values = np.zeros((len(shown.index), channels))
+        values[:, 3:] = 1.0
+        if frames is not None:
+            values[:, :3] = FLAT_NORMAL
+        has = np.zeros(len(values), dtype=bool)
+        for k, picture in enumerate(pictures):
+            if picture is None:
+                continue
+            rows = np.flatnonzero(label[mine[shown.face]] == k)
+            has[rows] = True
+            for part in np.array_split(rows, len(rows) // MOST_TEXELS_AT_ONCE + 1):
+                own = Texels(shown.index[part], mine[shown.face[part]], shown.weights[part])
+                values[part] = _looked_up(picture, own, uv, frames, channels)
+        made.append(filled_image(shown.index[has], values[has], size, padding, 0.0))
+    return made[0] if len(made) == 1 else np.stack(made)
+
+
+def _looked_up(
+    picture: Picture, texels: Texels, uv: FloatArray, frames: tuple[Frames, Frames] | None, channels: int
+) -> FloatArray:
+    """What texels show of an old image, in so many channels."""
+    found = picture.at(texels.values(uv))
+    if found.shape[1] < 3 <= channels:  # grey, and maybe alpha
+        found = np.column_stack((np.repeat(found[:, :1], 3, axis=1), found[:, 1:]))
+    missing = channels - found.shape[1]
+    found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
+    if frames is not None and channels >= 3:
+        old, new = (Frames(*(texels.values(part) for part in frame)) for frame in frames)
+        said = reexpressed(2 * found[:, :3] - 1, old, new)
+        length = np.linalg.norm(said, axis=1, keepdims=True)
+        found[:, :3] = said / np.where(length > 0, length, 1) / 2 + 0.5
+    return found
+
+
+def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
+    """The old texture coordinates at the corners of the triangles, (#T, 3, 2)."""
+    polygons, texture, points = Polygons.of(F), Polygons.of(FTC), vertex_array(TC, 2, "TC")
+    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
+        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
+    if len(bad):
+        raise MeshError(f"faces {some(bad)} have no old texture coordinates: leave them out")
+    place = atlas.split.place if atlas.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
+    if len(place) != len(atlas.triangles):
+        raise MeshError(
+            f"the atlas is of {len(atlas.triangles)} triangles, F has {len(place)}: pass what was unwrapped"
+        )
+    uv = points[texture.corners[place]]
+    bad = np.flatnonzero(~np.isfinite(uv).all(axis=(1, 2)))
+    if len(bad):
+        raise MeshError(f"TC is NaN or infinite at triangles {some(bad)}: correct it")
+    return np.asarray(uv)
+
+
+def _pictures(images: Any) -> list[Picture | None]:
+    given = [images] if isinstance(images, Picture | np.ndarray) else list(images)
+    made = []
+    for i, image in enumerate(given):
+        if image is not None and not isinstance(image, Picture):
+            pixels = np.asarray(image, dtype=np.float64)
+            pixels = pixels[:, :, None] if pixels.ndim == 2 else pixels
+            if pixels.ndim != 3 or 0 in pixels.shape:
+                raise MeshError(f"image {i} has the shape {pixels.shape}: pass rows, columns and channels")
+            image = Picture(pixels)
+        made.append(image)
+    if all(picture is None for picture in made):
+        raise MeshError("no face has an image: give one for some label")
+    return made
+
+
+def _labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:
+    """The image of each triangle; -1 if it has none."""
+    if labels is None:
+        if number > 1:
+            raise MeshError(f"there are {number} images and no labels: say which one each face has")
+        return np.zeros(n_triangles, dtype=np.int64)
+    given = np.asarray(labels)
+    face = np.arange(n_triangles) if atlas.split is None else atlas.split.face
+    if given.shape != (int(face.max(initial=-1)) + 1,) or given.dtype.kind not in "iu":
+        raise MeshError(f"labels have the shape {given.shape}: pass an integer for each face")
+    bad = np.flatnonzero(given >= number)
+    if len(bad):
+        raise MeshError(f"faces {some(bad)} have labels beyond the {number} images: give more images")
+    return np.asarray(given[face], dtype=np.int64)
+
+
+def _frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> tuple[Frames, Frames]:
+    """The tangent frames of the old map and of the new one, at the corners of triangles."""
+    F = atlas.origin[atlas.triangles]
+    if isinstance(normals, str):
+        directions = np.nan_to_num(igl.per_vertex_normals(V, F))[F]
+    else:
+        directions = np.asarray(normals, dtype=np.float64)
+    if directions.shape != (*F.shape, 3):
+        raise MeshError(f"normals have the shape {directions.shape}: pass {(*F.shape, 3)}, or 'vertices'")
+    old, new = (tangent_frames(V[F], directions, map_) for map_ in (uv, atlas.flat[atlas.triangles]))
+    return old, new

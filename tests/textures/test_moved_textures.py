@@ -1,0 +1,338 @@
+"""`--bake texture`: what a file showed at a point of its surface, it shows in the new atlas."""
+
+from __future__ import annotations
+
+import json
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gltf_files import glb
+from PIL import Image
+from scipy.ndimage import map_coordinates
+
+from igl_linabf import MeshError, MeshWarning, Packing, bake, bake_texture, unwrap
+from igl_linabf.cli import main
+from igl_linabf.io import MeshFile, read_file
+from igl_linabf.textures import Picture
+
+# a box whose faces have vertices of their own, as glTF has them where normals are sharp
+SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
+KINDS = ("baseColorTexture", "metallicRoughnessTexture", "occlusionTexture", "emissiveTexture")
+
+
+def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, normals, texture coordinates (v downwards) and triangles of a box of 1 x 2 x 3."""
+    V, N, uv, F = [], [], [], []
+    for i, (axis, sign, _) in enumerate(SIDES.tolist()):
+        others = [k for k in range(3) if k != axis]
+        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        points = np.zeros((4, 3))
+        points[:, axis], points[:, others] = sign, square
+        F += [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]
+        normal = np.cross(points[1] - points[0], points[2] - points[0])
+        if normal[axis] * sign < 0:
+            F[-2:] = [row[::-1] for row in F[-2:]]
+        V += (points * [0.5, 1, 1.5]).tolist()
+        N += [np.eye(3)[axis] * sign] * 4
+        column, row = i % 3, i // 3
+        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some are mirrored
+    return np.array(V), np.array(N), np.array(uv), np.array(F)
+
+
+def closed_box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The same with eight vertices: V, F, TC and FTC."""
+    V, _, uv, FTC = box()
+    corners, same = np.unique(V, axis=0, return_inverse=True)
+    return corners, same.ravel()[FTC], uv * [1, -1] + [0, 1], FTC
+
+
+def picture(seed: int, size: tuple[int, int], channels: int = 3) -> np.ndarray:
+    """A smooth image that repeats, from 0 to 1."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[: size[1], : size[0]] * 2 * np.pi / np.array([[[size[1]]], [[size[0]]]])
+    waves = [np.sin(a * x + b * y + c) for a, b, c in rng.integers(1, 3, (channels, 3))]
+    return np.stack(waves, axis=2) / 2 + 0.5
+
+
+def png(image: np.ndarray) -> bytes:
+    data = BytesIO()
+    Image.fromarray(np.rint(image * 255).astype(np.uint8)).save(data, "PNG")
+    return data.getvalue()
+
+
+def scene(
+    path: Path,
+    materials: list[dict],
+    images: list[bytes],
+    samplers: list[dict] | None = None,
+    node: dict | None = None,
+) -> None:
+    """The box, whose second half of faces has the last material."""
+    V, N, uv, F = box()
+    parts = [V.astype("<f4"), N.astype("<f4"), uv.astype("<f4"), F[:6].astype("<u4"), F[6:].astype("<u4")]
+    blocks = [part.tobytes() for part in parts] + [image + b"\0" * (-len(image) % 4) for image in images]
+    accessors = [
+        {"bufferView": i, "componentType": 5126, "count": len(V), "type": kind}
+        for i, kind in enumerate(("VEC3", "VEC3", "VEC2"))
+    ]
+    accessors += [{"bufferView": i, "componentType": 5125, "count": 18, "type": "SCALAR"} for i in (3, 4)]
+    attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}
+    last = len(materials) - 1
+    text = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"mesh": 0, **(node or {})}],
+        "meshes": [
+            {
+                "primitives": [
+                    {"attributes": attributes, "indices": 3, "material": 0},
+                    {"attributes": attributes, "indices": 4, "material": last},
+                ]
+            }
+        ],
+        "materials": materials,
+        "samplers": samplers or [{}],
+        "textures": [{"source": i, "sampler": min(i, len(samplers or [0]) - 1)} for i in range(len(images))],
+        "images": [{"bufferView": 5 + i, "mimeType": "image/png"} for i in range(len(images))],
+        "accessors": accessors,
+    }
+    glb(path, text, blocks)
+
+
+def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """What a renderer shows of a map at points of faces; NaN where there is none. Repeats, bilinear."""
+    source = mesh.extras.source.gltf
+    uv = np.einsum("pk,pkd->pd", weights, mesh.TC[mesh.FTC[face]])
+    found = np.full((len(face), 4), np.nan)
+    for i, material in enumerate(source.text["materials"]):
+        info = {**material, **material.get("pbrMetallicRoughness", {})}.get(kind)
+        mine = np.flatnonzero(mesh.extras.materials[1][face] == i)
+        if info is None or not len(mine):
+            continue
+        texture = source.text["textures"][info["index"]]
+        data = source.view(source.text["images"][texture["source"]]["bufferView"])
+        pixels = np.asarray(Image.open(BytesIO(data)), dtype=float) / 255
+        move = info.get("extensions", {}).get("KHR_texture_transform", {})
+        angle, scale = move.get("rotation", 0), np.array(move.get("scale", (1, 1)))
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        st = (uv[mine] * [1, -1] + [0, 1]) * scale @ turn.T + move.get("offset", (0, 0))
+        sampler = source.text["samplers"][texture["sampler"]]
+        modes = {10497: "grid-wrap", 33071: "nearest", 33648: "reflect"}
+        assert sampler.get("wrapS", 10497) == sampler.get("wrapT", 10497)
+        at = st[:, ::-1].T * np.array(pixels.shape[:2])[:, None] - 0.5
+        for k in range(pixels.shape[2]):
+            mode = modes[sampler.get("wrapS", 10497)]
+            found[mine, k] = map_coordinates(pixels[..., k], at, order=1, mode=mode)
+    return found
+
+
+def both(path: Path, out: Path, *words: str) -> tuple[MeshFile, MeshFile, np.ndarray, np.ndarray]:
+    """A file before and after, and random points of its faces."""
+    assert main(["unwrap", str(path), "-o", str(out), "--bake", "texture", "--quiet", *words]) == 0
+    rng = np.random.default_rng(0)
+    before, after = read_file(path), read_file(out)
+    place = {tuple(np.round(p, 5)): i for i, p in enumerate(after.V[after.triangles].mean(axis=1))}
+    rows = np.array([place[tuple(np.round(p, 5))] for p in before.V[before.triangles].mean(axis=1)])
+    face, weights = rng.integers(len(rows), size=4000), rng.dirichlet(np.ones(3), size=4000)
+    corners = before.V[before.triangles[face]], after.V[after.triangles[rows[face]]]
+    order = np.linalg.norm(corners[1][:, :, None] - corners[0][:, None], axis=3).argmin(axis=2)
+    moved = np.take_along_axis(weights, order, axis=1)
+    return before, after, np.column_stack((face, rows[face])), np.stack((weights, moved))
+
+
+MOVE = {"offset": [0.3, 0.1], "rotation": 0.7, "scale": [1.5, 2.5]}
+
+
+@pytest.mark.parametrize(
+    "words", [["--resolution", "512x1024"], ["--resolution", "256", "--pages", "3"]], ids=str
+)
+def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> None:
+    infos = [
+        {"index": i, "extensions": {"KHR_texture_transform": MOVE}} if i % 2 else {"index": i}
+        for i in range(4)
+    ]
+    first = {
+        "name": "all",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.5, 1, 1, 1],
+            "baseColorTexture": infos[0],
+            "metallicRoughnessTexture": infos[1],
+        },
+        "occlusionTexture": {**infos[2], "strength": 0.5},
+        "emissiveTexture": infos[3],
+    }
+    second = {"name": "one", "pbrMetallicRoughness": {"baseColorTexture": {"index": 4}}}
+    sizes = [(128, 128), (64, 128), (32, 32), (100, 60), (256, 128)]
+    images = [png(picture(i, size, 4 if i == 0 else 3)) for i, size in enumerate(sizes)]
+    samplers = [{}, {"wrapS": 33648, "wrapT": 33648}, {}, {"wrapS": 10497, "wrapT": 10497}, {}]
+    scene(tmp_path / "in.glb", [first, second], images, samplers)
+    before, after, face, weights = both(tmp_path / "in.glb", tmp_path / "out.glb", *words)
+    for kind in KINDS:
+        old, new = (shown(m, kind, face[:, i], weights[i]) for i, m in enumerate((before, after)))
+        known = np.isfinite(old[:, 0])
+        assert (np.isfinite(new[:, 0]) == known).all()
+        off = np.abs(new - old)[known][:, :3]
+        assert np.median(off) < 0.01
+        assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross an old seam
+    text = after.extras.source.gltf.text
+    tiles = len(np.unique(np.floor(after.TC[after.FTC].mean(axis=1)), axis=0))
+    assert len(text["images"]) == len(KINDS) * tiles  # and none of the old ones
+    written = (tmp_path / "out.glb").read_bytes()
+    assert not any(image in written for image in images)
+    for material in text["materials"]:
+        assert "KHR_texture_transform" not in json.dumps(material)
+        if material["name"].startswith("all"):
+            assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0.5, 1, 1, 1]
+            assert material["occlusionTexture"]["strength"] == 0.5
+
+
+def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
+    """Normals in the object's space that a normal map tells on plane faces."""
+    said = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
+    a, b, c = (mesh.V / scale)[mesh.triangles[face]].transpose(1, 0, 2)
+    p, q, r = mesh.TC[mesh.FTC[face]].transpose(1, 0, 2)
+    d = np.stack((q - p, r - p), axis=1)
+    along = np.einsum("pij,pjd->pid", np.linalg.inv(d), np.stack((b - a, c - a), axis=1))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    tangent = along[:, 0] / np.linalg.norm(along[:, 0], axis=1)[:, None]
+    mirrored = np.sign(np.einsum("pd,pd->p", np.cross(along[:, 0], along[:, 1]), normal))
+    bitangent = mirrored[:, None] * np.cross(normal, tangent)
+    made = said[:, :1] * tangent + said[:, 1:2] * bitangent + said[:, 2:] * normal
+    return made / np.linalg.norm(made, axis=1)[:, None]
+
+
+@pytest.mark.parametrize("scale", [[1, 1, 1], [1, 2, 4], [-1, 1, 1], [2, -1, 3]], ids=str)
+def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_path: Path) -> None:
+    slopes = picture(5, (128, 128), 2) - 0.5
+    normals = np.dstack((slopes, np.sqrt(1 - (slopes**2).sum(axis=2)))) / 2 + 0.5
+    material = {"name": "bumpy", "normalTexture": {"index": 0, "scale": 1.0}}
+    scene(tmp_path / "in.glb", [material], [png(normals)], node={"scale": scale})
+    before, after, face, weights = both(tmp_path / "in.glb", tmp_path / "out.glb", "--resolution", "512")
+    old, new = (directions(m, face[:, i], weights[i], scale) for i, m in enumerate((before, after)))
+    angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
+    assert np.median(angle) < 1.5
+    assert np.quantile(angle, 0.99) < 5
+    # and it is not so where the image is moved alone
+    plain = np.abs(shown(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
+    assert plain.max() > 0.2
+
+
+def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: Path) -> None:
+    (tmp_path / "tex").mkdir()
+    (tmp_path / "tex" / "wood a.png").write_bytes(png(picture(1, (64, 32))))
+    (tmp_path / "tex" / "spec.png").write_bytes(png(picture(2, (32, 32))[..., 0]))
+    (tmp_path / "tex" / "m.mtl").write_text(
+        "newmtl wood\nKd 0.5 1 1\nNs 3\nillum 2\n"
+        "map_Kd -s 2 3 1 -o 0.25 wood a.png\nmap_Ks -clamp on spec.png\n"
+    )
+    V, _, uv, F = box()
+    lines = [f"v {x} {y} {z}" for x, y, z in V.tolist()] + [f"vt {u} {1 - v}" for u, v in uv.tolist()]
+    lines += ["mtllib tex/m.mtl", "usemtl wood"]
+    lines += ["f " + " ".join(f"{i}/{i}" for i in row) for row in (F + 1).tolist()]
+    (tmp_path / "in.obj").write_text("\n".join(lines))
+    words = ["--bake", "texture", "--resolution", "256", "--quiet"]
+    assert main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words]) == 0
+    said = (tmp_path / "out.mtl").read_text()
+    assert "map_Kd out.png" in said
+    assert "map_Ks out_map_Ks.png" in said
+    assert "Kd 0.5 1 1" in said
+    assert "illum 2" in said
+    after = read_file(tmp_path / "out.obj")
+    image = np.asarray(Image.open(tmp_path / "out.png"), dtype=float) / 255
+    old_image = np.asarray(Image.open(tmp_path / "tex" / "wood a.png"), dtype=float) / 255
+    before = read_file(tmp_path / "in.obj")
+    old = before.TC[before.FTC].mean(axis=1) * [2, 3] + [0.25, 0]
+    new = after.TC[after.FTC].mean(axis=1)
+
+    def looked_up(pixels: np.ndarray, at: np.ndarray) -> np.ndarray:
+        place = np.array([1 - at[:, 1], at[:, 0]]) * np.array(pixels.shape[:2])[:, None] - 0.5
+        return np.stack(
+            [map_coordinates(pixels[..., k], place, order=1, mode="grid-wrap") for k in range(3)], axis=1
+        )
+
+    assert np.abs(looked_up(image, new) - looked_up(old_image, old)).max() < 0.04
+    code = main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words])
+    assert code == 2  # its image is there already
+
+
+def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene(tmp_path / "in.glb", [{"name": "plain"}], [])
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "o.glb"), "--bake", "texture"]) == 2
+    assert "no images" in capsys.readouterr().err
+    V, F, TC, FTC = closed_box()
+    atlas = unwrap(V, F, packing=Packing(resolution=64))
+    with pytest.raises(MeshError, match="no face has an image"):
+        bake_texture(V, F, atlas, TC, FTC, [None], 64)
+    with pytest.raises(MeshError, match="no labels"):
+        bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64)
+    with pytest.raises(MeshError, match="no old texture"):
+        bake_texture(V, F, atlas, TC, np.where(FTC == 3, -1, FTC), np.ones((2, 2)), 64)
+
+
+def test_labels_tell_images_apart_and_pictures_clamp() -> None:
+    V, F, TC, FTC = closed_box()
+    atlas = unwrap(V, F, packing=Packing(resolution=128))
+    labels = np.arange(len(F)) // 2
+    images = [np.full((2, 2, 3), i / 6) for i in range(5)]
+    moved = bake_texture(V, F, atlas, TC, FTC, [*images, None], 128, labels=labels)
+    wanted = bake(V, F, atlas, np.repeat(labels / 6, 3).reshape(-1, 3, 1), 128)
+    there = bake(V, F, atlas, np.repeat(labels < 5, 3).reshape(-1, 3, 1).astype(float), 128, padding=0) == 1
+    assert np.abs(moved - wanted)[there[..., 0]].max() < 1e-9
+    ramp = np.linspace(0, 1, 8).reshape(1, 8, 1)
+    clamped = Picture(ramp, ("clamp", "clamp"))
+    assert clamped.at(np.array([[-3.0, 0.5], [3.0, 0.5]])).ravel().tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".obj"])
+@pytest.mark.parametrize("kind", ["normals", "position"])
+def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    V, _, _, F = box()
+    (tmp_path / "in.off").write_text(
+        "\n".join(["OFF", f"{len(V)} {len(F)} 0", *(" ".join(map(str, p)) for p in V.tolist())])
+        + "\n"
+        + "\n".join(f"3 {a} {b} {c}" for a, b, c in F.tolist())
+    )
+    out = tmp_path / f"out{suffix}"
+    words = ["--bake", kind, "--resolution", "128x64", "--texel-density", "18", "--quiet"]
+    assert main(["unwrap", str(tmp_path / "in.off"), "-o", str(out), "--weld", "0", *words]) == 0
+    tiles = np.unique(np.floor(read_file(out).TC[read_file(out).FTC].mean(axis=1)), axis=0)
+    assert len(tiles) > 1
+    loaded = trimesh.load(out, process=False)
+    low, size = V.min(axis=0), np.ptp(V, axis=0).max()
+    seen = 0
+    for mesh in loaded.geometry.values():
+        material = mesh.visual.material
+        image = material.baseColorTexture if suffix == ".glb" else material.image
+        assert image.size == (128, 64)
+        pixels = np.asarray(image.convert("RGB"), dtype=float) / 255
+        uv, middle = mesh.visual.uv[mesh.faces].mean(axis=1), mesh.triangles_center
+        assert len(np.unique(np.floor(uv), axis=0)) == 1
+        x, y = (np.mod(uv, 1) * [128, 64]).astype(int).T
+        wanted = mesh.face_normals / 2 + 0.5 if kind == "normals" else (middle - low) / size
+        limit = 0.45 if kind == "normals" else 0.05  # normals of vertices lean
+        assert np.abs(pixels[::-1][y, x] - wanted).max() < limit
+        seen += len(mesh.faces)
+    assert seen == len(F)
+
+
+def test_maps_without_a_place_in_the_format_are_told(tmp_path: Path) -> None:
+    info = {"index": 0}
+    shading = {"baseColorTexture": info, "metallicRoughnessTexture": info}
+    scene(tmp_path / "in.glb", [{"name": "m", "pbrMetallicRoughness": shading}], [png(picture(0, (16, 16)))])
+    with pytest.warns(MeshWarning, match="metallicRoughnessTexture"):
+        from igl_linabf.io import image_maps, write_file
+
+        mesh = read_file(tmp_path / "in.glb")
+        atlas = unwrap(mesh.V, mesh.F, packing=Packing(resolution=64))
+        maps = image_maps(mesh)
+        moved = {
+            kind: bake_texture(
+                mesh.V, mesh.F, atlas, mesh.TC, mesh.FTC, images, 64, labels=mesh.extras.materials[1]
+            )
+            for kind, images in maps.items()
+        }
+        write_file(tmp_path / "out.obj", mesh, atlas.TC, atlas.FTC, moved)
+    assert (tmp_path / "out.png").exists()
