@@ -176,6 +176,12 @@ def test_the_margin_is_the_least_distance(gap: float) -> None:
     assert check_uv(*moved(plane(), (-0.1, 0)), resolution=1).border == pytest.approx(-0.05)
 
 
+def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
+    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, the page's border between them
+    above = moved(plane(), (0.7, 0.4))
+    assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
+
+
 def test_limits_are_asked_for_and_said() -> None:
     V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
     within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
