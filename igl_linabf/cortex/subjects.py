@@ -92,7 +92,7 @@ class Hemisphere:
         if not path.is_file():
             raise MeshError(f"{path} is missing, which tells the medial wall: use medial_wall='template'")
         freesurfer = import_optional("nibabel.freesurfer", HOW_TO_GET)
-        cortex = np.asarray(call_reader(freesurfer.read_label, path), dtype=np.int64)
+        cortex = np.atleast_1d(call_reader(freesurfer.read_label, path)).astype(np.int64)
         if not len(cortex):
             raise MeshError(f"{path} has no vertices: is it a label? use medial_wall='template'")
         if cortex.min() < 0 or cortex.max() >= len(self.V):
