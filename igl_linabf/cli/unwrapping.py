@@ -41,10 +41,11 @@ BAKED_RESOLUTION = 2048
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, WITH_TWO_MAPS if options.texcoord else SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
+    to = Path(f"map.{options.format}") if options.output == Path(STANDARD) else options.output
     mesh = given_mesh(options)
     if options.texcoord and mesh.FTC is None:
         raise MeshError(f"{options.mesh} has no texture coordinates at all corners: leave out --texcoord")
-    _check_bake(options, mesh)
+    _check_bake(options, mesh, to)
     check_beside(options, mesh, _kinds(options.bake, mesh), bool(options.texcoord))
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
@@ -95,8 +96,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with progress_part("baking", PROGRESS["baking"]):
-        image = _baked(options, mesh, atlas) if options.bake else None
-    to = f"map.{options.format}" if options.output == Path(STANDARD) else options.output
+        image = _baked(options, mesh, atlas, to) if options.bake else None
     TC = atlas.flat / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
     what = {"image": image, "texcoord": options.texcoord}
     write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, **what)
@@ -136,12 +136,12 @@ def _read_rows(path: str, kind: type, what: str) -> Any:
     return table if table.size else table.reshape(0, 2)
 
 
-def _check_bake(options: argparse.Namespace, mesh: MeshFile) -> None:
+def _check_bake(options: argparse.Namespace, mesh: MeshFile, to: Path) -> None:
     """Refuse before the work what cannot be baked."""
     kind = options.bake
     if kind is None:
         return
-    if options.output.suffix.lower() not in WITH_IMAGES:
+    if to.suffix.lower() not in WITH_IMAGES:
         known = " or ".join(WITH_IMAGES)
         raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
     if options.texcoord:
@@ -154,11 +154,11 @@ def _check_bake(options: argparse.Namespace, mesh: MeshFile) -> None:
         raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture to move")
 
 
-def _baked(options: argparse.Namespace, mesh: MeshFile, atlas: Atlas) -> Any:
+def _baked(options: argparse.Namespace, mesh: MeshFile, atlas: Atlas, to: Path) -> Any:
     """The image from 0 to 1 for the file that is written, or one for each page; textures by their kinds."""
     if options.bake == "texture":
-        return _moved_images(mesh, atlas, options.resolution, options.output)
-    image = _shown(options.bake, mesh, atlas, options.resolution, options.output)
+        return _moved_images(mesh, atlas, options.resolution, to)
+    image = _shown(options.bake, mesh, atlas, options.resolution, to)
     return list(image) if atlas.pages > 1 else image
 
 

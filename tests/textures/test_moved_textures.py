@@ -318,6 +318,17 @@ def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -
     assert seen == len(F)
 
 
+def test_a_texture_is_moved_on_its_way_to_standard_output(
+    tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    scene(tmp_path / "in.glb", [{"name": "m", "normalTexture": {"index": 0}}], [png(picture(0, (16, 16)))])
+    words = ["--bake", "texture", "--resolution", "64", "--quiet"]
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", "-", "--format", "glb", *words]) == 0
+    (tmp_path / "piped.glb").write_bytes(capsysbinary.readouterr().out)
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "out.glb"), *words]) == 0
+    assert (tmp_path / "piped.glb").read_bytes() == (tmp_path / "out.glb").read_bytes()
+
+
 def test_maps_without_a_place_in_the_format_are_told(tmp_path: Path) -> None:
     info = {"index": 0}
     shading = {"baseColorTexture": info, "metallicRoughnessTexture": info}

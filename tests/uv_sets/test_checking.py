@@ -9,7 +9,7 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
-from kept_of_gltf import P, document
+from gltf_files import glb
 
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
@@ -260,10 +260,25 @@ def test_the_command_counts_faces_without_coordinates(
 ) -> None:
     lines = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 1 1 0", "v 2 0 0", "vt 0 0", "vt 1 0", "vt 0 1"]
     (tmp_path / "a.obj").write_text("\n".join([*lines, "f 1/1 2/2 3/3", "f 2/2 4 3/3", "f 2 5 4"]))
-    text = json.loads(document({"TEXCOORD_0": P[:, :2]}))
-    text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 2})
-    (tmp_path / "a.gltf").write_text(json.dumps(text))
-    for name, unmapped, faces in (("a.obj", 2, 3), ("a.gltf", 4, 8)):
+    V, F, TC, _ = plane(2)
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": len(V), "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5126, "count": len(V), "type": "VEC2"},
+        {"bufferView": 2, "componentType": 5125, "count": F.size, "type": "SCALAR"},
+    ]
+    with_map = {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}
+    without = {"attributes": {"POSITION": 0}, "indices": 2}
+    text = {
+        "asset": {"version": "2.0"},
+        "meshes": [{"primitives": [with_map, without]}],
+        "accessors": accessors,
+    }
+    glb(
+        tmp_path / "a.glb",
+        text,
+        [V.astype("<f4").tobytes(), TC.astype("<f4").tobytes(), F.astype("<u4").tobytes()],
+    )
+    for name, unmapped, faces in (("a.obj", 2, 3), ("a.glb", len(F), 2 * len(F))):
         assert main(["check", str(tmp_path / name), "--json"]) == 1
         streams = capsys.readouterr()
         said = json.loads(streams.out)["check"]
