@@ -30,6 +30,7 @@ from .external import (
     save_vtp,
 )
 from .gltf import GltfFile, parse_gltf, save_gltf
+from .materials import unknown_to_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, has_library, materials_beside, obj_names, parse_obj, save_obj, side_files
 from .off import parse_off
@@ -208,6 +209,8 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
+    if suffix in (".glb", ".gltf") and (keys := unknown_to_gltf(extras.looks or ())):
+        lost.append(f"{', '.join(keys)} of its materials")
     if mesh.image is None:
         lost += _lost_colours(extras, suffix)
     if extras.comments and suffix in (".3mf", ".vtp", *FLAT):

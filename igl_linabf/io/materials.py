@@ -1,7 +1,7 @@
 """What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from .parsing import as_bytes, as_text, name_of, numbers, plain_text
 SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
 PLAIN = "igl_linabf"  # the material of faces that have none
 TEXTURE = "Texture"  # what names of images end with in glTF
+SHARED_WITH_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # what is read of MTL
 IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
 
 
@@ -151,6 +152,12 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
         factor=tuple(factor),
     )
+
+
+def unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
+    """What lines of MTL say that glTF has no word for; images are told apart."""
+    keys = {line.split()[0]: None for look in looks for line in look.lines if not _names_image(line)}
+    return [key for key in keys if key not in SHARED_WITH_GLTF]
 
 
 def warn_of_images(count: int, baked: bool = False) -> None:

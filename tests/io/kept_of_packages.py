@@ -122,7 +122,7 @@ def _components(folder: Path) -> None:
     assert np.allclose(np.ptp(after.V, axis=0), 2 * 0.0254)
 
 
-def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: str) -> None:
+def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) -> None:
     carried(folder, "a.3mf", package(resources, **more), to)
 
 
@@ -300,6 +300,30 @@ CELLS = [
         "told",
         partial(_carry_3mf, tetra(), to="out.obj", of_model='unit="inch"'),
         "OBJ does not keep the unit of length (inch)",
+    ),
+    Cell(
+        "3MF",
+        "3MF",
+        "parts of the package that other programs add",
+        "told",
+        partial(_carry_3mf, tetra(), parts={"Metadata/Slicer.config": "; layers"}),
+        "the parts Metadata/Slicer.config of its package",
+    ),
+    Cell(
+        "3MF",
+        "3MF",
+        "what other programs write into the model, in their name spaces",
+        "told",
+        partial(_carry_3mf, tetra(('a:paint="4"', "", "", ""))),
+        "what is in the name spaces a",
+    ),
+    Cell(
+        "3MF",
+        "GLB",
+        "attributes of triangles that other programs add",
+        "told",
+        partial(_carry_3mf, tetra(("", 'paint_color="8"', "", "")), to="out.glb"),
+        "the attributes paint_color of triangles",
     ),
     Cell(
         "3MF",

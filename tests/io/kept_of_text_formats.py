@@ -129,6 +129,14 @@ def foreign_line(folder: Path) -> None:
     assert "\nhello\n" in (folder / "b.obj").read_text()
 
 
+def shiny(folder: Path) -> None:
+    (folder / "in").mkdir()
+    (folder / "in" / "a.mtl").write_text("newmtl a\nKd 1 0 0\nKs 1 1 1\nNs 200\nd 0.5\n")
+    _, after = carried(folder, "a.obj", "mtllib a.mtl\nusemtl a\n" + TETRA + FACES, "out.glb")
+    np.testing.assert_allclose(after.extras.looks[0].colour, [1, 0, 0], atol=1e-6)
+    assert after.extras.looks[0].alpha == 0.5
+
+
 def painted_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         (folder / "in").mkdir()
@@ -506,6 +514,7 @@ CELLS = [
     Cell(
         "OBJ", "GLB", "images of materials", "told", painted_images("out.glb"), "the images of its materials"
     ),
+    Cell("OBJ", "GLB", "what glTF has no word for in materials", "told", shiny, "Ks, Ns of its materials"),
     *(
         Cell("OBJ", "others", what, "told", obj(TETRA + text + FACES, "out.glb"), says)
         for what, text, says in (
