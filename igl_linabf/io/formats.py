@@ -29,7 +29,7 @@ from .external import (
     save_surf,
     save_vtp,
 )
-from .gltf import GltfFile, parse_gltf, save_gltf
+from .gltf import GltfFile, are_moved, parse_gltf, save_gltf
 from .materials import unknown_to_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, has_library, materials_beside, obj_names, parse_obj, save_obj, side_files
@@ -247,6 +247,12 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
         return None
     assert mesh.extras.parts is not None  # as of every file of glTF
     return source.frames[mesh.extras.parts[1]]
+
+
+def moves_textures(mesh: MeshFile) -> bool:
+    """Whether materials of its file move the texture coordinates before images are looked up."""
+    source = mesh.extras.source
+    return isinstance(source, GltfFile) and are_moved(source.gltf.text)
 
 
 def _lost_colours(extras: Extras, suffix: str) -> list[str]:

@@ -126,6 +126,25 @@ def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) -
     carried(folder, "a.3mf", package(resources, **more), to)
 
 
+def _strips(folder: Path) -> None:
+    """Data of triangle strips are those of their triangles."""
+    pyvista = pytest.importorskip("pyvista")
+    import vtk
+
+    mesh = pyvista.PolyData(
+        np.array([*P, (2, 0, 0), (3, 0, 0), (2, 1, 0), (3, 1, 0)], dtype=float), [3, *F[0]]
+    )
+    strips = vtk.vtkCellArray()
+    for strip in ([4, 5, 6, 7], [0, 1, 3]):
+        strips.InsertNextCell(len(strip), strip)
+    mesh.SetStrips(strips)
+    mesh.cell_data["label"] = [10, 20, 30]
+    mesh.save(folder / "a.vtp")
+    before, after = carried(folder, "a.vtp", (folder / "a.vtp").read_bytes(), "out.vtp")
+    assert before.F.tolist() == [list(F[0]), [4, 5, 6], [6, 5, 7], [0, 1, 3]]
+    assert after.extras.source.mesh.cell_data["label"].tolist() == [10, 20, 20, 30]
+
+
 def gifti(extra: bool = True) -> bytes:
     """A surface with what GIFTI has beside points and triangles."""
     pytest.importorskip("nibabel")
@@ -390,6 +409,7 @@ CELLS = [
         partial(_of_freesurfer, "lh.obj"),
         "OBJ does not keep the unit of length (millimeter), the volume that it was made from",
     ),
+    Cell("VTP", "VTP", "data of triangle strips, at their triangles", "kept", _strips),
     Cell("VTP", "VTP", "arrays, normals, colours, what is active, double precision", "kept", _polydata),
     Cell(
         "VTP",

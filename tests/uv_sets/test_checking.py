@@ -12,6 +12,7 @@ from carried import quads
 
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
+from igl_linabf.io import write_textured
 
 Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -246,3 +247,15 @@ def test_the_command_s_exit_code_is_for_pipelines(tmp_path: Path, capsys: pytest
     igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *plane()[:2])
     assert main(["check", str(tmp_path / "plain.obj")]) == 2
     assert "has no texture coordinates at all corners: unwrap it" in capsys.readouterr().err
+
+
+def test_coordinates_that_materials_move_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    V, F, TC, FTC = plane()
+    for moved in ({}, {"scale": [4, 4]}, {"texCoord": 0}):
+        write_textured(tmp_path / "plane.gltf", V, F, TC, FTC, np.ones((2, 2, 3)))
+        text = json.loads((tmp_path / "plane.gltf").read_text())
+        use = text["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+        use["extensions"] = {"KHR_texture_transform": moved}
+        (tmp_path / "plane.gltf").write_text(json.dumps(text))
+        assert main(["check", str(tmp_path / "plane.gltf"), "--quiet"]) == 0
+        assert ("KHR_texture_transform" in capsys.readouterr().err) == ("scale" in moved)

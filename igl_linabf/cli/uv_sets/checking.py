@@ -1,11 +1,12 @@
 """`igl-linabf check`."""
 
 import argparse
+import warnings
 
 from ..._runtime import progress_part
 from ..._types import FloatArray
-from ...errors import MeshError
-from ...io import MeshFile
+from ...errors import MeshError, MeshWarning, stack_level
+from ...io import MeshFile, moves_textures
 from ...surface import Faces
 from ...uv_sets import check_uv
 from ..arguments import shared, value
@@ -33,6 +34,13 @@ def mesh_with_coordinates(options: argparse.Namespace) -> tuple[MeshFile, FloatA
     mesh = given_mesh(options)
     if mesh.TC is None or mesh.FTC is None:
         raise MeshError(f"{options.mesh} has no texture coordinates at all corners: unwrap it")
+    if moves_textures(mesh):
+        warnings.warn(
+            "materials move the texture coordinates (KHR_texture_transform): they are taken as they are "
+            "stored, and sizes in texels may be other ones; apply it before",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
     return mesh, mesh.TC, mesh.FTC
 
 
