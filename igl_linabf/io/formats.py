@@ -262,6 +262,8 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
         lost.append("colours")
     elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
         lost.append("the alpha of its colours")
+    if suffix in (".glb", ".gltf") and extras.colours is not None and extras.face_colours is not None:
+        lost.append("the colours of its vertices, as it has one at a corner, and its faces have some")
     if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
         lost.append("the colours of its faces")
     if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):

@@ -129,6 +129,12 @@ def foreign_line(folder: Path) -> None:
     assert "\nhello\n" in (folder / "b.obj").read_text()
 
 
+def painted_twice(folder: Path) -> None:
+    text = "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n3 0 1 2 0 255 0\n"
+    _, after = carried(folder, "a.off", text, "out.glb")
+    np.testing.assert_allclose(after.colours, [[0, 1, 0]] * 3)
+
+
 def shiny(folder: Path) -> None:
     (folder / "in").mkdir()
     (folder / "in" / "a.mtl").write_text("newmtl a\nKd 1 0 0\nKs 1 1 1\nNs 200\nd 0.5\n")
@@ -686,6 +692,14 @@ CELLS = [
         "told",
         carry("a.off", off("OFF", "1 2"), "out.obj"),
         "numbers after the positions of its vertices",
+    ),
+    Cell(
+        "OFF",
+        "GLB",
+        "colours of vertices, where faces have some, too",
+        "told",
+        painted_twice,
+        "the colours of its vertices",
     ),
     Cell(
         "OFF",
