@@ -443,15 +443,17 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
         )
 
 
+def least_stretch(area: FloatArray, flat: FloatArray) -> float:
+    """The L2 stretch of a map, by areas on the surface and in it: what it is if no angle changes."""
+    with np.errstate(all="ignore"):
+        return float(np.sqrt(area @ (area / flat) * flat.sum()) / area.sum())
+
+
 def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     """Warn of a valid map that is of no use: most of the surface shrinks to a point beside the rest."""
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
-    with np.errstate(divide="ignore", over="ignore"):
-        least = (
-            float(area @ (area / flat)) * float(flat.sum()) / float(area.sum()) ** 2
-        )  # if no angle changes
-    if least <= MOST_STRETCH**2:
+    if not least_stretch(area, flat) > MOST_STRETCH:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from functools import partial
 from time import perf_counter
@@ -13,13 +14,20 @@ from numpy.typing import ArrayLike
 from .._runtime import Progress, advance, in_threads, progress_part, reporting, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
-from ..errors import MeshError, SingularSystemError
+from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
 from ..linalg import NotPositiveDefiniteError
-from ..surface import face_array, sound_disks, vertex_array
+from ..surface import (
+    complex_positions,
+    face_array,
+    of_size_one,
+    signed_double_areas,
+    sound_disks,
+    vertex_array,
+)
 from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
-from .constants import LARGEST_TOGETHER
-from .functions import flatten
+from .constants import LARGEST_TOGETHER, MOST_STRETCH
+from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
 from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
@@ -66,6 +74,11 @@ def flatten_many(
     ValueError
         There is no method of that name.
 
+    Warns
+    -----
+    OutcomeWarning
+        As `flatten` does; of meshes that were solved together, once, with their numbers.
+
     Examples
     --------
     >>> import igl
@@ -82,11 +95,37 @@ def flatten_many(
         together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
+        done = [(i, arrays[i], result) for i, result in enumerate(made) if result is not None]
+        _warn_of_stretched([i for i, array, result in done if array and _is_stretched(*array, result)])
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with progress_part("alone", (k + 1) / len(left)):
                 made[i] = _flatten_alone(given[i], chosen, boundary)
     return [result for result in made if result is not None]
+
+
+def _is_stretched(V: FloatArray, F: IntArray, result: Flattening | MeshError) -> bool:
+    """Whether a map is of no use, though it is valid."""
+    if isinstance(result, MeshError) or not result.outcome.good:
+        return False
+    a, b, c = V[F.T]
+    with np.errstate(all="ignore"):
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    at_corners = complex_positions(of_size_one(result.uv[F.T.ravel()]))
+    flat = signed_double_areas(at_corners, np.arange(F.size).reshape(3, -1))
+    return least_stretch(area, flat) > MOST_STRETCH
+
+
+def _warn_of_stretched(meshes: list[int]) -> None:
+    """One warning of those that were flattened together; `flatten` warns of the others."""
+    if meshes:
+        warnings.warn(
+            f"the maps of meshes {some(meshes)} have an L2 stretch of more than {MOST_STRETCH:g} (1 is "
+            "best): parts of them are shrunk beyond use, as those far from the boundary of a long tube; cut "
+            "them, as igl_linabf.unwrap does",
+            OutcomeWarning,
+            stacklevel=stack_level(),
+        )
 
 
 def _arrays(mesh: object) -> Arrays | None:

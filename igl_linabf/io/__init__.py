@@ -34,6 +34,7 @@ from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
 from .formats import files_beside as files_beside
 from .formats import lies_flat as lies_flat
+from .formats import moves_textures as moves_textures
 from .formats import object_frames as object_frames
 from .formats import object_space as object_space
 from .formats import suffix_of as suffix_of

@@ -36,8 +36,8 @@ from .external import (
     save_vtp,
     surfaces_beside,
 )
-from .gltf import GltfFile, parse_gltf, save_gltf
-from .materials import COLOUR, MTL_WORDS, PLAIN, TEXTURE, Material
+from .gltf import GltfFile, are_moved, parse_gltf, save_gltf
+from .materials import COLOUR, MTL_WORDS, PLAIN, TEXTURE, Material, unknown_to_gltf
 from .mesh_file import Images, MeshFile
 from .obj import (
     ObjText,
@@ -252,6 +252,8 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
+    if suffix in (".glb", ".gltf") and (keys := unknown_to_gltf(extras.looks or ())):
+        lost.append(f"{', '.join(keys)} of its materials")
     if mesh.images is None:
         lost += _lost_colours(extras, suffix)
     if extras.comments and suffix in (".3mf", ".vtp", *FLAT):
@@ -307,6 +309,12 @@ def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArr
     return np.einsum("vij,vj->vi", inverse[face], V), turned / np.where(length > 0, length, 1)
 
 
+def moves_textures(mesh: MeshFile) -> bool:
+    """Whether materials of its file move the texture coordinates before images are looked up."""
+    source = mesh.extras.source
+    return isinstance(source, GltfFile) and are_moved(source.gltf.text)
+
+
 def _lost_colours(extras: Extras, suffix: str) -> list[str]:
     """What of the colours a format does not keep; in an image, they are in it."""
     lost = list[str]()
@@ -314,6 +322,8 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
         lost.append("colours")
     elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
         lost.append("the alpha of its colours")
+    if suffix in (".glb", ".gltf") and extras.colours is not None and extras.face_colours is not None:
+        lost.append("the colours of its vertices, as it has one at a corner, and its faces have some")
     if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
         lost.append("the colours of its faces")
     if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):

@@ -1,7 +1,7 @@
 """What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +17,7 @@ PLAIN = "igl_linabf"  # the material of faces that have none
 TEXTURE = "Texture"  # what names of images end with in glTF
 COLOUR = "baseColorTexture"  # maps are named as glTF names them, and others by their words in MTL
 MTL_WORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
+SHARED_WITH_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # what is read of MTL
 IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
 
 
@@ -199,6 +200,12 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
         factor=tuple(factor),
     )
+
+
+def unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
+    """What lines of MTL say that glTF has no word for; images are told apart."""
+    keys = {line.split()[0]: None for look in looks for line in look.lines if not names_image(line)}
+    return [key for key in keys if key not in SHARED_WITH_GLTF]
 
 
 MOVE = "--bake texture (in Python, bake_texture) moves them"

@@ -136,12 +136,14 @@ def _agreed(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[compl
     weight = area * np.abs(along)
     group, shares = _alike(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero(shares >= AGREEING)  # three at most
+    large = np.flatnonzero(shares >= AGREEING / 2)  # six at most
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
     # around a tube that lies, one half points up and one down: the piece agrees on neither
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
-    large = large[(net >= AGREEING) & (net >= net.max(initial=0) - SAME_DIRECTION)]
+    most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)
+    # a net of which a quarter points up and a quarter aside has no mean that is a direction of its edges
+    large = large[most & (net >= (AGREEING if (net >= AGREEING).any() else AGREEING / 2))]
     if not len(large):
         return mean * float(area.sum()), float(shares.max())
     best = large[np.argmax((sums[large] * np.conj(mean)).real)]

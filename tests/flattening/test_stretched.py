@@ -10,7 +10,7 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import OutcomeWarning, flatten, linabf, quality
+from igl_linabf import OutcomeWarning, flatten, flatten_many, linabf, quality
 from igl_linabf.cli import main
 
 
@@ -54,6 +54,13 @@ def test_what_is_of_use_is_not_warned_of() -> None:
         warnings.simplefilter("error")
         assert flatten(*tube(3)).outcome.good
         assert flatten(*tube(9), "isometric").outcome.good
+
+
+def test_of_many_meshes_those_that_are_stretched_are_named() -> None:
+    with pytest.warns(OutcomeWarning, match=r"meshes \[?1, 3\]? .*unwrap") as said:
+        results = flatten_many([tube(2), tube(9), tube(3), tube(10)])
+    assert len(said) == 1
+    assert all(result.outcome.good for result in results)
 
 
 def test_the_command_warns_and_its_exit_code_stays(

@@ -478,4 +478,15 @@ CELLS = [
         "the extensions KHR_lights_punctual",
     ),
     OBJ("extras", "told", partial(_to_obj, primitive={"extras": {"id": 3}}), "its extras"),
+    OBJ("several scenes", "told", partial(_to_obj, scenes=[{"nodes": [0]}, {"name": "B"}]), "its 2 scenes"),
+    OBJ(
+        "nodes in nodes, where it is more than one root",
+        "told",
+        partial(
+            _to_obj,
+            scenes=[{"nodes": [2]}],
+            nodes=[{"mesh": 0}, {"name": "arm", "children": [0]}, {"name": "body", "children": [1]}],
+        ),
+        "its tree of nodes",
+    ),
 ]

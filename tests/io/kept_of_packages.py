@@ -122,8 +122,27 @@ def _components(folder: Path) -> None:
     assert np.allclose(np.ptp(after.V, axis=0), 2 * 0.0254)
 
 
-def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: str) -> None:
+def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) -> None:
     carried(folder, "a.3mf", package(resources, **more), to)
+
+
+def _strips(folder: Path) -> None:
+    """Data of triangle strips are those of their triangles."""
+    pyvista = pytest.importorskip("pyvista")
+    import vtk
+
+    mesh = pyvista.PolyData(
+        np.array([*P, (2, 0, 0), (3, 0, 0), (2, 1, 0), (3, 1, 0)], dtype=float), [3, *F[0]]
+    )
+    strips = vtk.vtkCellArray()
+    for strip in ([4, 5, 6, 7], [0, 1, 3]):
+        strips.InsertNextCell(len(strip), strip)
+    mesh.SetStrips(strips)
+    mesh.cell_data["label"] = [10, 20, 30]
+    mesh.save(folder / "a.vtp")
+    before, after = carried(folder, "a.vtp", (folder / "a.vtp").read_bytes(), "out.vtp")
+    assert before.F.tolist() == [list(F[0]), [4, 5, 6], [6, 5, 7], [0, 1, 3]]
+    assert after.extras.source.mesh.cell_data["label"].tolist() == [10, 20, 20, 30]
 
 
 def gifti(extra: bool = True) -> bytes:
@@ -303,6 +322,30 @@ CELLS = [
     ),
     Cell(
         "3MF",
+        "3MF",
+        "parts of the package that other programs add",
+        "told",
+        partial(_carry_3mf, tetra(), parts={"Metadata/Slicer.config": "; layers"}),
+        "the parts Metadata/Slicer.config of its package",
+    ),
+    Cell(
+        "3MF",
+        "3MF",
+        "what other programs write into the model, in their name spaces",
+        "told",
+        partial(_carry_3mf, tetra(('a:paint="4"', "", "", ""))),
+        "what is in the name spaces a",
+    ),
+    Cell(
+        "3MF",
+        "GLB",
+        "attributes of triangles that other programs add",
+        "told",
+        partial(_carry_3mf, tetra(("", 'paint_color="8"', "", "")), to="out.glb"),
+        "the attributes paint_color of triangles",
+    ),
+    Cell(
+        "3MF",
         "any",
         "an unknown extension that is required",
         "refused",
@@ -366,6 +409,7 @@ CELLS = [
         partial(_of_freesurfer, "lh.obj"),
         "OBJ does not keep the unit of length (millimeter), the volume that it was made from",
     ),
+    Cell("VTP", "VTP", "data of triangle strips, at their triangles", "kept", _strips),
     Cell("VTP", "VTP", "arrays, normals, colours, what is active, double precision", "kept", _polydata),
     Cell(
         "VTP",

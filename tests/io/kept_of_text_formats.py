@@ -131,6 +131,20 @@ def foreign_line(folder: Path) -> None:
     assert "\nhello\n" in (folder / "b.obj").read_text()
 
 
+def painted_twice(folder: Path) -> None:
+    text = "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n3 0 1 2 0 255 0\n"
+    _, after = carried(folder, "a.off", text, "out.glb")
+    np.testing.assert_allclose(after.colours, [[0, 1, 0]] * 3)
+
+
+def shiny(folder: Path) -> None:
+    (folder / "in").mkdir()
+    (folder / "in" / "a.mtl").write_text("newmtl a\nKd 1 0 0\nKs 1 1 1\nNs 200\nd 0.5\n")
+    _, after = carried(folder, "a.obj", "mtllib a.mtl\nusemtl a\n" + TETRA + FACES, "out.glb")
+    np.testing.assert_allclose(after.extras.looks[0].colour, [1, 0, 0], atol=1e-6)
+    assert after.extras.looks[0].alpha == 0.5
+
+
 def painted_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         (folder / "in").mkdir()
@@ -563,6 +577,7 @@ CELLS = [
     Cell(
         "OBJ", "GLB", "images of materials", "told", painted_images("out.glb"), "the images of its materials"
     ),
+    Cell("OBJ", "GLB", "what glTF has no word for in materials", "told", shiny, "Ks, Ns of its materials"),
     *(
         Cell("OBJ", "others", what, "told", obj(TETRA + text + FACES, "out.glb"), says)
         for what, text, says in (
@@ -734,6 +749,14 @@ CELLS = [
         "told",
         carry("a.off", off("OFF", "1 2"), "out.obj"),
         "numbers after the positions of its vertices",
+    ),
+    Cell(
+        "OFF",
+        "GLB",
+        "colours of vertices, where faces have some, too",
+        "told",
+        painted_twice,
+        "the colours of its vertices",
     ),
     Cell(
         "OFF",

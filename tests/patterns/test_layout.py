@@ -153,6 +153,12 @@ def test_all_arrows_point_up_if_the_grain_points_anywhere(tmp_path: Path) -> Non
         )  # longer than around, so the arrow is along the axis
 
 
+def test_the_arrow_of_a_box_lies_along_its_edges(tmp_path: Path) -> None:
+    for size in ((80, 80, 80), (10, 40, 40), (30, 80, 50)):
+        arrow = directions(made(tmp_path / "p.svg", box(*size)))
+        assert np.sort(abs(arrow[0])) == pytest.approx([0, 1], abs=1e-6), size
+
+
 def test_up_turns_the_pieces_and_leaves_the_arrows_to_the_grain(tmp_path: Path) -> None:
     V, F = band(4, 3.0, whole=False)
     for up, size in (([0, 0, 1], (3 * np.sqrt(2), 3)), ([0, 0, -2], (3 * np.sqrt(2), 3))):

@@ -13,6 +13,7 @@ from gltf_files import glb
 
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
+from igl_linabf.io import write_textured
 
 Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -286,3 +287,15 @@ def test_the_command_counts_faces_without_coordinates(
         assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
         # what needs all of them does not take some
         assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2
+
+
+def test_coordinates_that_materials_move_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    V, F, TC, FTC = plane()
+    for moved in ({}, {"scale": [4, 4]}, {"texCoord": 0}):
+        write_textured(tmp_path / "plane.gltf", V, F, TC, FTC, np.ones((2, 2, 3)))
+        text = json.loads((tmp_path / "plane.gltf").read_text())
+        use = text["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+        use["extensions"] = {"KHR_texture_transform": moved}
+        (tmp_path / "plane.gltf").write_text(json.dumps(text))
+        assert main(["check", str(tmp_path / "plane.gltf"), "--quiet"]) == 0
+        assert ("KHR_texture_transform" in capsys.readouterr().err) == ("scale" in moved)

@@ -1,11 +1,12 @@
 """`igl-linabf check`."""
 
 import argparse
+import warnings
 
 from ..._runtime import progress_part
 from ..._types import FloatArray
-from ...errors import MeshError
-from ...io import MeshFile
+from ...errors import MeshError, MeshWarning, stack_level
+from ...io import MeshFile, moves_textures
 from ...surface import Faces
 from ...uv_sets import check_uv
 from ..arguments import shared, value
@@ -36,6 +37,13 @@ def mesh_with_coordinates(
     if mesh.TC is None or mesh.FTC is None:
         where = "" if partial else " at all corners"
         raise MeshError(f"{options.mesh} has no texture coordinates{where}: unwrap it")
+    if moves_textures(mesh):
+        warnings.warn(
+            "materials move the texture coordinates (KHR_texture_transform): they are taken as they are "
+            "stored, and sizes in texels may be other ones; apply it before",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
     return mesh, mesh.TC, mesh.FTC
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._types import FloatArray
+from ..._types import FloatArray, IntArray
 from ..mesh_file import MeshFile
 from ..parsing import Column, Damaged, Extras, polygons_of
 from ..vertex_splits import split_vertices
@@ -33,13 +33,11 @@ def parse_vtp(path: Path) -> MeshFile:
         raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
     more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
-        mesh = mesh.triangulate()
+        mesh = _without_strips(pyvista, mesh)
     if mesh.n_points == 0 or mesh.GetNumberOfPolys() == 0:
         raise Damaged("it has no polygons")
-    cells = mesh.GetPolys()
-    offsets = np.asarray(pyvista.convert_array(cells.GetOffsetsArray()), dtype=np.int64)
-    corners = np.asarray(pyvista.convert_array(cells.GetConnectivityArray()), dtype=np.int64)
-    polygons = polygons_of(Column(corners, np.diff(offsets)))
+    corners, sizes = _cells(pyvista, mesh.GetPolys())
+    polygons = polygons_of(Column(corners, sizes))
     if (polygons.sizes < 3).any():
         raise Damaged("it has polygons of less than three corners")
     TC = mesh.active_texture_coordinates
@@ -59,6 +57,45 @@ def parse_vtp(path: Path) -> MeshFile:
         return made
     map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
     return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+
+
+def _cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
+    """The points of VTK's cells, cell after cell, and how many each has."""
+    offsets, corners = (
+        np.asarray(pyvista.convert_array(array), dtype=np.int64)
+        for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray())
+    )
+    return corners, np.diff(offsets)
+
+
+def _without_strips(pyvista: Any, mesh: Any) -> Any:
+    """The same with the triangles of its strips, whose data are those of their strip.
+
+    VTK's own filter leaves data of cells behind that nobody has written.
+    """
+    (corners, sizes), (of_strips, lengths) = (
+        _cells(pyvista, cells) for cells in (mesh.GetPolys(), mesh.GetStrips())
+    )
+    if (lengths < 3).any() or of_strips.max(initial=0) >= mesh.n_points:
+        raise Damaged("it has triangle strips of less than three points, or of points that are not there")
+    strip = np.repeat(np.arange(len(lengths)), lengths - 2)
+    k = np.arange(len(strip)) - np.repeat(np.cumsum(lengths - 2) - (lengths - 2), lengths - 2)
+    at = np.repeat(np.cumsum(lengths) - lengths, lengths - 2) + k
+    triangles = of_strips[at[:, None] + np.where(k[:, None] % 2, [1, 0, 2], [0, 1, 2])]
+    faces = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
+    faces = np.concatenate((faces, np.insert(triangles, 0, 3, axis=1).ravel()))
+    more = {"verts": mesh.verts} if mesh.n_verts else {}
+    if mesh.n_lines:
+        more["lines"] = mesh.lines
+    made = pyvista.PolyData(mesh.points, faces, **more)
+    made.GetPointData().ShallowCopy(mesh.GetPointData())
+    made.GetFieldData().ShallowCopy(mesh.GetFieldData())
+    before = mesh.n_verts + mesh.n_lines + len(sizes)
+    rows = np.concatenate((np.arange(before), before + strip))
+    for name, values in mesh.cell_data.items():
+        made.cell_data[name] = np.asarray(values)[rows]
+    _mark(mesh.GetCellData(), made.GetCellData())
+    return made
 
 
 def _arrays(mesh: Any) -> str:

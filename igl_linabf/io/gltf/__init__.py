@@ -1,4 +1,5 @@
 """glTF 2.0, as text and as GLB."""
 
+from .images import are_moved
 from .reading import GltfFile, parse_gltf
 from .rewriting import save_gltf

@@ -132,6 +132,13 @@ def _read(gltf: Gltf, texture: dict[str, Any]) -> bytes:
     return file.read_bytes()
 
 
+def are_moved(text: dict[str, Any]) -> bool:
+    """Whether images lie elsewhere on the first texture coordinates than these say."""
+    uses = [use for use in all_uses(text) if use.coordinates == 0]
+    moved = [use.holder[use.key].get("extensions", {}).get(TRANSFORM, {}) for use in uses]
+    return any({"offset", "rotation", "scale"} & set(of) for of in moved)
+
+
 def without_old_images(material: dict[str, Any]) -> None:
     """Leave out the images of a material that go with the first texture coordinates."""
     for use in list(texture_uses(material)):

@@ -14,6 +14,10 @@ OF_SKINS = ("JOINTS_", "WEIGHTS_")
 def unshared(text: dict[str, Any], further: int) -> tuple[str, ...]:
     """What a description has beyond its surface, as a warning names it; `further` instances of its meshes."""
     said = [f"its {name}" for name in ("animations", "skins", "cameras") if text.get(name)]
+    if len(text.get("scenes", ())) > 1:
+        said.append(f"its {len(text['scenes'])} scenes")
+    if sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1:  # one is the root of all
+        said.append("its tree of nodes")
     if further:
         said.append(f"{further} further instances of its meshes")
     primitives = [of for mesh in text.get("meshes", ()) for of in mesh.get("primitives", ())]

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from ...mesh_file import MeshFile
 from ...parsing import Damaged, Extras
 from ...vertex_splits import warn_of_rounding
 from ..optional_packages import call_reader, checked_mesh_file, import_optional
+from .packages import package_rest, required_extensions
 from .properties import Properties, colours_of
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
@@ -66,33 +67,22 @@ def parse_3mf(path: Path) -> MeshFile:
     call_reader(reader.ReadFromFile, path)
     codes = [reader.GetWarning(i)[0] for i in range(reader.GetWarningCount())]
     if REQUIRED in codes:
-        names = ", ".join(call_reader(_required_extensions, path))
+        names = ", ".join(call_reader(required_extensions, path))
         raise Damaged(
             f"it requires an extension that lib3mf does not know ({names}), and without it would be read as "
             "something else: export it without"
         )
     mesh: MeshFile = call_reader(_parse_model, model)
-    return mesh
+    rest = call_reader(partial(package_rest, known=_paths(model)), path)
+    return replace(mesh, extras=replace(mesh.extras, unshared=(*mesh.extras.unshared, *rest)))
 
 
-def _required_extensions(path: str) -> list[str]:
-    """The name spaces that the models of a package require."""
-    from xml.etree.ElementTree import iterparse
-
-    found = dict[str, None]()
-    with ZipFile(path) as package:
-        for name in package.namelist():
-            if not name.lower().endswith(".model"):
-                continue
-            spaces = dict[str, str]()
-            with package.open(name) as file:
-                for event, of in iterparse(file, ("start-ns", "start")):
-                    if event == "start":  # the first element has them
-                        prefixes = of.get("requiredextensions", "").split()
-                        found |= {spaces.get(prefix, prefix): None for prefix in prefixes}
-                        break
-                    spaces[of[0]] = of[1]
-    return list(found)
+def _paths(model: Any) -> set[str]:
+    """The parts of the package that lib3mf reads beside models."""
+    found = [model.GetAttachment(i) for i in range(model.GetAttachmentCount())]
+    if model.HasPackageThumbnailAttachment():
+        found.append(model.GetPackageThumbnailAttachment())
+    return {of.GetPath().lstrip("/") for of in found}
 
 
 def _parse_model(model: Any) -> MeshFile:
