@@ -222,8 +222,8 @@ class Isometric(Method):
         Of areas against angles, from 0 to 8. 0: angles only. 1: the symmetric Dirichlet energy. More: more
         equal areas. At the default L2 stretch is least.
     tol : float
-        Relative fall of this mean that may be left to further steps. At the default nobody sees what is left;
-        at 0, until a step brings less than 1e-8 of it.
+        Share of this mean that may be left to further steps, foreseen from the last two. At the default
+        nobody sees what is left; at 0 the steps go on until one brings less than 1e-8 of it.
     solver : str
         As in `igl_linabf.linabf`.
 

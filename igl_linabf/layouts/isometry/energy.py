@@ -18,7 +18,7 @@ import numpy as np
 
 from ..._core import collapse_lengths, isometric_energy, isometric_rows
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Ragged, signed_double_areas
+from ...surface import NEXT, PREV, Ragged
 from .constants import OPENING
 
 
@@ -59,10 +59,6 @@ class Rest:
         z[top, face] = (dot[left, face] + 1j * double_area) / side
         inward = 1j * (z[PREV] - z[NEXT]) / double_area  # gradients of the hat functions
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
-
-    def area_ratio(self, z: ComplexArray) -> FloatArray:
-        """Of each triangle the area in the map over that on the surface, J."""
-        return np.asarray(signed_double_areas(z, self.corner) / (2 * self.share))
 
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
         """Of each triangle, times its share; infinite where a triangle is not upright."""

@@ -11,7 +11,7 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import place_map
-from .constants import MAX_PINNED_STEPS, PINS_MET, STALLED_FALL, STIFFNESSES
+from .constants import MAX_PINNED_STEPS, PINS_MET, STALLED_FALL, STIFFNESSES, UNWEIGHTED_TOL
 from .energy import Rest
 from .newton import Hessians, IsometricEnergy, Springs, descend
 from .slim import upright
@@ -56,7 +56,7 @@ def isometric(
     pins best, and stiffer and stiffer springs draw the vertices to their pins.
     """
     energy, hessians = _energy_of(mesh, weight, solvers)
-    z, (steps,), (stalled,) = descend(energy, _scaled_to_grow(energy, start), hessians, tol)
+    z, (steps,), (stalled,) = _lowered(energy, start, hessians, tol)
     missed = 0.0
     if shape_is_pinned(pinned):
         made, z, more, missed = _drawn_to_pins(energy, hessians, z, pinned)
@@ -77,7 +77,7 @@ def isometric_together(
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
     rest = Rest.of(corner, disks.double_area, disks.dot, faces)
     energy = IsometricEnergy(rest, vertices, faces, weight)
-    z, steps, stalled = descend(energy, _scaled_to_grow(energy, z), Hessians(corner, len(z), solvers), tol)
+    z, steps, stalled = _lowered(energy, z, Hessians(corner, len(z), solvers), tol)
     value = energy.of_charts(z)
     double = np.abs(signed_double_areas(z, corner))
     z = centred(z, corner, double, disks.area, vertices.start, faces.start)
@@ -103,16 +103,19 @@ def _energy_of(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEn
     return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight), Hessians(corner, n, solvers)
 
 
-def _scaled_to_grow(energy: IsometricEnergy, z: ComplexArray) -> ComplexArray:
-    """The map of each chart at the mean of two scales: of its surface's area, and of its largest triangle.
+def _lowered(
+    energy: IsometricEnergy, start: ComplexArray, hessians: Hessians, tol: float
+) -> tuple[ComplexArray, IntArray, BoolArray]:
+    """What `descend` returns, from maps of any scale; by the unweighted energy first if the weight is more.
 
-    A step may lengthen triangles by any factor, but it ends where one of those collapses that it makes
-    smaller. So a map is unfolded in fewer steps if hardly any triangle is larger than on the surface.
+    Where areas are far from those of the surface, a weighted energy grows faster than its model.
     """
-    rest, faces = energy.rest, energy.faces
-    stretch = rest.area_ratio(z)
-    middle = np.sqrt(faces.sum(stretch * rest.share) * faces.max(stretch))
-    return np.asarray(z / energy.vertices.repeat(np.sqrt(middle)))
+    size = energy.faces.sum(signed_double_areas(start, energy.rest.corner)) / 2
+    z, first = start / energy.vertices.repeat(np.sqrt(size)), np.zeros(len(size), dtype=np.int64)
+    if energy.weight > 1:
+        z, first, _ = descend(replace(energy, weight=1.0), z, hessians, UNWEIGHTED_TOL)
+    z, steps, stalled = descend(energy, z, hessians, tol)
+    return z, first + steps, stalled
 
 
 def _drawn_to_pins(
