@@ -167,6 +167,19 @@ def without_rows(
     start: IntArray, column: IntArray, block: FloatArray, x: FloatArray, r: FloatArray
 ) -> FloatArray: ...
 
+# isometric maps
+
+def collapse_lengths(
+    corner: IntArray, gradient: ComplexArray, z: ComplexArray, direction: ComplexArray
+) -> FloatArray: ...
+def isometric_energy(
+    corner: IntArray, gradient: ComplexArray, share: FloatArray, z: ComplexArray, weight: float
+) -> FloatArray: ...
+def isometric_rows(
+    corner: IntArray, gradient: ComplexArray, share: FloatArray, z: ComplexArray, weight: float
+) -> tuple[FloatArray, FloatArray]: ...
+def outer_products(rows: FloatArray, own: IntArray, across: IntArray, entries: int) -> FloatArray: ...
+
 # packing
 def divisions(
     points: FloatArray,

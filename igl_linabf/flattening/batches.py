@@ -121,7 +121,9 @@ def isometric_maps(
     start = complex_positions(np.concatenate([results[i].uv for i in found]))
     try:
         with stopwatch() as seconds, timed("isometric"):
-            z, energy, steps, good = isometric_together(disks, start, method.weight, Solvers(method.solver))
+            z, energy, steps, good = isometric_together(
+                disks, start, method.weight, Solvers(method.solver), method.tol
+            )
     except NotPositiveDefiniteError:
         return
     alpha, constraints = flat_angles(z, corner), constraints_of(disks.topology)

@@ -25,6 +25,10 @@ AREA_WEIGHT = 1.5
 # become short. tests/layouts/isometry/test_isometric.py
 MAX_AREA_WEIGHT = 8.0
 
+# Default share of the isometric energy that may be left to further steps. Less costs steps that nobody sees;
+# more leaves texels uneven that could be even. tests/layouts/isometry/test_isometric.py
+ISOMETRIC_TOL = 1e-3
+
 # --- the shape of the boundary ---
 
 # Radians by which angle sums at the boundary may be off: those asked for, from Gauss-Bonnet; those reached

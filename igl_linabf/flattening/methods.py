@@ -16,7 +16,7 @@ from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
 from .boundary_shapes import FREE, Shape
-from .constants import ABF_TOL, AREA_WEIGHT, MAX_AREA_WEIGHT, ROUGH_GAP, TOL
+from .constants import ABF_TOL, AREA_WEIGHT, ISOMETRIC_TOL, MAX_AREA_WEIGHT, ROUGH_GAP, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
     STEP_AND_CHORD_RTOL,
@@ -214,14 +214,16 @@ class Isometric(Method):
     It begins with the map of `LinABF`, made free of flips where needed (guarantee="injective"), and lowers
     the mean over the area of c a^weight until it stalls: c = (s1 / s2 + s2 / s1) / 2 for the angles and
     a = (s1 s2 + 1 / (s1 s2)) / 2 for the areas, s1 and s2 the singular values (Degener, Meseth, Klein
-    2003). Far from an isometry by igl's SLIM (Rabinovich et al. 2017), near to one by Newton's method. No
-    triangle can flip.
+    2003) by Newton's method. No triangle can flip.
 
     Attributes
     ----------
     weight : float
         Of areas against angles, from 0 to 8. 0: angles only. 1: the symmetric Dirichlet energy. More: more
         equal areas. At the default L2 stretch is least.
+    tol : float
+        Share of this mean that may be left to further steps, foreseen from the last two. At the default
+        nobody sees what is left; at 0 the steps go on until one brings less than 1e-8 of it.
     solver : str
         As in `igl_linabf.linabf`.
 
@@ -243,6 +245,7 @@ class Isometric(Method):
     label = "isometric"
 
     weight: float = AREA_WEIGHT
+    tol: float = ISOMETRIC_TOL
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
@@ -251,12 +254,14 @@ class Isometric(Method):
                 f"weight is {self.weight!r}: use a number from 0 (angles) over 1 (symmetric Dirichlet) "
                 f"to {MAX_AREA_WEIGHT:g} (areas)"
             )
+        if not is_number(self.tol, 0):
+            raise ValueError(f"tol is {self.tol!r}: use a number, 0 or larger")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
             problem = initial_problem(mesh, ProblemOptions(solver=self.solver))
             results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
-            made = isometric_map(problem, results, self.weight, pinned)
+            made = isometric_map(problem, results, self.weight, self.tol, pinned)
             if made is not None:
                 # the maps before do not know of the pins
                 results = (made,) if pinned is not None else (*results, made)

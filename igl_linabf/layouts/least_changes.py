@@ -115,7 +115,8 @@ def _descend_in_plane(
         if here.rounding() > enough * at.value:
             return None
         try:
-            factor = hessians.factored(here.rows / plane.estimate[:, None], here.springs(), PLANE_DAMPING)
+            rows = (here.rows / plane.estimate[:, None]).reshape(-1, plane.corner.shape[1])
+            factor = hessians.factored(rows, here.springs(), PLANE_DAMPING)
             step = bounded_step(here, hessians, factor, at.held)
         except NotPositiveDefiniteError:
             return None

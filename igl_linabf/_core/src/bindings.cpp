@@ -7,6 +7,7 @@
 #include "graphs/connectivity.hpp"
 #include "graphs/seams.hpp"
 #include "graphs/shortest_paths.hpp"
+#include "isometry/isometric_energy.hpp"
 #include "numpy.hpp"
 #include "overlaps/overlap_layers.hpp"
 #include "overlaps/overlapping.hpp"
@@ -375,6 +376,22 @@ cut : (#L,) float64
     The lengths of the edges that are cut, added up.)");
 }
 
+static void bind_isometry(nb::module_& m) {
+    using namespace isometry;
+    m.def("isometric_energy", bound(&isometric_energy), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
+          "The energy of each triangle, times its share; infinite where a triangle is not upright.\n\n"
+          "Its map w -> p w + q conj(w) has p = sum gradient z over the corners, and q the same of its conjugate.");
+    m.def("isometric_rows", bound(&isometric_rows), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
+          "The slope of the energy, (6, #F), and rows, (24, #F): its convex part is the sum of row row^T.\n\n"
+          "Four rows for a triangle, one after the other, each by x of the corners and then by y.");
+    m.def("outer_products", bound(&outer_products), "rows"_a, "own"_a, "across"_a, "entries"_a,
+          "The blocks, (entries, 4), of the sum of row row^T over triangles; `rows` has six rows for each.\n\n"
+          "The block of corner k is added at own[k], that of the side opposite to it at across[k], and transposed at\n"
+          "~across[k].");
+    m.def("collapse_lengths", bound(&collapse_lengths), "corner"_a, "gradient"_a, "z"_a, "direction"_a,
+          "The step length along `direction` at which each triangle collapses; infinite where none does.");
+}
+
 // Whether this processor has what the build for x86-64-v3 takes.
 static bool has_v3() {
 #if (defined(__GNUC__) || defined(__clang__)) && defined(__x86_64__)
@@ -396,6 +413,7 @@ NB_MODULE(MODULE, m) {
     bind_cholesky(m);
     bind_angles(m);
     bind_graphs(m);
+    bind_isometry(m);
     bind_overlaps(m);
     bind_packing(m);
 }

@@ -46,7 +46,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
 
 
 def isometric_map(
-    problem: Problem, earlier: StageResults, weight: float, pinned: Pins | None
+    problem: Problem, earlier: StageResults, weight: float, tol: float, pinned: Pins | None
 ) -> StageResult | None:
     """The isometric map from the best one so far; None if that has flipped triangles."""
     mesh, last = problem.mesh, earlier[-1]
@@ -54,13 +54,12 @@ def isometric_map(
     if len(best.flipped):
         return None
     with timed("isometric"):
-        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
+        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
-    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
-    how = by + by_newton(made.newton, start, made.energy)
+    how = by_newton(made.steps, start, made.energy)
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
-    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
+    note = "" if made.stalled else f"the energy still falls after {made.steps} steps"
     placed = replace(layout, z=made.z, method="isometric", solver=how)
     result = StageResult("isometric", state, note=note, layout=placed, flipped=flipped)
     if len(flipped):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import igl
 import numpy as np
 
 from ..._core import centred
@@ -12,18 +11,10 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import place_map
-from .constants import (
-    FAR_FROM_ISOMETRY,
-    MAX_PINNED_STEPS,
-    PINS_MET,
-    SLIM_CHUNK_FAR,
-    SLIM_SLOW_FALL,
-    STIFFNESSES,
-    WEAK_FIT,
-)
+from .constants import MAX_PINNED_STEPS, PINS_MET, STALLED_FALL, STIFFNESSES, UNWEIGHTED_TOL, WEAK_FIT
 from .energy import Rest
 from .newton import Hessians, IsometricEnergy, Springs, descend
-from .slim import slim, upright
+from .slim import upright
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +24,8 @@ class IsometricMap:
     Attributes
     ----------
     z : (#V,) complex128
-    slim, newton : int
-        Iterations of SLIM, and steps of Newton's method after it.
+    steps : int
+        Of Newton's method.
     stalled : bool
         Whether the energy has stalled within the steps allowed.
     energy : float
@@ -44,55 +35,54 @@ class IsometricMap:
     """
 
     z: ComplexArray
-    slim: int
-    newton: int
+    steps: int
     stalled: bool
     energy: float
     missed: float
 
 
 def isometric(
-    mesh: Mesh, start: ComplexArray, weight: float, pinned: Pins | None, solvers: Solvers
+    mesh: Mesh,
+    start: ComplexArray,
+    weight: float,
+    pinned: Pins | None,
+    solvers: Solvers,
+    tol: float = STALLED_FALL,
 ) -> IsometricMap:
     """Lower the isometric energy from a map without flipped triangles, until it stalls.
 
-    Far from an isometry igl's SLIM is fast, near to one Newton's method. Two pins are met by a similarity,
-    as in the layouts of angles. With more of them the surface has the scale at which the free map fits the
+    It has stalled where further steps lower it by less than `tol` of it. Two pins are met by a similarity, as
+    in the layouts of angles. With more of them the surface has the scale at which the free map fits the
     pins best, and stiffer and stiffer springs draw the vertices to their pins.
     """
     energy, hessians = _energy_of(mesh, weight, solvers)
-    corner = mesh.topology.corner
-    z = start / np.sqrt(signed_double_areas(start, corner).sum() / 2)
-    z, slimmed = _nearer_to_isometry(mesh, energy, z)
-    z, (steps,), (stalled,) = descend(energy, z, hessians)
+    z, (steps,), (stalled,) = _lowered(energy, start, hessians, tol)
     missed = 0.0
     if shape_is_pinned(pinned):
         made, z, more, missed = _drawn_to_pins(energy, hessians, z, pinned)
         steps += more
     else:
         made = place_map(mesh.topology, z, mesh.area, pinned)
-    return IsometricMap(made, slimmed, int(steps), bool(stalled), float(energy.of_charts(z)[0]), missed)
+    return IsometricMap(made, int(steps), bool(stalled), float(energy.of_charts(z)[0]), missed)
 
 
 def isometric_together(
-    disks: Disks, z: ComplexArray, weight: float, solvers: Solvers
+    disks: Disks, z: ComplexArray, weight: float, solvers: Solvers, tol: float
 ) -> tuple[ComplexArray, FloatArray, IntArray, BoolArray]:
     """Lower the energy of disks side by side, by one system.
 
     Returns the map, each disk of its area, centred and turned; energies; steps; and which are to be taken:
-    those that began near an isometry and stalled.
+    those that stalled.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
     rest = Rest.of(corner, disks.double_area, disks.dot, faces)
     energy = IsometricEnergy(rest, vertices, faces, weight)
-    z = z / vertices.repeat(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
-    near = energy.of_charts(z) <= FAR_FROM_ISOMETRY
-    z, steps, stalled = descend(energy, z, Hessians(corner, len(z), solvers))
+    z, steps, stalled = _lowered(energy, z, Hessians(corner, len(z), solvers), tol)
     value = energy.of_charts(z)
     double = np.abs(signed_double_areas(z, corner))
     z = centred(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
-    return z, value, steps, near & sound & stalled
+    return z, value, steps, sound & stalled
 
 
 def at_pins(
@@ -113,21 +103,19 @@ def _energy_of(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEn
     return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight), Hessians(corner, n, solvers)
 
 
-def _nearer_to_isometry(mesh: Mesh, energy: IsometricEnergy, z: ComplexArray) -> tuple[ComplexArray, int]:
-    """The map that SLIM makes of one that is far from an isometry, and its iterations."""
-    reached = float(energy.of_charts(z)[0])
-    if reached <= FAR_FROM_ISOMETRY:
-        return z, 0
-    iterations = 0
-    for at in slim(mesh, z, igl.MappingEnergyType.SYMMETRIC_DIRICHLET, SLIM_CHUNK_FAR):
-        value = float(energy.of_charts(at)[0])
-        if not (value < reached and upright(at, mesh.topology.corner)):
-            break
-        slow = value > (1 - SLIM_SLOW_FALL) * reached
-        z, reached, iterations = at, value, iterations + SLIM_CHUNK_FAR
-        if slow:
-            break
-    return z, iterations
+def _lowered(
+    energy: IsometricEnergy, start: ComplexArray, hessians: Hessians, tol: float
+) -> tuple[ComplexArray, IntArray, BoolArray]:
+    """What `descend` returns, from maps of any scale; by the unweighted energy first if the weight is more.
+
+    Where areas are far from those of the surface, a weighted energy grows faster than its model.
+    """
+    size = energy.faces.sum(signed_double_areas(start, energy.rest.corner)) / 2
+    z, first = start / energy.vertices.repeat(np.sqrt(size)), np.zeros(len(size), dtype=np.int64)
+    if energy.weight > 1:
+        z, first, _ = descend(replace(energy, weight=1.0), z, hessians, UNWEIGHTED_TOL)
+    z, steps, stalled = descend(energy, z, hessians, tol)
+    return z, first + steps, stalled
 
 
 def _drawn_to_pins(
@@ -143,12 +131,14 @@ def _drawn_to_pins(
         scale = whole * (scale / abs(scale) if scale else 1 + 0j)
     to = z.copy()
     to[index] = wanted / scale + mean
-    steps, missed = 0, np.inf
+    steps, missed = 0, float(np.abs(z - to)[index].max())
     for stiffness in STIFFNESSES:
+        if missed <= PINS_MET:
+            break
         pull = np.zeros(len(z))
         pull[index] = stiffness
         pulled = replace(energy, springs=Springs(pull, to))
-        z, (more,), _ = descend(pulled, z, hessians, MAX_PINNED_STEPS)
+        z, (more,), _ = descend(pulled, z, hessians, max_steps=MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
         # out of reach: a spring stiffer than the first two, which the surface may resist, brings a tenth
         if stiffness > STIFFNESSES[1] and missed > before / 2:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..._core import entries, outer_products, undirected
 from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
 from ...surface import NEXT, PREV, Ragged
 from ..constants import MAX_HALVINGS, SHORT_OF_COLLAPSE, SUFFICIENT_DECREASE
-from .constants import DAMPING, MAX_NEWTON_STEPS, NEGLIGIBLE_FALL, STALLED_FALL
+from .constants import DAMPING, GROWTH, MAX_NEWTON_STEPS, NEGLIGIBLE_FALL, STALLED_FALL
 from .energy import Rest
 
 
@@ -63,26 +64,16 @@ class Hessians:
     def __init__(self, corner: IntArray, n: int, solvers: Solvers, free: int | None = None) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
         self._free = n if free is None else free
-        sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
-        keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
-        low, high = keys // n, keys % n
-        # the lower triangle: a column has its vertex's own block, then one for each edge to a later vertex
-        start = np.arange(n + 1) + np.searchsorted(low, np.arange(n + 1))
-        self._own, of_edge = start[:-1], np.arange(len(low)) + low + 1
-        indices = np.empty(start[-1], dtype=np.int64)
-        indices[self._own], indices[of_edge] = np.arange(n), high
-        self._fixed = np.flatnonzero(indices >= self._free)
-        self._pairs = np.tril_indices(6)
-        self._slot = np.empty((len(self._pairs[0]), corner.shape[1]), dtype=np.int64)
-        edge = edge.reshape(corner.shape)
-        for slot, i, j in zip(self._slot, *self._pairs, strict=True):
-            (x, p), (y, q) = divmod(int(i), 3), divmod(int(j), 3)
-            if p == q:
-                slot[:] = 4 * self._own[corner[p]] + (3 if x and y else x + y)
-            else:
-                in_block = np.where(corner[p] < corner[q], 2 * x + y, 2 * y + x)
-                slot[:] = 4 * of_edge[edge[3 - p - q]] + in_block
-        self._analysis: Analysis = solvers.analyse(start, indices, 2)
+        ends, sides, _ = undirected(corner, n)
+        indptr, indices, slot = entries(np.ascontiguousarray(ends.T), n)
+        self._across = np.empty(corner.shape, dtype=np.int64)
+        for side in sides:
+            self._across.ravel()[side[side >= 0]] = slot[side >= 0]
+        self._across[corner[NEXT] > corner[PREV]] ^= -1  # ~, where the block is that of the lower triangle
+        self._diagonal = indptr[:-1]
+        self._own = self._diagonal[corner]
+        self._entries, self._fixed = len(indices), np.flatnonzero(indices >= self._free)
+        self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
     def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
         """The gradient, (2 #V,), from that of the triangles, (6, #F)."""
@@ -93,20 +84,16 @@ class Hessians:
         return slope
 
     def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factor:
-        """The factor of the sum of rows rows^T over the triangles, (#, 6, #F), and the springs."""
-        values = np.empty(self._slot.shape)
-        for value, i, j in zip(values, *self._pairs, strict=True):
-            np.einsum("rf,rf->f", rows[:, i], rows[:, j], out=value)
-        sums = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1))
-        blocks = np.asarray(sums, dtype=np.float64).reshape(-1, 4)
-        own = blocks[self._own][:, ::3]
+        """The factor of the sum of row row^T over the triangles, six `rows` for each, and the springs."""
+        blocks = outer_products(rows, self._own, self._across, self._entries)
+        own = blocks[self._diagonal][:, ::3]
         if springs is not None:
             own += 2 * springs.stiffness[:, None]
         blocks[self._fixed] = 0.0
         while True:
             own *= 1 + damping
             own[self._free :] = 1.0
-            blocks[self._own, 0], blocks[self._own, 3] = own.T
+            blocks[self._diagonal, 0], blocks[self._diagonal, 3] = own.T
             try:
                 return self._analysis.factor(blocks)
             except NotPositiveDefiniteError:
@@ -116,13 +103,18 @@ class Hessians:
 
 
 def descend(
-    energy: IsometricEnergy, z: ComplexArray, hessians: Hessians, max_steps: int = MAX_NEWTON_STEPS
+    energy: IsometricEnergy,
+    z: ComplexArray,
+    hessians: Hessians,
+    tol: float = STALLED_FALL,
+    max_steps: int = MAX_NEWTON_STEPS,
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
     """The map at which the energy of every chart stalls, its steps, and whether it does within them.
 
-    Each chart has a step length of its own, and stays as it is from where it stalls: so the maps are those of
-    one chart after the other. No triangle can flip: it would collapse first, and a step is shorter than to
-    the first collapse. A single chart ends where double precision holds no further step.
+    Each chart has a step length of its own, and stays as it is from where further steps lower its energy by
+    less than `tol` of it: so the maps are those of one chart after the other. No triangle can flip: it would
+    collapse first, and a step is shorter than to the first collapse. A single chart ends where double
+    precision holds no further step.
 
     Raises
     ------
@@ -130,7 +122,7 @@ def descend(
         Double precision holds no step of one of several charts.
     """
     value, n = energy.of_charts(z), len(energy.faces)
-    steps, moving = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool)
+    steps, moving, last = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool), np.full(n, np.inf)
     for _ in range(max_steps):
         by_corner, rows = energy.rest.expanded(z, energy.weight)
         slope = hessians.slope(by_corner, energy.springs, z)
@@ -144,49 +136,66 @@ def descend(
         moving &= promised > NEGLIGIBLE_FALL * value
         if not moving.any():
             break
-        z, reached = _search_lengths(energy, z, x[0::2] + 1j * x[1::2], value, promised, moving)
+        line = Line(energy, z, x[0::2] + 1j * x[1::2], value, promised)
+        z, reached, length = line.search(moving)
         advance("isometric", 0.1)
         steps[moving] += 1
-        moving &= value - reached > STALLED_FALL * value
-        value = reached
+        fall = value - reached
+        # the falls of whole steps are like a geometric series: what is left of it is foreseen
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = np.where(fall < last, fall * np.maximum(fall / (last - fall), 1.0), np.inf)
+        moving &= (fall > STALLED_FALL * value) & ((left > tol * value) | (length < 1))
+        value, last = reached, fall
         if not moving.any():
             break
     return z, steps, ~moving
 
 
-def _search_lengths(
-    energy: IsometricEnergy,
-    z: ComplexArray,
-    direction: ComplexArray,
-    value: FloatArray,
-    promised: FloatArray,
-    moving: BoolArray,
-) -> tuple[ComplexArray, FloatArray]:
-    """The map and its energies after a step along `direction`, of each chart for itself."""
-    first = energy.faces.min(_collapse(energy.rest, z, direction))
-    length = np.where(moving, np.minimum(1.0, SHORT_OF_COLLAPSE * first), 0.0)
-    for _ in range(MAX_HALVINGS):
-        tried = z + energy.vertices.repeat(length) * direction
-        reached = energy.of_charts(tried)
-        short = ~(reached <= value - SUFFICIENT_DECREASE * length * promised)
-        if not short.any():
-            return tried, reached
-        length[short] /= 2
-    length[short] = 0.0
-    tried = z + energy.vertices.repeat(length) * direction
-    return tried, np.where(short, value, reached)
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A step of charts side by side, each of which has a length of its own.
 
+    Attributes
+    ----------
+    energy : IsometricEnergy
+    z, direction : (#V,) complex128
+    value, promised : (#charts,) float64
+        The energies at `z`, and how fast they fall from there.
+    """
 
-def _collapse(rest: Rest, z: ComplexArray, direction: ComplexArray) -> FloatArray:
-    """The step length at which each triangle collapses, |p|^2 = |q|^2; infinite where none does."""
-    (p, q), (dp, dq) = rest.derivatives(z), rest.derivatives(direction)
-    a = np.abs(dp) ** 2 - np.abs(dq) ** 2
-    b = (p.conj() * dp).real - (q.conj() * dq).real
-    c = np.abs(p) ** 2 - np.abs(q) ** 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # no cancellation
-        roots = np.stack((sum_ / a, c / sum_))
-    return np.asarray(np.where(roots > 0, roots, np.inf).min(axis=0))
+    energy: IsometricEnergy
+    z: ComplexArray
+    direction: ComplexArray
+    value: FloatArray
+    promised: FloatArray
+
+    def search(self, moving: BoolArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+        """The map after a step of the charts that move, its energies, and the lengths of the steps."""
+        first = self.energy.faces.min(self.energy.rest.collapse_lengths(self.z, self.direction))
+        most = SHORT_OF_COLLAPSE * first
+        length = np.where(moving, np.minimum(1.0, most), 0.0)
+        for _ in range(MAX_HALVINGS):
+            reached = self._energies(length)
+            short = ~(reached <= self.value - SUFFICIENT_DECREASE * length * self.promised)
+            if not short.any():
+                break
+            length[short] /= 2
+        else:
+            length[short] = 0.0
+            reached = np.where(short, self.value, reached)
+        growing = moving & ~short
+        while growing.any():  # the model's Hessian is too large where triangles grow
+            tried = np.where(growing, np.minimum(GROWTH * length, most), length)
+            after = self._energies(tried)
+            growing &= (tried > length) & (after < reached)
+            length, reached = np.where(growing, tried, length), np.where(growing, after, reached)
+        return self._at(length), reached, length
+
+    def _at(self, length: FloatArray) -> ComplexArray:
+        return np.asarray(self.z + self.energy.vertices.repeat(length) * self.direction)
+
+    def _energies(self, length: FloatArray) -> FloatArray:
+        return self.energy.of_charts(self._at(length))
 
 
 def _interleaved(z: ComplexArray) -> FloatArray:

@@ -155,6 +155,25 @@ def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
     assert "--weight means nothing to the method linabf" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", DISKS)
+@pytest.mark.parametrize("weight", [1.0, 1.5])
+def test_no_more_than_the_tolerance_is_left_of_the_energy(name: str, weight: float) -> None:
+    V, F = load(name)
+    mesh = planar_mesh(V, F)
+    for start in (complex_positions(flatten(V, F).uv), stretched_start(mesh)):
+        least = isometric(mesh, start, weight, None, Solvers()).energy
+        for tol in (0.02, 0.005, 0.001):
+            made = isometric(mesh, start, weight, None, Solvers(), tol)
+            assert made.stalled
+            assert least * (1 - 1e-6) <= made.energy <= least * (1 + tol)
+
+
+def test_a_tolerance_out_of_its_range_is_refused() -> None:
+    for tol in (-1e-3, np.nan):
+        with pytest.raises(ValueError, match="tol is"):
+            Isometric(tol=tol)
+
+
 def test_a_weight_out_of_its_range_is_refused() -> None:
     for weight in (-1, 9, np.nan):
         with pytest.raises(ValueError, match="weight is"):

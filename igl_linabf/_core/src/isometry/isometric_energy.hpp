@@ -1,0 +1,154 @@
+// The energy of isometric maps, triangle by triangle: its value, its slope, its convex part, and where it is infinite.
+//
+// A triangle's map w -> p w + q conj(w) from its own plane has the singular values |p| + |q| and |p| - |q|. With
+// A = |p|^2, B = |q|^2 and J = A - B the energy is E = c a^weight, c = (A + B) / J for angles, a = (J + 1 / J) / 2 for
+// areas (Degener, Meseth, Klein 2003).
+#pragma once
+#include "../angles/triangles.hpp"
+
+namespace isometry {
+
+using angles::Corners, angles::Numbers, angles::Rows, angles::Values;
+using Gradients = Matrix<const Complex>;  // (3, #F): p is the sum of gradient z over the corners
+using Map = View<const Complex>;
+
+inline Complex conjugate(Complex a) { return {a.x, -a.y}; }
+inline double squared(Complex a) { return dot(a, a); }
+
+// p and q of each triangle; linear in z.
+struct Derivatives {
+    Rows<const Index> corner;
+    Rows<const Complex> gradient;
+    Map z;
+
+    Derivatives(Corners corner, Gradients gradient, Map z) : corner(corner), gradient(gradient), z(z) {}
+
+    std::pair<Complex, Complex> operator[](Index t) const {
+        const auto [i, j, k] = corner[t];
+        const auto [f, g, h] = gradient[t];
+        const Complex a = z[i], b = z[j], c = z[k];
+        return {times(f, a) + times(g, b) + times(h, c),
+                times(conjugate(f), a) + times(conjugate(g), b) + times(conjugate(h), c)};
+    }
+};
+
+inline double raised(double area, double weight) { return weight == 1 ? area : std::pow(area, weight); }
+
+// Of each triangle, times its share; infinite where a triangle is not upright.
+inline Array<double> isometric_energy(Corners corner, Gradients gradient, Numbers share, Map z, double weight) {
+    return angles::over(corner.columns, [=, of = Derivatives(corner, gradient, z)](Index t) {
+        const auto [p, q] = of[t];
+        const double a = squared(p), b = squared(q), j = a - b;
+        const double value = share[t] * ((a + b) / j * raised((j + 1 / j) / 2, weight));
+        return j > 0 ? value : INFINITY;
+    });
+}
+
+// First and second derivatives of E by A and B.
+struct Slopes {
+    double a, b, aa, ab, bb;
+
+    Slopes(double A, double B, double weight) {
+        const double j = A - B, u = 1 / j, uu = u * u, uuu = uu * u, area = (j + u) / 2, slope = (1 - uu) / 2;
+        const double c = (A + B) * u, c_a = -2 * B * uu, c_b = 2 * A * uu;
+        const double c_aa = 4 * B * uuu, c_ab = -2 * (A + B) * uuu, c_bb = 4 * A * uuu;
+        const double h = raised(area, weight), part = weight * h / area;
+        const double h_j = part * slope, h_jj = part * ((weight - 1) * slope * slope / area + uuu);
+        a = c_a * h + c * h_j;
+        b = c_b * h - c * h_j;
+        aa = c_aa * h + 2 * c_a * h_j + c * h_jj;
+        ab = c_ab * h + (c_b - c_a) * h_j - c * h_jj;
+        bb = c_bb * h - 2 * c_b * h_j + c * h_jj;
+    }
+};
+
+// The slope of the energy, (6, #F), and rows, (24, #F), four of six: its convex part is the sum of row row^T. By x of
+// the three corners, then y.
+//
+// The Hessian by p and q has the eigenvectors i p, i q and two in the plane of p and q, as E is a function of |p| and
+// |q|; negative eigenvalues are left out (Smith, De Goes, Kim 2019).
+inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gradients gradient, Numbers share, Map z,
+                                                             double weight) {
+    const Index m = corner.columns;
+    Grid<double> slopes(6, m), rows(24, m);
+    in_pieces(m, [&](Index first, Index last) {
+        const Derivatives of(corner, gradient, z);
+        double *slope = slopes.data(), *row = rows.data();
+        INDEPENDENT for (Index t = first; t < last; ++t) {
+            const auto [p, q] = of[t];
+            const double A = squared(p), B = squared(q), r = std::sqrt(A), s = std::sqrt(B), own = share[t];
+            const Slopes E(A, B, weight);
+            const Complex up = 1 / r * p, uq = s > 0 ? 1 / s * q : Complex{1, 0};
+            const double rr = 2 * E.a + 4 * A * E.aa, rs = 4 * r * s * E.ab, ss = 2 * E.b + 4 * B * E.bb;
+            // the eigenvectors (cos, sin) and (-sin, cos) in the plane of p and q
+            const double d = (rr - ss) / 2, half = std::sqrt(d * d + rs * rs);
+            const double far = std::sqrt((1 + (half > 0 ? std::abs(d) / half : 1.0)) / 2);
+            const double near = half > 0 ? std::abs(rs) / (2 * half * far) : 0.0;
+            const double cos = d >= 0 ? far : near, sin = std::copysign(d >= 0 ? near : far, rs);
+            const auto scale = [own](double value) { return std::sqrt(own * std::max(value, 0.0)); };
+            const double major = scale((rr + ss) / 2 + half), minor = scale((rr + ss) / 2 - half);
+            const double around = scale(2 * E.a), beside = scale(2 * E.b);
+            const double by_r = own * 2 * r * E.a, by_s = own * 2 * s * E.b;
+            for (int k = 0; k < 3; ++k) {
+                const Complex g = gradient[k][t];
+                const Complex u = times(conjugate(up), g), v = times(conjugate(uq), conjugate(g));
+                const Index x = k * m + t, y = (k + 3) * m + t;
+                slope[x] = by_r * u.x + by_s * v.x, slope[y] = -(by_r * u.y + by_s * v.y);
+                row[x] = major * (cos * u.x + sin * v.x), row[y] = -major * (cos * u.y + sin * v.y);
+                row[6 * m + x] = minor * (cos * v.x - sin * u.x), row[6 * m + y] = -minor * (cos * v.y - sin * u.y);
+                row[12 * m + x] = around * u.y, row[12 * m + y] = around * u.x;
+                row[18 * m + x] = beside * v.y, row[18 * m + y] = beside * v.x;
+            }
+        }
+    });
+    return {std::move(slopes), std::move(rows)};
+}
+
+// The 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles: `rows` has six rows for each, by x of the
+// corners, then y. The block of corner k is added at own[k], that of the side opposite to it at across[k]; at
+// ~across[k] transposed.
+inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
+    const Index m = own.columns, ranks = rows.rows / 6;
+    if (rows.rows != 6 * ranks || rows.columns != m || own.rows != 3 || across.rows != 3 || across.columns != m)
+        throw std::invalid_argument("six rows a rank, and three places a triangle are needed");
+    Grid<double> made = angles::zeros<Grid<double>>(entries, 4);
+    for (Index t = 0; t < m; ++t) {
+        double block[6][4] = {};  // of corners, then of sides
+        for (Index r = 0; r < ranks; ++r) {
+            double x[3], y[3];
+            for (int k = 0; k < 3; ++k) x[k] = rows[6 * r + k][t], y[k] = rows[6 * r + 3 + k][t];
+            for (int k = 0; k < 3; ++k) {
+                const int i = (k + 1) % 3, j = (k + 2) % 3;
+                double *at = block[k], *beyond = block[k + 3];
+                at[0] += x[k] * x[k], at[1] += x[k] * y[k], at[3] += y[k] * y[k];
+                beyond[0] += x[i] * x[j], beyond[1] += x[i] * y[j], beyond[2] += y[i] * x[j], beyond[3] += y[i] * y[j];
+            }
+        }
+        for (int k = 0; k < 3; ++k) {
+            block[k][2] = block[k][1];
+            const Index place = across[k][t], side = place < 0 ? ~place : place;
+            if (std::uint64_t(own[k][t]) >= std::uint64_t(entries) || side >= entries)
+                throw std::invalid_argument("a place is not below entries");
+            if (place < 0) std::swap(block[k + 3][1], block[k + 3][2]);
+            double *to = made.data() + 4 * own[k][t], *beyond = made.data() + 4 * side;
+            for (int c = 0; c < 4; ++c) to[c] += block[k][c], beyond[c] += block[k + 3][c];
+        }
+    }
+    return made;
+}
+
+// The step length along `direction` at which each triangle collapses, |p|^2 = |q|^2; infinite where none does.
+inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
+    const Derivatives at(corner, gradient, z), change(corner, gradient, direction);
+    return angles::over(corner.columns, [at, change](Index t) {
+        const auto [p, q] = at[t];
+        const auto [dp, dq] = change[t];
+        const double a = squared(dp) - squared(dq), b = dot(p, dp) - dot(q, dq), c = squared(p) - squared(q);
+        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // no cancellation
+        const double one = sum / a, other = c / sum;
+        const double least = one > 0 ? one : INFINITY;  // of NaN, too: there is no root
+        return other > 0 && other < least ? other : least;
+    });
+}
+
+}  // namespace isometry
