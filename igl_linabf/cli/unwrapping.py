@@ -50,13 +50,33 @@ def _unwrap(options: argparse.Namespace) -> int:
     if options.bake and options.resolution is None:
         options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F
+    asked = _asked(options, mesh)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
+        with progress_part("unwrapping", PROGRESS["computing"]):
+            atlas = unwrap(V, F, method=method, **asked)
+    if options.picture and not len(atlas.drawn):
+        raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
+    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.flat}
+    figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
+    with progress_part("baking", PROGRESS["baking"]):
+        image = _baked(options, mesh, atlas, to) if options.bake else None
+    TC = atlas.flat / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
+    what = {"image": image, "texcoord": options.texcoord}
+    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, **what)
+    hand_out(options, str(atlas), figures, pictured, write)
+    return judged(options, atlas.good, atlas.troubles)
+
+
+def _asked(options: argparse.Namespace, mesh: MeshFile) -> dict[str, Any]:
+    """What `unwrap` is called with: seams, cones and packing, from the mesh's file and others."""
     seams: list[Any] = []
     if options.seams == "uv":
         if mesh.TC is None or mesh.FTC is None:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
             )
-        seams = [texture_seams(F, mesh.FTC, V, mesh.TC, sides=True)]
+        seams = [texture_seams(mesh.F, mesh.FTC, mesh.V, mesh.TC, sides=True)]
     elif options.seams != "auto":
         seams = [_read_rows(options.seams, np.int64, "integers: write two vertices on each line")]
     cones = options.cones
@@ -80,28 +100,13 @@ def _unwrap(options: argparse.Namespace) -> int:
                 "--keep-materials cuts, and --cones chooses its own seams: leave out one of them"
             )
         wanted = replace(wanted or Seams(), labels=mesh.extras.materials[1])
-    asked = {
+    return {
         "seams": wanted,
         "cones": cones,
         "packing": options_as(Packing, options),
         "weld": options.weld,
         "strict": options.strict,
     }
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        with progress_part("unwrapping", PROGRESS["computing"]):
-            atlas = unwrap(V, F, method=method, **asked)
-    if options.picture and not len(atlas.drawn):
-        raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
-    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.flat}
-    figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    with progress_part("baking", PROGRESS["baking"]):
-        image = _baked(options, mesh, atlas, to) if options.bake else None
-    TC = atlas.flat / atlas.scale if lies_flat(to) else atlas.TC  # as a surface it is as large as the mesh
-    what = {"image": image, "texcoord": options.texcoord}
-    write = partial(written_from(options), mesh=mesh, TC=TC, FTC=atlas.FTC, **what)
-    hand_out(options, str(atlas), figures, pictured, write)
-    return judged(options, atlas.good, atlas.troubles)
 
 
 def _kinds(bake: str | None, mesh: MeshFile) -> list[str]:

@@ -34,7 +34,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
         seams = (
             find_seams(surface.V, surface.F, method="isometric", trade=trade, disks=True) if trade else None
         )
-        cuts = Cuts(wall, () if seams is None else _parts(surface.vertices[seams], len(wall)))
+        cuts = Cuts(wall, () if seams is None else _seam_parts(surface.vertices[seams], len(wall)))
         error = _error(given, cuts)
         if error < least:
             least, best = error, cuts
@@ -60,7 +60,7 @@ def _error(given: Hemisphere, cuts: Cuts) -> float:
     return distances.error(uv * distances.best_scale(uv))
 
 
-def _parts(seams: IntArray, n: int) -> tuple[IntArray, ...]:
+def _seam_parts(seams: IntArray, n: int) -> tuple[IntArray, ...]:
     """The vertices of each part of the seams that is in one piece."""
     label = connected_labels(seams, n)
     used = np.unique(seams)

@@ -159,7 +159,7 @@ def pack(
         warnings.warn(f"{said}: unwrap the mesh to give them one", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
     turned = z, turn[stack], shift[stack]
-    return _packed(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
+    return _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
 
 
 def _sizes(charts: UVCharts) -> FloatArray:
@@ -169,7 +169,7 @@ def _sizes(charts: UVCharts) -> FloatArray:
     return size
 
 
-def _packed(
+def _packed_uv(
     charts: UVCharts,
     turned: tuple[ComplexArray, ComplexArray, ComplexArray],
     aspect: float,

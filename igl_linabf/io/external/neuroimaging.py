@@ -62,7 +62,7 @@ def parse_gifti(path: Path) -> MeshFile:
         V,
         Polygons.of_triangles(F.astype(np.int64)),
         Extras(
-            colours=_colours(image, len(V)),
+            colours=_rgba_of_points(image, len(V)),
             units="millimeter",
             unshared=tuple(what for what, is_there in there.items() if is_there),
             source=GiftiFile(image),
@@ -81,7 +81,7 @@ def _says_where(system: Any) -> bool:
     return bool(system.dataspace or system.xformspace or (np.asarray(system.xform) != np.eye(4)).any())
 
 
-def _colours(image: Any, n: int) -> FloatArray | None:
+def _rgba_of_points(image: Any, n: int) -> FloatArray | None:
     """Of the vertices, from 0 to 1."""
     for intent in COLOURS:
         for array in image.get_arrays_from_intent(intent):

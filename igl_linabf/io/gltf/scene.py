@@ -246,10 +246,10 @@ def placements(gltf: Gltf) -> dict[int, Placement]:
             its, name = found.setdefault(int(nodes[i]["mesh"]), []), str(nodes[i].get("name", ""))
             its += [Placement(name, here @ each) for each in _instances(gltf, nodes[i])]
         waiting += [(child, here) for child in nodes[i].get("children", ())][::-1]
-    return {mesh: _largest(its) for mesh, its in found.items()}
+    return {mesh: _largest_placement(its) for mesh, its in found.items()}
 
 
-def _largest(its: list[Placement]) -> Placement:
+def _largest_placement(its: list[Placement]) -> Placement:
     """The largest of a mesh's placements; one that is a point gets the mesh's own size."""
     areas = [_area_scale(of.matrix) for of in its]
     largest = its[int(np.argmax(areas))]._replace(times=len(its))

@@ -157,8 +157,8 @@ def _extras(faces: Polygons, source: PlyTables) -> Extras:
     """Colours and normals, in the names that most programs give them, and what else there is."""
     properties = {element.name: element.properties for element in source.elements}
     normals = _columns(source.tables["vertex"], *NORMAL_NAMES)
-    colours, named = _colours(source.tables["vertex"], properties["vertex"])
-    face_colours, face_named = _colours(source.tables["face"], properties["face"])
+    colours, named = _property_colours(source.tables["vertex"], properties["vertex"])
+    face_colours, face_named = _property_colours(source.tables["face"], properties["face"])
     known = {
         "vertex": {*"xyz", *named, *(NORMAL_NAMES if normals is not None else ()), *sum(TEXTURE_NAMES, ())},
         "face": {*INDICES, CORNER_TEXTURE, *face_named},
@@ -182,7 +182,7 @@ def _extras(faces: Polygons, source: PlyTables) -> Extras:
     )
 
 
-def _colours(table: Columns, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
+def _property_colours(table: Columns, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
     """The colours of an element, from 0 to 1, and the names of their properties."""
     for names in COLOUR_NAMES:
         colours = _columns(table, *names)
