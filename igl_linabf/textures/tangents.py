@@ -32,7 +32,10 @@ def tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> F
     double_area = d[:, 0, 0] * d[:, 1, 1] - d[:, 0, 1] * d[:, 1, 0]
     sign = np.where(double_area < 0, -1.0, 1.0)
     along = sign[:, None] * (e[:, 0] * d[:, 1, 1:] - e[:, 1] * d[:, 0, 1:])
-    own = _unit(_in_tangent_plane(np.repeat(along[:, None], 3, axis=1), normals)) * _angles(points, normals)[..., None]
+    own = (
+        _unit(_tangential(np.repeat(along[:, None], 3, axis=1), normals))
+        * _angles(points, normals)[..., None]
+    )
     flat = np.column_stack((points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), sign.repeat(3)))
     same: IntArray = merge_coincident(flat, np.arange(len(flat)))
     total = np.zeros((len(flat), 3))
@@ -58,7 +61,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
-def _in_tangent_plane(vectors: FloatArray, normals: FloatArray) -> FloatArray:
+def _tangential(vectors: FloatArray, normals: FloatArray) -> FloatArray:
     """The part of vectors that is at right angles to normals of length one."""
     return np.asarray(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)
 
@@ -70,5 +73,5 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 def _angles(points: FloatArray, normals: FloatArray) -> FloatArray:
     """The angles of triangles at their corners (#T, 3), as seen along the normals there."""
-    ahead, back = (_unit(_in_tangent_plane(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1))
+    ahead, back = (_unit(_tangential(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1))
     return np.asarray(np.arccos(np.clip((ahead * back).sum(axis=-1), -1, 1)))

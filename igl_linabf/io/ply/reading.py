@@ -182,7 +182,9 @@ def _extras(faces: Polygons, source: PlyTables) -> Extras:
     )
 
 
-def _property_colours(table: Columns, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
+def _property_colours(
+    table: Columns, properties: list[Property]
+) -> tuple[FloatArray | None, tuple[str, ...]]:
     """The colours of an element, from 0 to 1, and the names of their properties."""
     for names in COLOUR_NAMES:
         colours = _columns(table, *names)
