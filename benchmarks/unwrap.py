@@ -37,11 +37,12 @@ FORMATS = (".0f", ".1f", ".3g", ".3f", ".1f", ".0f", ".2f", ".0f", ".2f")
 def touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
     """Charts that share a texel of a bilinear lookup with another one."""
     texels = TC[FTC] - 0.5
-    inner = covered(texels, RESOLUTION)
+    size = (RESOLUTION, RESOLUTION)
+    inner = covered(texels, size)
     n = len(TC)
     tail, head = FTC, np.roll(FTC, -1, axis=1)
     face, k = np.nonzero(~np.isin(tail * n + head, head * n + tail, kind="sort"))
-    near = near_sides(texels[face, k], texels[face, (k + 1) % 3], RESOLUTION)
+    near = near_sides(texels[face, k], texels[face, (k + 1) % 3], size)
     index = np.concatenate((inner.index, near.index))
     of = np.concatenate((chart[inner.face], chart[face[near.side]]))
     pairs = np.unique(np.column_stack((index, of)), axis=0)

@@ -44,7 +44,7 @@ def charts_of(atlases: Sequence[Atlas], page: int) -> np.ndarray:
         here = np.floor(corners.mean(axis=1)) @ [1, 10] == page
         for k in np.unique(chart[here]):
             triangles = (corners[here & (chart == k)] - [page % 10, page // 10]) * RESOLUTION - 0.5
-            texels = covered(triangles, RESOLUTION).index
+            texels = covered(triangles, (RESOLUTION, RESOLUTION)).index
             image[texels] = np.where(image[texels] == -1, charts + k, SHARED)
         charts += int(chart.max()) + 1
     return image.reshape(RESOLUTION, RESOLUTION)

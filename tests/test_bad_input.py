@@ -110,7 +110,7 @@ def test_a_clockwise_triangle_is_a_disk_like_any_other() -> None:
     assert np.isfinite(uv).all()
 
 
-NO_NUMBERS = ("2", "", [2.0, 3.0], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
+NO_NUMBERS = ("2", "", [2.5, 3.5], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
 BALL = igl.icosahedron()
 NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
