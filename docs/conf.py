@@ -72,8 +72,8 @@ default_role = "code"  # single backticks, as in the docstrings
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
     ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray)"),
-    ("py:.*", r"igl_linabf\.(surface|flattening\.methods|plot\.scene|angles|textures\.sampling|io\.mesh_file)\..*"),
-    ("py:.*", r"igl_linabf\.flattening\.boundary_shapes\..*"),
+    ("py:.*", r"igl_linabf\.(surface|flattening\.methods|plot\.scene|angles)\..*"),
+    ("py:.*", r"igl_linabf\.(flattening\.boundary_shapes|textures\.sampling|io\.mesh_file)\..*"),
 ]
 
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
