@@ -164,7 +164,8 @@ def moved_images(to: str) -> Callable[[Path], object]:
         (folder / "in").mkdir()
         (folder / "out").mkdir()
         write_image(folder / "in" / "old.png", np.full((4, 4, 3), 0.2))
-        (folder / "in" / "a.mtl").write_text("newmtl a\nKd 0.5 1 1\nNs 7\nmap_Kd -s 2 2 old.png\n")
+        of_obj = "Ns 7\n" * to.endswith(".obj")  # glTF has no word for it
+        (folder / "in" / "a.mtl").write_text(f"newmtl a\nKd 0.5 1 1\n{of_obj}map_Kd -s 2 2 old.png\n")
         (folder / "in" / "a.obj").write_text(
             "mtllib a.mtl\nusemtl a\nvt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED
         )
