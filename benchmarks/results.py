@@ -27,7 +27,7 @@ SECTIONS = [
     ("Hard surfaces", "parts.py"),
     ("Time of an atlas", "unwrap_time.py"),
     ("Even texels", "isometric.py"),
-    ("Generated meshes", "generated.py"),
+    ("Generated meshes", "generated.py --size 50k"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
     ("Time", "timing.py --large --repeat 3"),

@@ -192,6 +192,10 @@ def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap |
         return _anew(piece.cut_along(seams))
     if stretch > options.most_stretch and (parts := _less_stretched(piece, splits, options)):
         return _anew(parts)
+    if stretch > options.even_stretch and splits < constants.MAX_LEAF_ROUNDS:
+        leaves = _more_leaves(piece, options, constants.MAX_TRADE_DOUBLINGS_FOR_EVENNESS)
+        if len(leaves):
+            return _anew(piece.cut_along(leaves))
     quality = made.quality
     if quality is None:
         quality = quality_of(piece, made.result.uv, len(made.pairs), made.change.at_triangles)
@@ -379,21 +383,23 @@ def _less_flipped(piece: Submesh, flips: int, splits: int, options: ChartOptions
     """The piece cut further, and after some rounds halved; nothing where no seam is found."""
     few = flips <= constants.MAX_TIP_FLIPS * len(piece.F)
     if splits < (constants.MAX_LEAF_ROUNDS if few else constants.MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
-        leaves = _more_leaves(piece, options)
+        leaves = _more_leaves(piece, options, constants.MAX_TRADE_DOUBLINGS)
         return piece.cut_along(leaves) if len(leaves) else []
     return bisect(piece) if splits < options.most_splits else []
 
 
 def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
-    if splits < constants.MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, options)):
-        return piece.cut_along(leaves)
+    if splits < constants.MAX_LEAF_ROUNDS:
+        leaves = _more_leaves(piece, options, constants.MAX_TRADE_DOUBLINGS)
+        if len(leaves):
+            return piece.cut_along(leaves)
     return bisect(piece) if splits < constants.MAX_SPLITS_FOR_STRETCH else []
 
 
-def _more_leaves(piece: Submesh, options: ChartOptions) -> IntArray:
-    """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
-    trades = max(options.trade, 1.0) * 2.0 ** np.arange(constants.MAX_TRADE_DOUBLINGS)
+def _more_leaves(piece: Submesh, options: ChartOptions, doublings: int) -> IntArray:
+    """More seams for a piece with flips or stretch: `trade` is doubled until `find_seams` finds some."""
+    trades = max(options.trade, 1.0) * 2.0 ** np.arange(doublings)
     found = (replace(options, trade=t).seams_of(piece, disks=True) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 

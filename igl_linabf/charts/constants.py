@@ -61,6 +61,14 @@ MAX_TIP_ROUNDS = 3
 # for what does not help. tests/charts/splitting/test_splitting.py
 FEW_OVERLAPPING = 0.02
 
+# L2 stretch of an isometric chart beyond 1, by the default `trade`, above which it gets more seams. Less cuts
+# for what nobody sees; more leaves texels uneven on large, bumpy meshes. benchmarks/generated.py
+UNEVEN_STRETCH = 0.04
+
+# Times that `trade` is doubled for such seams. More cuts rough surfaces to fringes; fewer leave texels of
+# large, bumpy ones uneven. benchmarks/generated.py
+MAX_TRADE_DOUBLINGS_FOR_EVENNESS = 3
+
 # Halvings of a chart that is stretched more than is asked for, or beyond use, and of its parts. Fewer leave
 # it so; more halve what halves do not help. tests/charts/test_unwrapping.py
 MAX_SPLITS_FOR_STRETCH = 64

@@ -153,6 +153,13 @@ class ChartOptions:
         return UNUSABLE_STRETCH if self.may_find_seams else np.inf
 
     @property
+    def even_stretch(self) -> float:
+        """L2 stretch above which a chart gets more seams, if these help; who trades less for it has more."""
+        if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
+            return np.inf
+        return 1 + constants.UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)
+
+    @property
     def weighs_stretch(self) -> bool:
         """Whether charts are cut further where a seam is worth the stretch that it saves."""
         return self.may_find_seams and not self.holes and self.max_stretch is None

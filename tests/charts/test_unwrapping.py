@@ -304,3 +304,12 @@ def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
         atlas = unwrap(V, F, Seams(bijective=bijective))
         assert atlas.splits or bijective
         assert calls == ["vertex_array", "face_array"]
+
+
+def test_bumpy_surfaces_get_even_texels_by_more_seams() -> None:
+    V, F = load("stress__optcuts_dragon_i_f10000.obj")
+    few, even = (unwrap(V, F, Seams(trade=trade), "isometric") for trade in (1.0, 6.0))
+    assert even.good
+    assert even.seam_length > few.seam_length
+    assert all(chart.quality.stretch_l2 <= 1.04 for chart in even.charts if chart.quality.faces > 100)
+    assert even.quality.texel_spread < min(2.3, few.quality.texel_spread)

@@ -28,9 +28,9 @@ MAX_BOND_WEIGHT = 1e6
 # makes long limbs look alike. tests/charts/seams/test_search.py
 MAX_LOG_SCALE = 100.0
 
-# What the stretch of an isometric map beyond 1 is multiplied by. Lower values leave limbs that stretch its
-# texels; higher ones cut longer seams for what nobody sees. tests/charts/cut_graphs/test_stretch.py
-ISOMETRIC_STRETCH_WEIGHT = 6.0
+# What the stretch of an isometric map beyond 1 is multiplied by. Lower values leave limbs and bumps that
+# stretch its texels; higher ones cut longer seams for what nobody sees. benchmarks/generated.py
+ISOMETRIC_STRETCH_WEIGHT = 10.0
 
 # Steps of conjugate gradients for the trace of the strain. Fewer expect too much stretch; with more, what is
 # right to a few percent takes longer. tests/charts/cut_graphs/test_stretch.py

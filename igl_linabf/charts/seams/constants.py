@@ -22,11 +22,11 @@ SYMMETRY_COST = 0.05
 
 # Leaves that a component's seam grows, whatever `trade` is. Fewer leave limbs of many-limbed bodies uncut;
 # each takes a factor, so that no bound takes minutes. docs/unwrapping.md
-MAX_LEAVES = 100
+MAX_LEAVES = 400
 
 # Leaves in a row that do not lower the cost, before no more are tried. Fewer miss those that pay only
 # together; each takes a factor. benchmarks/constants.py charts.seams
-MAX_LEAVES_IN_VAIN = 3
+MAX_LEAVES_IN_VAIN = 8
 
 # --- large surfaces ---
 

@@ -106,12 +106,12 @@ def find_seams(
         Oriented triangles of any number of components, loops and handles.
     method : str or method object
         Of `unwrap`, that the seams are for. With "isometric" what counts is the stretch of that map, times
-        6: it has about a sixth of the conformal one's, and who asks for it wants little of that.
+        10: it has about a sixth of the conformal one's, and who asks for it wants little of that.
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
         stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
         creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
-        Large: branches grow as long as the expected stretch falls, at most 100 a component.
+        Large: branches grow as long as the expected stretch falls, at most 400 a component.
     holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
