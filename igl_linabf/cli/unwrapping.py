@@ -27,6 +27,7 @@ from ..io import (
     object_space,
     tells_directions,
 )
+from ..surface import unit_vectors
 from ..textures import bake, bake_texture
 from .arguments import choice, format_of, shared, switch, value
 from .commands import STANDARD, Command, method_with, options_as
@@ -177,12 +178,8 @@ def _shown(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, output: Pat
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
         frames = object_frames(mesh, output)
         if frames is not None:
-            normals = normals @ frames[mesh.split.face]
-            length = np.linalg.norm(normals, axis=2, keepdims=True)
-            normals /= np.where(length > 0, length, 1)
-        image = bake(V, mesh.F, atlas, normals, resolution)
-        length = np.linalg.norm(image, axis=-1, keepdims=True)
-        return np.asarray(image / np.where(length > 0, length, 1) / 2 + 0.5)
+            normals = unit_vectors(normals @ frames[mesh.split.face])
+        return unit_vectors(bake(V, mesh.F, atlas, normals, resolution)) / 2 + 0.5
     used = V[np.unique(triangles)]
     low, size = used.min(axis=0), np.ptp(used, axis=0).max()
     return bake(V, mesh.F, atlas, (V - low) / (size if size > 0 else 1.0), resolution)

@@ -6,6 +6,7 @@ import igl
 import numpy as np
 
 from .._types import FloatArray
+from ..surface import unit_vectors
 from ..textures import Picture
 from .materials import WHITE, linear, srgb
 from .mesh_file import MeshFile
@@ -64,8 +65,7 @@ def corner_normals(mesh: MeshFile) -> FloatArray:
         normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
     else:
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
-    length = np.linalg.norm(normals, axis=2, keepdims=True)
-    return np.asarray(normals / np.where(length > 0, length, 1))
+    return unit_vectors(normals)
 
 
 def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
-from .colours import corner_normals
+from ..surface import unit_vectors
+from .colours import OF_GLTF, corner_normals
 from .external import (
     PATCH_BEGINNING,
     FreeSurferFile,
@@ -37,7 +38,7 @@ from .external import (
     surfaces_beside,
 )
 from .gltf import GltfFile, are_moved, parse_gltf, save_gltf
-from .materials import COLOUR, MTL_WORDS, PLAIN, TEXTURE, Material, unknown_to_gltf
+from .materials import COLOUR, FIRST_TILE, MTL_WORDS, PLAIN, TEXTURE, Material, unknown_to_gltf
 from .mesh_file import Images, MeshFile
 from .obj import (
     ObjText,
@@ -111,7 +112,6 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".gii.gz", ".surf", *PATCHES)  # in which the map is the surface
 WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
-OWN_GLTF = (".glb", ".gltf")
 GivenImages = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
 
@@ -252,7 +252,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
-    if suffix in (".glb", ".gltf") and (keys := unknown_to_gltf(extras.looks or ())):
+    if suffix in OF_GLTF and (keys := unknown_to_gltf(extras.looks or ())):
         lost.append(f"{', '.join(keys)} of its materials")
     if mesh.images is None:
         lost += _lost_colours(extras, suffix)
@@ -286,7 +286,7 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
         For each face, what takes vectors of its object to V's space; None if no object is turned or scaled.
     """
     source = mesh.extras.source
-    if not isinstance(source, GltfFile) or suffix_of(path) not in (".glb", ".gltf"):
+    if not isinstance(source, GltfFile) or suffix_of(path) not in OF_GLTF:
         return None
     assert mesh.extras.parts is not None  # as of every file of glTF
     return source.frames[mesh.extras.parts[1]]
@@ -305,8 +305,7 @@ def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArr
     face[mesh.polygons.corners] = mesh.polygons.owner
     inverse = np.linalg.pinv(frames) * sign[:, None, None]
     turned = normals @ (frames * sign[:, None, None])[mesh.split.face]
-    length = np.linalg.norm(turned, axis=2, keepdims=True)
-    return np.einsum("vij,vj->vi", inverse[face], V), turned / np.where(length > 0, length, 1)
+    return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(turned)
 
 
 def moves_textures(mesh: MeshFile) -> bool:
@@ -322,11 +321,11 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
         lost.append("colours")
     elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
         lost.append("the alpha of its colours")
-    if suffix in (".glb", ".gltf") and extras.colours is not None and extras.face_colours is not None:
+    if suffix in OF_GLTF and extras.colours is not None and extras.face_colours is not None:
         lost.append("the colours of its vertices, as it has one at a corner, and its faces have some")
     if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
         lost.append("the colours of its faces")
-    if extras.corner_colours is not None and suffix not in (".glb", ".gltf"):
+    if extras.corner_colours is not None and suffix not in OF_GLTF:
         lost.append("the colours of its corners")
     return lost
 
@@ -394,7 +393,7 @@ def write_atomically(
         raise MeshError("an image goes with the first texture coordinates: leave out it, or texcoord=1")
     images = _images_for(images_of(image), suffix)
     new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
-    rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in OWN_GLTF
+    rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in OF_GLTF
     made, changed = _with_names_for(on_pages(replace(new, images=images), rewritten), suffix)
     kinds = {} if images is None else images.maps
     pages = 1 if images is None else images.pages
@@ -485,6 +484,6 @@ def on_pages(mesh: MeshFile, as_it_is: bool) -> MeshFile:
         names, looks = (*names, without_name(names, PLAIN)), [*looks, Material()]
         of = np.where(of < 0, len(names) - 1, of)
     pairs, number = np.unique(np.column_stack((of, pages_of_faces(mesh))), axis=0, return_inverse=True)
-    words = tuple(f"{names[i]}.{1001 + page}" if page else names[i] for i, page in pairs.tolist())
+    words = tuple(f"{names[i]}.{FIRST_TILE + page}" if page else names[i] for i, page in pairs.tolist())
     made = tuple(replace(looks[i], page=page) for i, page in pairs.tolist())
     return replace(mesh, extras=replace(extras, materials=(words, number.ravel()), looks=made))

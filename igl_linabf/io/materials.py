@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
@@ -18,6 +19,7 @@ TEXTURE = "Texture"  # what names of images end with in glTF
 COLOUR = "baseColorTexture"  # maps are named as glTF names them, and others by their words in MTL
 MTL_WORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
 SHARED_WITH_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # what is read of MTL
+FIRST_TILE = 1001  # of UDIM
 IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
 
 
@@ -91,6 +93,11 @@ class Material:
     factor: tuple[float, ...] | None = None
     maps: tuple[ImageMap, ...] = ()
     page: int = 0
+
+
+def bytes_of_colours(colours: FloatArray) -> NDArray[np.uint8]:
+    """Colours from 0 to 1 as whole numbers to 255."""
+    return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
 
 
 def srgb(light: FloatArray) -> FloatArray:

@@ -158,11 +158,7 @@ class MeshFile:
             The arrays do not fit to the faces.
         """
         map_ = vertex_array(TC, 2, "TC")
-        texture = self.polygons if FTC is None else Polygons.of(FTC)
-        if len(texture) != len(self.polygons) or (texture.sizes != self.polygons.sizes).any():
-            raise MeshError(
-                f"FTC has {len(texture)} rows for {len(self.polygons)} faces, or others: pass F's shape"
-            )
+        texture = self.polygons if FTC is None else self.polygons.texture_of(FTC)
         check_corners(map_, texture, "F, taken for FTC," if FTC is None else "FTC", "TC")
         used = np.isfinite(map_).all(axis=1)
         number = np.cumsum(used) - 1

@@ -38,6 +38,7 @@ from .plane import (
     move_to_pins,
     of_size_one,
     signed_double_areas,
+    unit_vectors,
 )
 from .polygons import Faces, Polygons, Triangles
 from .ragged import Ragged, index_and_rank

@@ -63,6 +63,12 @@ def move_to_pins(z: ComplexArray, pinned: Pins) -> ComplexArray:
     return np.asarray(position[0] + (z - z[i]) * ((position[1] - position[0]) / (z[j] - z[i])))
 
 
+def unit_vectors(vectors: FloatArray) -> FloatArray:
+    """Vectors along the last axis at length one; those of no length stay."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+
+
 def direction_in_space(given: ArrayLike, name: str) -> FloatArray:
     """Three numbers as a unit vector.
 

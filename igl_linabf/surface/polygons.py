@@ -98,6 +98,19 @@ class Polygons:
             return values.reshape(len(self), -1)
         return tuple(np.split(values, self.starts[1:])) if len(self) else values.reshape(0, 3)
 
+    def texture_of(self, FTC: ArrayLike) -> Polygons:  # as everywhere
+        """The rows of texture coordinates at the corners, as the caller has them.
+
+        Raises
+        ------
+        MeshError
+            They are malformed, or not in the shape of these polygons.
+        """
+        texture = Polygons.of(FTC)
+        if len(texture) != len(self) or (texture.sizes != self.sizes).any():
+            raise MeshError(f"FTC has {len(texture)} rows for {len(self)} faces, or others: pass F's shape")
+        return texture
+
     def check(self, n: int) -> None:
         """Raise where a polygon names a vertex outside 0 .. n - 1."""
         bad = self.outside(n)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..surface import merge_coincident
+from ..surface import merge_coincident, unit_vectors
 
 
 class Frames(NamedTuple):
@@ -33,14 +33,14 @@ def tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> F
     sign = np.where(double_area < 0, -1.0, 1.0)
     along = sign[:, None] * (e[:, 0] * d[:, 1, 1:] - e[:, 1] * d[:, 0, 1:])
     own = (
-        _unit(_tangential(np.repeat(along[:, None], 3, axis=1), normals))
+        unit_vectors(_tangential(np.repeat(along[:, None], 3, axis=1), normals))
         * _angles(points, normals)[..., None]
     )
     flat = np.column_stack((points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), sign.repeat(3)))
     same: IntArray = merge_coincident(flat, np.arange(len(flat)))
     total = np.zeros((len(flat), 3))
     np.add.at(total, same, own.reshape(-1, 3))
-    tangent = _unit(total[same]).reshape(-1, 3, 3)
+    tangent = unit_vectors(total[same]).reshape(-1, 3, 3)
     return Frames(tangent, sign[:, None, None] * np.cross(normals, tangent), normals)
 
 
@@ -66,12 +66,7 @@ def _tangential(vectors: FloatArray, normals: FloatArray) -> FloatArray:
     return np.asarray(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0, length, 1))
-
-
 def _angles(points: FloatArray, normals: FloatArray) -> FloatArray:
     """The angles of triangles at their corners (#T, 3), as seen along the normals there."""
-    ahead, back = (_unit(_tangential(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1))
+    ahead, back = (unit_vectors(_tangential(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1))
     return np.asarray(np.arccos(np.clip((ahead * back).sum(axis=-1), -1, 1)))

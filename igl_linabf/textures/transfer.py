@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..charts import Atlas, page_size
 from ..errors import MeshError, some
-from ..surface import Polygons, vertex_array
+from ..surface import Polygons, unit_vectors, vertex_array
 from .baking import checked_padding, filled_image, shown_texels, vertices_of
 from .constants import MOST_TEXELS_AT_ONCE
 from .sampling import Picture
@@ -125,17 +125,14 @@ def _looked_up(
     found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
     if frames is not None and channels >= 3:
         old, new = (Frames(*(texels.values(part) for part in frame)) for frame in frames)
-        said = reexpressed(2 * found[:, :3] - 1, old, new)
-        length = np.linalg.norm(said, axis=1, keepdims=True)
-        found[:, :3] = said / np.where(length > 0, length, 1) / 2 + 0.5
+        found[:, :3] = unit_vectors(reexpressed(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
     return found
 
 
 def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
     """The old texture coordinates at the corners of the triangles, (#T, 3, 2)."""
-    polygons, texture, points = Polygons.of(F), Polygons.of(FTC), vertex_array(TC, 2, "TC")
-    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
-        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    polygons, points = Polygons.of(F), vertex_array(TC, 2, "TC")
+    texture = polygons.texture_of(FTC)
     bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
     if len(bad):
         raise MeshError(f"faces {some(bad)} have no old texture coordinates: leave them out")
@@ -186,7 +183,7 @@ def _labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atla
 def _frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> tuple[Frames, Frames]:
     """The tangent frames of the old map and of the new one, at the corners of triangles."""
     F = atlas.origin[atlas.triangles]
-    if isinstance(normals, str):
+    if isinstance(normals, str) and normals == "vertices":
         directions = np.nan_to_num(igl.per_vertex_normals(V, F))[F]
     else:
         directions = np.asarray(normals, dtype=np.float64)

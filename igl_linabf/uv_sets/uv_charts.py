@@ -63,11 +63,8 @@ class UVCharts:
         MeshError
             The arrays are malformed or do not fit together, or a coordinate at a face is NaN or infinite.
         """
-        polygons, texture = Polygons.of(F), Polygons.of(FTC)
-        if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
-            raise MeshError(
-                f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape"
-            )
+        polygons = Polygons.of(F)
+        texture = polygons.texture_of(FTC)
         positions, points = vertex_array(V), vertex_array(TC, 2, "TC")
         polygons.check(len(positions))
         without = texture.corners < 0

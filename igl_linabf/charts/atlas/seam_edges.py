@@ -68,9 +68,8 @@ def texture_seams(
     array([[False,  True, False],
            [ True, False, False]])
     """
-    polygons, texture = Polygons.of(F), Polygons.of(FTC)
-    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
-        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    polygons = Polygons.of(F)
+    texture = polygons.texture_of(FTC)
     bad = np.unique(polygons.owner[texture.corners < 0])
     if len(bad):
         raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")

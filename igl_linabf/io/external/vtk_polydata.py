@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import FloatArray, IntArray
+from ..materials import bytes_of_colours
 from ..mesh_file import MeshFile
 from ..parsing import Column, Damaged, Extras, polygons_of
 from ..vertex_splits import split_vertices
@@ -150,9 +151,9 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
         _mark(given.GetCellData(), written.GetCellData())
     else:
         if extras.colours is not None:
-            written.point_data["RGB"] = _bytes(extras.colours[rows])
+            written.point_data["RGB"] = bytes_of_colours(extras.colours[rows])
         if extras.face_colours is not None:
-            written.cell_data["RGB"] = _bytes(extras.face_colours)
+            written.cell_data["RGB"] = bytes_of_colours(extras.face_colours)
         if made.normals is not None:
             written.point_data["Normals"] = made.normals
             written.GetPointData().SetActiveAttribute("Normals", NORMALS)
@@ -167,7 +168,3 @@ def _mark(given: Any, written: Any) -> None:
         name = _named(given, attribute)
         if name is not None and written.HasArray(name):
             written.SetActiveAttribute(name, attribute)
-
-
-def _bytes(colours: FloatArray) -> Any:
-    return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)

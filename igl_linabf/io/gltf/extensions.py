@@ -42,11 +42,15 @@ def refuse_compressed(what: str, name: str) -> None:
     raise Damaged(f"{what} is compressed by {name}: write it without, as `gltf-transform copy` does")
 
 
-def objects(value: Any) -> Iterator[dict[str, Any]]:
+def extended(value: Any) -> Iterator[dict[str, Any]]:
     """Everything in a description that has extensions."""
+    return (of for of in objects(value) if isinstance(of.get("extensions"), dict))
+
+
+def objects(value: Any) -> Iterator[dict[str, Any]]:
+    """Everything in a description that has keys, but for what is in its extras."""
     if isinstance(value, dict):
-        if isinstance(value.get("extensions"), dict):
-            yield value
+        yield value
         for key, inner in value.items():
             if key != "extras":
                 yield from objects(inner)
@@ -57,7 +61,7 @@ def objects(value: Any) -> Iterator[dict[str, Any]]:
 
 def names_numbers(text: dict[str, Any]) -> bool:
     """Whether an extension may name accessors or views where nobody knows: their numbers have to stay."""
-    return any(not is_known(name) for holder in objects(text) for name in holder["extensions"])
+    return any(not is_known(name) for holder in extended(text) for name in holder["extensions"])
 
 
 def leave_out_of_vertices(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
@@ -72,7 +76,7 @@ def leave_out_of_vertices(text: dict[str, Any], changed: list[dict[str, Any]]) -
             holder["extensions"] = kept
     if not gone:
         return
-    there = {name for holder in objects(text) for name in holder["extensions"]}
+    there = {name for holder in extended(text) for name in holder["extensions"]}
     for key in ("extensionsUsed", "extensionsRequired"):
         if key in text:
             text[key] = [name for name in text[key] if name not in gone or name in there]

@@ -1,9 +1,8 @@
 """What a file of glTF has that other formats have not."""
 
-from collections.abc import Iterator
 from typing import Any
 
-from .extensions import objects
+from .extensions import extended, objects
 
 # Extensions whose content is read, or changes no number that is.
 TAKEN = ("FB_ngon_encoding", "KHR_mesh_quantization")
@@ -31,24 +30,13 @@ def unshared(text: dict[str, Any], further: int) -> tuple[str, ...]:
     names -= {name for name in names if name in SHARED or name.startswith(OF_SKINS)}
     if names:
         said.append(f"the attributes {', '.join(sorted(names))}")
-    extensions = {name for holder in objects(text) for name in holder["extensions"]} - set(TAKEN)
+    extensions = {name for holder in extended(text) for name in holder["extensions"]} - set(TAKEN)
     if extensions:
         said.append(f"the extensions {', '.join(sorted(extensions))}")
     if any(of.get("alphaMode") == "MASK" for of in text.get("materials", ())):
         said.append("where its materials are cut off")
-    if any("extras" in holder for holder in _objects(text)):
+    if any("extras" in holder for holder in objects(text)):
         said.append("its extras")
     if text.get("asset", {}).get("copyright"):
         said.append("its copyright")
     return tuple(said)
-
-
-def _objects(value: Any) -> Iterator[dict[str, Any]]:
-    if isinstance(value, dict):
-        yield value
-        for key, inner in value.items():
-            if key != "extras":
-                yield from _objects(inner)
-    elif isinstance(value, list):
-        for inner in value:
-            yield from _objects(inner)

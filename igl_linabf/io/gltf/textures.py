@@ -4,7 +4,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..materials import BLACK, COLOUR, Material
+from ..materials import BLACK, COLOUR, FIRST_TILE, Material
 from ..mesh_file import Images
 from .images import TRANSFORM, all_uses, texture_uses, without_old_images
 from .scene import Filter
@@ -35,7 +35,7 @@ class MaterialPages:
         if (material, page) not in self._copies:
             made = copy.deepcopy(self.materials[material])
             if "name" in made:
-                made["name"] = f"{made['name']}.{1001 + page}"
+                made["name"] = f"{made['name']}.{FIRST_TILE + page}"
             self.pages[len(self.materials)] = page
             self._copies[material, page] = len(self.materials)
             self.materials.append(made)

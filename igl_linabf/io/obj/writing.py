@@ -12,6 +12,7 @@ from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
 from ..materials import (
     COLOUR,
+    FIRST_TILE,
     MOVE,
     MTL_WORDS,
     PLAIN,
@@ -28,7 +29,6 @@ from .reading import LIBRARY, ObjText, library_names
 
 # elements that may name texture coordinates, too: those of curves and surfaces are their control points
 OF_OLD_TEXTURE = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
-FIRST_TILE = 1001  # of UDIM
 FILES = {
     LIBRARY: None,
     b"maplib": None,

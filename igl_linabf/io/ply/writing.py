@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray, IntArray
-from ..materials import warn_of_images
+from ..materials import bytes_of_colours, warn_of_images
 from ..mesh_file import MeshFile
 from ..parsing import Column, Property, as_bytes
 from ..references import renamed
@@ -79,15 +79,15 @@ def _new_elements(mesh: MeshFile, made: SplitVertices) -> dict[str, Fields]:
     if made.normals is not None:
         vertex += _numbers(NORMAL_NAMES, "f4", made.normals)
     if extras.colours is not None:
-        vertex += _bytes_of_colours(extras.colours[made.vertex])
+        vertex += _colour_fields(extras.colours[made.vertex])
     return {
         "vertex": vertex,
-        "face": [] if extras.face_colours is None else _bytes_of_colours(extras.face_colours),
+        "face": [] if extras.face_colours is None else _colour_fields(extras.face_colours),
     }
 
 
-def _bytes_of_colours(colours: FloatArray) -> Fields:
-    return _numbers(COLOUR_NAMES[0][: colours.shape[1]], "u1", np.round(np.clip(colours, 0, 1) * 255))
+def _colour_fields(colours: FloatArray) -> Fields:
+    return _numbers(COLOUR_NAMES[0][: colours.shape[1]], "u1", bytes_of_colours(colours))
 
 
 def _kept(source: PlyTables, made: SplitVertices, second: bool) -> dict[str, Fields]:
