@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import IntArray
 from ..errors import MeshError
+from ..io import Damaged, without_strips
 
 if TYPE_CHECKING:
     import pyvista
@@ -29,6 +30,11 @@ def check_alike(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
 
 def of_triangles(mesh: pyvista.PolyData) -> pyvista.PolyData:
     """The mesh, or its triangles, with their data."""
+    if mesh.n_strips:
+        try:
+            mesh = without_strips(mesh)
+        except Damaged as damage:
+            raise MeshError(f"the mesh cannot be read: {damage}") from None
     return mesh if mesh.is_all_triangles else mesh.triangulate()
 
 
@@ -45,29 +51,3 @@ def keep_data_of_trimesh(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: I
         mesh.vertex_attributes[name] = np.asarray(values)[vertex]
     mesh.face_attributes.update(like.face_attributes)
     mesh.metadata.update(like.metadata)
-
-
-def keep_data_of_pyvista(mesh: pyvista.PolyData, like: pyvista.PolyData, vertex: IntArray) -> None:
-    """Arrays of points that are copies of others, of cells and of fields; which ones are active stays.
-
-    The old texture coordinates, and the tangents made of them, are left out.
-    """
-    first = like.n_verts + like.n_lines  # cells of points and lines come before
-    made_of_the_map = (like.GetPointData().GetTCoords(), like.GetPointData().GetTangents())
-    old_names = {array.GetName() for array in made_of_the_map if array is not None}
-    for name, values in like.point_data.items():
-        if name not in old_names:
-            mesh.point_data[name] = np.asarray(values)[vertex]
-    for name, values in like.cell_data.items():
-        mesh.cell_data[name] = np.asarray(values)[first : first + mesh.n_cells]
-    for name, values in like.field_data.items():
-        mesh.field_data[name] = values
-    pairs: tuple[tuple[Any, Any], ...] = (
-        (like.GetPointData(), mesh.GetPointData()),
-        (like.GetCellData(), mesh.GetCellData()),
-    )
-    for old, new in pairs:
-        for attribute in range(old.NUM_ATTRIBUTES):
-            array = old.GetAbstractAttribute(attribute)
-            if array is not None and new.HasArray(array.GetName()):
-                new.SetActiveAttribute(array.GetName(), attribute)

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..io import as_mesh_file, split_at_seams
+from ..io import as_mesh_file, keep_data_of_polydata, split_at_seams
 from ..surface import face_array
-from .data import CELLS_OF_NO_SURFACE, check_alike, keep_data_of_pyvista, keep_data_of_trimesh, of_triangles
+from .data import CELLS_OF_NO_SURFACE, check_alike, keep_data_of_trimesh, of_triangles
 
 if TYPE_CHECKING:
     import meshio
@@ -183,7 +183,7 @@ def to_pyvista(
     if like is not None:
         triangles = of_triangles(like)
         check_alike(V, F, triangles.n_points, triangles.GetNumberOfPolys())
-        keep_data_of_pyvista(mesh, triangles, made.vertex)
+        keep_data_of_polydata(mesh, triangles, made.vertex)
     mesh.active_texture_coordinates = made.TC
     return mesh
 

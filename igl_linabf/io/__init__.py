@@ -11,8 +11,10 @@ from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
 from .external import call_reader as call_reader
 from .external import import_optional as import_optional
+from .external import keep_data_of_polydata as keep_data_of_polydata
 from .external import mean_surface as mean_surface
 from .external import surfaces_beside as surfaces_beside
+from .external import without_strips as without_strips
 from .external import write_patch as write_patch
 from .files import as_mesh_file as as_mesh_file
 from .files import (
@@ -41,6 +43,7 @@ from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
 from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile
+from .parsing import Damaged as Damaged
 from .parsing import Extras
 from .pictures import write_image
 from .vertex_splits import split_at_seams as split_at_seams

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..surface import Polygons, distinct_corners, index_and_rank
+from ..surface import Polygons, index_and_rank
 
 
-def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
+def triangles_of_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
     """Each corner makes a triangle with the two before it; every second one is turned.
 
-    Triangles that have a vertex twice are left out: programs write them to join strips into one.
+    Some have a vertex twice: programs write them to join strips into one.
 
     Parameters
     ----------
@@ -29,13 +29,16 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
     Returns
     -------
     F : (#F, 3) int64
+    strip : (#F,) int64
+        The strip of each.
     """
     at = np.arange(len(corners))
     first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, at, 0))
     F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
     turned = (at - first)[:-2] % 2 == 1
     F[turned] = F[turned][:, [1, 0, 2]]
-    return np.asarray(F[distinct_corners(F) & (strip[:-2] == strip[2:])])
+    whole = strip[:-2] == strip[2:]
+    return F[whole], strip[:-2][whole]
 
 
 SPACE = ord(" ")

@@ -219,3 +219,13 @@ def test_the_page_s_examples_run(library: str) -> None:
     names = {"V": V, "F": F, "adapters": adapters, "checks": np.zeros((8, 8, 3), dtype=np.uint8)}
     exec("import igl_linabf\n" + code, names)
     assert len(names["atlas"].TC)
+
+
+def test_triangles_of_strips_have_the_data_of_their_strip() -> None:
+    pyvista = pytest.importorskip("pyvista")
+    points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [5, 0, 0], [5, 1, 0], [6, 0, 0.0]])
+    like = pyvista.PolyData(points, strips=[4, 0, 1, 2, 3, 3, 4, 5, 6])
+    like.cell_data["label"] = [7, 9]
+    V, F = adapters.from_pyvista(like)
+    made = adapters.to_pyvista(V, F, V[:, :2], like=like)
+    assert made.cell_data["label"].tolist() == [7, 7, 9]

@@ -12,4 +12,4 @@ from .patches import (
     write_patch,
 )
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
-from .vtk_polydata import VtpFile, parse_vtp, save_vtp
+from .vtk_polydata import VtpFile, keep_data_of_polydata, parse_vtp, save_vtp, without_strips

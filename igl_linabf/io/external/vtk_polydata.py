@@ -9,7 +9,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ..materials import bytes_of_colours
 from ..mesh_file import MeshFile
-from ..parsing import Column, Damaged, Extras, polygons_of
+from ..parsing import Column, Damaged, Extras, polygons_of, triangles_of_strips
 from ..vertex_splits import split_vertices
 from .optional_packages import call_reader, checked_mesh_file, import_optional
 
@@ -34,7 +34,7 @@ def parse_vtp(path: Path) -> MeshFile:
         raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
     more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
-        mesh = _without_strips(pyvista, mesh)
+        mesh = without_strips(mesh)
     if mesh.n_points == 0 or mesh.GetNumberOfPolys() == 0:
         raise Damaged("it has no polygons")
     corners, sizes = _cells(pyvista, mesh.GetPolys())
@@ -69,20 +69,18 @@ def _cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
     return corners, np.diff(offsets)
 
 
-def _without_strips(pyvista: Any, mesh: Any) -> Any:
+def without_strips(mesh: Any) -> Any:
     """The same with the triangles of its strips, whose data are those of their strip.
 
     VTK's own filter leaves data of cells behind that nobody has written.
     """
+    pyvista = import_optional("pyvista")
     (corners, sizes), (of_strips, lengths) = (
         _cells(pyvista, cells) for cells in (mesh.GetPolys(), mesh.GetStrips())
     )
     if (lengths < 3).any() or of_strips.max(initial=0) >= mesh.n_points:
         raise Damaged("it has triangle strips of less than three points, or of points that are not there")
-    strip = np.repeat(np.arange(len(lengths)), lengths - 2)
-    k = np.arange(len(strip)) - np.repeat(np.cumsum(lengths - 2) - (lengths - 2), lengths - 2)
-    at = np.repeat(np.cumsum(lengths) - lengths, lengths - 2) + k
-    triangles = of_strips[at[:, None] + np.where(k[:, None] % 2, [1, 0, 2], [0, 1, 2])]
+    triangles, strip = triangles_of_strips(of_strips, np.repeat(np.arange(len(lengths)), lengths))
     faces = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
     faces = np.concatenate((faces, np.insert(triangles, 0, 3, axis=1).ravel()))
     more = {"verts": mesh.verts} if mesh.n_verts else {}
@@ -137,18 +135,8 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     written = pyvista.PolyData(mesh.V[rows], faces)
     name = NEW_TEXTURE
     if isinstance(source, VtpFile):
-        given = source.mesh
-        name = _named(given.GetPointData(), TEXTURE) or NEW_TEXTURE
-        first = given.n_verts + given.n_lines  # cells of points and lines come before
-        for of, values in given.point_data.items():
-            if of not in (name, _named(given.GetPointData(), TANGENTS)):
-                written.point_data[of] = np.asarray(values)[rows]
-        for of, values in given.cell_data.items():
-            written.cell_data[of] = np.asarray(values)[first : first + len(mesh.polygons)]
-        for of, values in given.field_data.items():
-            written.field_data[of] = values
-        _mark(given.GetPointData(), written.GetPointData())
-        _mark(given.GetCellData(), written.GetCellData())
+        name = _named(source.mesh.GetPointData(), TEXTURE) or NEW_TEXTURE
+        keep_data_of_polydata(written, source.mesh, rows)
     else:
         if extras.colours is not None:
             written.point_data["RGB"] = bytes_of_colours(extras.colours[rows])
@@ -160,6 +148,24 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     written.point_data[name] = made.TC
     written.GetPointData().SetActiveAttribute(name, TEXTURE)
     written.save(temporary)
+
+
+def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
+    """Arrays of points that are copies of rows, of cells and of fields; which ones are active stays.
+
+    The old texture coordinates, and the tangents made of them, are left out.
+    """
+    first = given.n_verts + given.n_lines  # cells of points and lines come before
+    made_of_the_map = {_named(given.GetPointData(), attribute) for attribute in (TEXTURE, TANGENTS)}
+    for name, values in given.point_data.items():
+        if name not in made_of_the_map:
+            written.point_data[name] = np.asarray(values)[rows]
+    for name, values in given.cell_data.items():
+        written.cell_data[name] = np.asarray(values)[first : first + written.n_cells]
+    for name, values in given.field_data.items():
+        written.field_data[name] = values
+    _mark(given.GetPointData(), written.GetPointData())
+    _mark(given.GetCellData(), written.GetCellData())
 
 
 def _mark(given: Any, written: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...surface import Polygons
+from ...surface import Polygons, distinct_corners
 from ..materials import Material, as_gltf, of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
@@ -241,7 +241,8 @@ def _polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
             raise Damaged(f"{len(index)} indices are no triangles")
         F = index.reshape(-1, 3)
     elif mode == Mode.TRIANGLE_STRIP:
-        F = triangles_of_strips(index, np.zeros_like(index))
+        F, _ = triangles_of_strips(index, np.zeros_like(index))
+        F = F[distinct_corners(F)]
     else:
         F = np.column_stack(
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..._types import FloatArray
 from ...errors import MeshWarning, some, stack_level
-from ...surface import Polygons
+from ...surface import Polygons, distinct_corners
 from ..mesh_file import MeshFile
 from ..parsing import (
     Column,
@@ -136,7 +136,8 @@ def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[El
     row = np.repeat(np.arange(len(rows)), rows.sizes)
     ends = rows.values == -1  # it stands between two strips of a list
     strip = row + np.cumsum(ends)
-    F = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
+    F, _ = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
+    F = F[distinct_corners(F)]
     found = next((element for element in elements if element.name == "face"), None)
     if found is None:
         found = Element("face", 0, [Property(INDICES[0], "i4", "u1")])
