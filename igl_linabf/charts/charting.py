@@ -57,17 +57,16 @@ def pieces_of(
 
     Edges between triangles of different labels are given ones.
     """
-    pieces, given = [surface], _NO_SEAM
-    if seams is not None or labels is not None:
-        mask = np.zeros(surface.F.shape, dtype=bool)
+    pieces, given, mask = [surface], _NO_SEAM, None
     if seams is not None:
         if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
     if labels is not None:
-        mask = mask | surface.sides_between(labels[surface.faces])
-    if seams is not None or labels is not None:
+        between = surface.sides_between(labels[surface.faces])
+        mask = between if mask is None else mask | between
+    if mask is not None:
         face, k = np.nonzero(mask)
         given = surface.vertices[surface.F[face[:, None], np.column_stack((k, (k + 1) % 3))]]
         pieces = surface.cut(mask)

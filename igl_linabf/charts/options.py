@@ -46,7 +46,7 @@ class Seams:
     bijective : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
         it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
-        that takes too long or would stretch them by more than a fifth.
+        which that takes too long or would stretch them by more than a fifth.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, as of materials:
         `Seams(labels=mesh.extras.materials[1])`. They are cut further as without them.

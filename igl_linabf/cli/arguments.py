@@ -50,11 +50,15 @@ def axis(text: str) -> list[float]:
     if name in AXES and len(text) - len(name) <= 1:
         sign = -1.0 if text.startswith("-") else 1.0
         return [sign * (letter == name) for letter in AXES]
+    return three_numbers(text, "x, y, z, --up=-z, or three numbers, as 0,-1,0")
+
+
+def three_numbers(text: str, known: str) -> list[float]:
+    """Three numbers with commas between; the error says what is `known`."""
     try:
         x, y, z = (float(number) for number in text.split(","))
     except ValueError:
-        said = f"{text!r} is no direction: give x, y, z, --up=-z, or three numbers, as 0,-1,0"
-        raise argparse.ArgumentTypeError(said) from None
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give {known}") from None
     return [x, y, z]
 
 

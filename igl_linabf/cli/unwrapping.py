@@ -29,7 +29,7 @@ from ..io import (
 )
 from ..surface import unit_vectors
 from ..textures import bake, bake_texture
-from .arguments import choice, format_of, shared, switch, value
+from .arguments import choice, format_of, shared, switch, three_numbers, value
 from .commands import STANDARD, Command, method_with, options_as
 from .jobs import PROGRESS, check_beside, given_mesh
 from .outputs import check_outputs, hand_out, judged, written_from
@@ -119,14 +119,7 @@ def _kinds(bake: str | None, mesh: MeshFile) -> list[str]:
 
 def direction(text: str) -> list[float] | str:
     """Three numbers with commas between, or "back"."""
-    if text == "back":
-        return text
-    try:
-        x, y, z = (float(number) for number in text.split(","))
-    except ValueError:
-        said = f"{text!r} is no direction: give three numbers, as 0,-1,0, or back"
-        raise argparse.ArgumentTypeError(said) from None
-    return [x, y, z]
+    return text if text == "back" else three_numbers(text, "three numbers, as 0,-1,0, or back")
 
 
 def _read_rows(path: str, kind: type, what: str) -> Any:

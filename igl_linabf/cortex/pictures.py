@@ -48,13 +48,15 @@ def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
     return np.asarray(curvature)
 
 
-def draw(flat: FlatHemisphere) -> Any:
-    """Pillow's image of two panels: sulci dark, and areas that the map shrinks blue and enlarges red."""
+def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
+    """Pillow's image of two panels: sulci dark, and areas that the map shrinks blue and enlarges red.
+
+    `change` is that of `area_changes`, 0 where there is no map.
+    """
     from PIL import Image, ImageDraw
 
     folds = mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
-    change = np.nan_to_num(area_changes(flat)) / LARGEST_LOG_AREA
-    pixel, values = _on_map(flat, np.column_stack((folds, change)))
+    pixel, values = _on_map(flat, np.column_stack((folds, change / LARGEST_LOG_AREA)))
     panels = np.ones((PANEL_PIXELS, 2, PANEL_PIXELS, 3))
     row, column = np.divmod(pixel, PANEL_PIXELS)
     panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS, GYRUS)

@@ -17,7 +17,7 @@ from scipy.sparse import csgraph
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import import_optional, read_file
-from ..surface import triangle_numbers
+from ..surface import connected_labels, triangle_numbers
 from .constants import RIM_PRICE, SHORTEST_CUT, WALL_DEPTH
 from .subjects import HOW_TO_GET, HemisphereName, directions
 
@@ -89,13 +89,13 @@ def template_of(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "th
     length = np.linalg.norm(sphere[edges[:, 0]] - sphere[edges[:, 1]], axis=1)
     inside, rim = np.zeros((2, n), dtype=bool)
     inside[left_out], rim[F[is_kept]] = True, True
-    depth = _distance(edges, length, np.flatnonzero(inside & rim), n)[0]
+    depth = distances_along(edges, length, np.flatnonzero(inside & rim), n)[0]
     deep = inside & (depth > WALL_DEPTH)
     if not deep.any():
         raise MeshError(f"{name} leaves out no medial wall, only cuts: give a template that does")
     deep = _largest_part(edges, deep)
     margin = WALL_DEPTH + 1.5 * float(length.mean())
-    wall = inside & (_distance(edges, length, np.flatnonzero(deep), n)[0] <= margin)
+    wall = inside & (distances_along(edges, length, np.flatnonzero(deep), n)[0] <= margin)
     cuts = _branches(edges, length * np.where(faces == 2, 1.0, RIM_PRICE), wall, inside)
     return Template(sphere, F, wall & ~rim, tuple(sphere[path] for path in cuts))
 
@@ -104,7 +104,7 @@ def _branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolA
     """Paths from tips to the wall, or to paths before them, the longest first."""
     ends, paths = wall.copy(), list[IntArray]()
     while True:
-        distance, before = _distance(edges, price, np.flatnonzero(ends), len(wall))
+        distance, before = distances_along(edges, price, np.flatnonzero(ends), len(wall))
         far = np.where(inside & np.isfinite(distance), distance, 0.0)
         tip = int(np.argmax(far))
         if far[tip] < SHORTEST_CUT:
@@ -121,7 +121,9 @@ def path_to_source(before: IntArray, vertex: int) -> IntArray:
     return np.array(path, dtype=np.int64)
 
 
-def _distance(edges: IntArray, length: FloatArray, sources: IntArray, n: int) -> tuple[FloatArray, IntArray]:
+def distances_along(
+    edges: IntArray, length: FloatArray, sources: IntArray, n: int
+) -> tuple[FloatArray, IntArray]:
     """The distance of each vertex from the nearest source along edges, and the vertex before it."""
     graph = sparse.csr_array((length, edges.T), shape=(n, n))
     distance, before, _ = csgraph.dijkstra(
@@ -132,7 +134,5 @@ def _distance(edges: IntArray, length: FloatArray, sources: IntArray, n: int) ->
 
 def _largest_part(edges: IntArray, of: BoolArray) -> BoolArray:
     """The largest part of some vertices that edges between them hold together."""
-    within = edges[of[edges].all(axis=1)]
-    graph = sparse.csr_array((np.ones(len(within)), within.T), shape=(len(of), len(of)))
-    label = csgraph.connected_components(graph, directed=False)[1]
+    label = connected_labels(edges[of[edges].all(axis=1)], len(of))
     return np.asarray(of & (label == np.bincount(label[of]).argmax()))

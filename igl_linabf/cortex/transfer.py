@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .constants import LARGEST_DETOUR, POINTS_AN_EDGE, RIM_WEIGHT
-from .templates import Template, path_to_source
+from .templates import Template, distances_along, path_to_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +62,7 @@ def carry_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolAr
         away = cKDTree(points).query(sphere, distance_upper_bound=LARGEST_DETOUR)[0][edges].max(axis=1)
         near = np.isfinite(away)
         price = length[near] * (1 + (away[near] / side) ** 2)
-        graph = sparse.csr_array((price, edges[near].T), shape=(len(sphere), len(sphere)))
-        before = csgraph.dijkstra(
-            graph, directed=False, indices=np.flatnonzero(ends), min_only=True, return_predecessors=True
-        )[1]
+        _, before = distances_along(edges[near], price, np.flatnonzero(ends), len(sphere))
         tip = int(nearest.query(line[0])[1])
         paths.append(path_to_source(before, tip))
         if not ends[paths[-1][-1]]:

@@ -83,8 +83,9 @@ def _write(flat: FlatHemisphere, places: list[str]) -> None:
     write_patch(plane, vertex, border, flat.uv[vertex])
     points = np.insert(np.nan_to_num(flat.uv), 2, 0.0, axis=1)
     _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
-    _write_gifti(area, flat, ("SHAPE", np.nan_to_num(area_changes(flat))))
-    draw(flat).save(picture)
+    change = np.nan_to_num(area_changes(flat))
+    _write_gifti(area, flat, ("SHAPE", change))
+    draw(flat, change).save(picture)
 
 
 def _write_gifti(path: str, flat: FlatHemisphere, *arrays: tuple[str, FloatArray | Any]) -> None:

@@ -166,12 +166,13 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
     >>> stretched.conformal_distortion, round(stretched.stretch_l2, 4), stretched.flips
     (2.0, 1.118, 0)
     """
+    if rings is not None:
+        check_rings(rings)
     surface = Submesh.checked(V, F)
     map_ = surface.checked_map(uv)
     measured = quality_of(surface, map_)
     if rings is None:
         return measured
-    check_rings(rings)
     error = Distances.within(surface.as_manifold(), rings).error(map_)
     return replace(measured, distance_error=error)
 

@@ -80,7 +80,7 @@ def test_sulci_have_negative_curvature_and_gyri_positive() -> None:
 
 
 def test_a_file_that_cannot_be_written_leaves_none(made: tuple, tmp_path: Path, monkeypatch) -> None:
-    def broken(_: object) -> None:
+    def broken(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("igl_linabf.cortex.writing.draw", broken)
