@@ -408,13 +408,11 @@ def write_atomically(
         if suffix == ".obj" and made.first is not None:
             second = second_file(path)
             _warn_of_second_file(second)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MeshWarning)  # of images: they stay in the first file
+            old = replace(made, TC=made.first[0], texture=made.first[1], first=None)
+            with warnings.catch_warnings():  # images stay, with the old texture coordinates
+                warnings.filterwarnings("ignore", ".* images of its materials were made", MeshWarning)
                 WRITERS[suffix](stack.enter_context(replacing(second)), replace(made, first=None), named)
-            made = replace(made, TC=made.first[0], texture=made.first[1], first=None)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", MeshWarning)  # its texture coordinates are the old ones
-                WRITERS[suffix](temporary, made, named)
+                WRITERS[suffix](temporary, old, named)
         else:
             WRITERS[suffix](temporary, made, named)
         yield

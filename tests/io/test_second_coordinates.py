@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from kept_of_gltf import P, array_of, at_corners, document, png, text_of, textured
 
-from igl_linabf import MeshError
+from igl_linabf import MeshError, MeshWarning
 from igl_linabf.cli import main
 from igl_linabf.io import read_file, write_file
 from igl_linabf.io.ply.reading import PlyTables
@@ -139,6 +139,15 @@ def test_an_obj_file_has_a_second_file_and_says_so(
     assert not np.allclose(first.TC[first.FTC], second.TC[second.FTC])
     assert main(words) == 2  # the second file is there already
     assert main([*words, "--force"]) == 0
+
+
+def test_what_polylines_lose_is_told_though_images_stay(tmp_path: Path) -> None:
+    (tmp_path / "in.obj").write_text(OBJ + "l 1/1 2/2\n")
+    mesh = read_file(tmp_path / "in.obj")
+    with pytest.warns(MeshWarning) as told:
+        write_file(tmp_path / "out.obj", mesh, mesh.TC, mesh.FTC, texcoord=1)
+    assert any("the texture coordinates of polylines (l)" in str(of.message) for of in told)
+    assert not any("images" in str(of.message) for of in told)
 
 
 def test_what_has_no_place_for_two_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
