@@ -73,6 +73,20 @@ def test_large_factors_are_those_of_cholmod(A) -> None:
             assert np.allclose(factor.solve(b), x, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize("A", [grid(30), bordered(30), sparse.block_diag([grid(12)] * 30)])
+def test_sides_with_few_entries_have_the_columns_of_the_inverse(A) -> None:
+    """Most supernodes hold nothing of them; the entry may be in any of their columns, and in any side."""
+    n, lower, by_scipy = A.shape[0], lower_of(A), linalg.splu(sparse.csc_array(A))
+    factor, rng = analysed(Cholesky, lower).factor(lower.data), np.random.default_rng(0)
+    for width in (1, 2, 3, 7):
+        for at in [rng.choice(n, width, replace=False) for _ in range(40)]:
+            sides = np.zeros((n, width))
+            sides[at, np.arange(width)] = 1.0
+            assert np.allclose(factor.solve(sides), by_scipy.solve(sides), rtol=1e-9, atol=1e-13)
+    single = np.arange(n) == n // 2  # what it is multiplied to cancels on the way
+    assert np.allclose(factor.solve(A @ single), single, atol=1e-12)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("n", [1, 2, 3, 40, 900])
 def test_factors_of_blocks_are_right(kind, n: int) -> None:
@@ -109,7 +123,7 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
     row, column = good.indices, np.repeat(np.arange(50), np.diff(good.indptr))
     full, b = good + sparse.tril(good, -1).T, np.arange(100.0).reshape(50, 2)
     analysis = analysed(kind, good)
-    for bad_value in (-3.0, 0.0, np.nan):
+    for bad_value in (-3.0, 0.0, np.nan, *[np.inf] * (kind is Cholesky)):  # the other one takes that
         bad = np.where((row == 20) | (column == 20), 0.0, good.data)
         bad[(row == 20) & (column == 20)] = bad_value
         with pytest.raises(NotPositiveDefiniteError) as caught:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
+import igl
+import numpy as np
+import psutil
 import pytest
 from conftest import bumps, load
 
 from igl_linabf import LinABF, MemoryLimitError, MeshError, flatten
-from igl_linabf.linalg import memory
+from igl_linabf.angles import Pattern
+from igl_linabf.linalg import Cholesky, memory
+from igl_linabf.surface import planar_topology
 
 LIMITED = """
 import resource, sys
@@ -74,3 +81,38 @@ def test_what_is_free_is_within_what_there_is() -> None:
     free = memory.available()
     assert free is not None
     assert 2**26 < free < 2**46
+
+
+@pytest.mark.parametrize("block", [1, 2])
+@pytest.mark.parametrize("side", [30, 100])
+def test_the_estimate_of_a_factor_is_above_what_it_takes_and_not_by_much(side: int, block: int) -> None:
+    n = side * side
+    pattern = Pattern(planar_topology(igl.triangulated_grid(side, side)[1], np.arange(n)), np.arange(n), n)
+    taken = Cholesky(pattern.indptr, pattern.indices, block).bytes
+    assert taken <= memory.factor_bytes(n, block) <= 4 * taken
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
+@pytest.mark.parametrize("limit", ["system", "address space", "memory.max", "memory_memory.limit_in_bytes"])
+def test_what_is_free_is_what_the_tightest_limit_leaves(
+    limit: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    import resource
+
+    free, taken = 123 * 2**20, 17 * 2**20
+    own = psutil.Process().memory_info().vms
+    infinite = resource.RLIM_INFINITY
+    soft = own + free if limit == "address space" else infinite
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (soft, infinite))
+    left = free if limit == "system" else 2 * free
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=left))
+    monkeypatch.setattr(
+        memory, "Path", lambda name: tmp_path / name.removeprefix("/sys/fs/cgroup/").replace("/", "_")
+    )
+    for version, used in (
+        ("memory.max", "memory.current"),
+        ("memory_memory.limit_in_bytes", "memory_memory.usage_in_bytes"),
+    ):
+        (tmp_path / version).write_text(str(free + taken if limit == version else "max"))
+        (tmp_path / used).write_text(str(taken))
+    assert memory.available() == pytest.approx(free, abs=2**24)  # the process may grow between
