@@ -1,0 +1,64 @@
+"""What a checked mesh is: each fault refused with its place, the longest loop outside, areas above rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bad_input import REFUSED
+
+from igl_linabf import MeshError
+from igl_linabf.surface import Submesh, pins, planar_mesh
+
+
+@pytest.mark.filterwarnings("ignore:vertices 12 belong to no face")
+@pytest.mark.parametrize("name", REFUSED)
+def test_each_fault_is_refused_with_its_place(name: str) -> None:
+    V, F, pinned, says = REFUSED[name]
+    with pytest.raises(MeshError, match=says) as caught:
+        mesh = planar_mesh(V, F)
+        pins(*pinned, mesh.vertices, mesh.n_given)
+    assert ": " in str(caught.value)  # what to do about it
+
+
+def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Circles of so many vertices in the plane, and the triangles between each and the next, larger one."""
+    V = [r * np.exp(2j * np.pi * np.arange(n) / n) for r, n in zip(radii, around, strict=True)]
+    F, first = [], 0
+    for n, m in zip(around, around[1:], strict=False):
+        i, j = 0, 0
+        while i < n or j < m:
+            a, b = first + i % n, first + n + j % m
+            if j == m or (i < n and (i + 1) * m <= (j + 1) * n):
+                F.append([b, first + (i + 1) % n, a])
+                i += 1
+            else:
+                F.append([a, b, first + n + (j + 1) % m])
+                j += 1
+        first += n
+    z = np.concatenate(V)
+    return np.column_stack((z.real, z.imag, 0 * z.real)), np.array(F)
+
+
+@pytest.mark.parametrize("around", [[40, 20, 12], [12, 20, 40], [12, 12, 12]])
+def test_the_outer_loop_is_the_longest_in_space_however_many_edges_it_has(around: list[int]) -> None:
+    V, F = rounds([1.0, 2.0, 3.0], around)
+    for scale in (1.0, 1e-3):
+        outer, hole = planar_mesh(scale * V, F).topology.loops
+        np.testing.assert_allclose(np.linalg.norm(V[outer], axis=1), 3)
+        np.testing.assert_allclose(np.linalg.norm(V[hole], axis=1), 1)
+    asked = planar_mesh(V, F, outer=3).topology.loops
+    assert 3 in asked[0] and len(asked) == 2
+
+
+@pytest.mark.parametrize("height", [0.0, 1e-11, 1e-9, 1e-6])
+@pytest.mark.parametrize("centre", [0.0, 1e3, 1e6])
+def test_an_area_that_may_be_rounding_of_the_coordinates_is_none(height: float, centre: float) -> None:
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    V = np.array([[0, 0, 0], [1, 0, 0], [0.4, height, 0]]) @ turn + centre
+    rounding = 2 * np.finfo(float).eps * max(1.0, centre)  # of the coordinates
+    if height < rounding:
+        with pytest.raises(MeshError, match=r"faces 0 have zero area \(face 0 has vertices \[0, 1, 2\]\)"):
+            planar_mesh(V, [[0, 1, 2]])
+    elif height > 10 * rounding:
+        double_area = Submesh.checked(V, [[0, 1, 2]]).measured[0]
+        assert double_area[0] == pytest.approx(height, abs=10 * rounding)
