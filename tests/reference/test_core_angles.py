@@ -258,12 +258,32 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
     rng, start = np.random.default_rng(0), np.array([0, 600_000])
     a, b = rng.normal(size=(2, 600_000))
     found = set()
-    for threads in ("1", "2", "5"):
+    for threads in ("1", "2", "5", "0", "all"):  # what is no number of threads: as many as there are cores
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         found.add(
             (*core.block_dots(start, a, b), *core.block_step(start, np.ones(1), b, a, b.copy(), a.copy()))
         )
     assert len(found) == 1
+
+
+@pytest.mark.parametrize("kind", [np.int32, np.int64])
+def test_products_of_many_rows_are_those_of_the_matrix_for_any_number_of_threads(kind, monkeypatch):
+    """From 250,000 rows on, threads share them, and rows add to those of the other half."""
+    rng, n = np.random.default_rng(0), 250_001
+    ends = np.stack((rng.integers(n, size=n), rng.integers(n, size=n)))
+    indptr, indices, _ = core.entries(ends, n)
+    pattern = indptr.astype(kind), indices.astype(kind)
+    block, data = rng.normal(size=(len(indices), 4)), rng.normal(size=len(indices))
+    x = rng.normal(size=2 * n)
+    upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).tocsr()
+    one = sparse.csr_array((data, indices, indptr), shape=(n, n))
+    pairs, made = x.reshape(n, 2), []
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        made.append((core.block_product(*pattern, block, x), core.product_with_pairs(*pattern, data, pairs)))
+    same(made[0], (upper @ x + upper.T @ x, one @ pairs + sparse.triu(one, 1).T @ pairs))
+    for a, b in zip(*made, strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def test_sums_refuse_what_is_beyond_their_end():
@@ -338,7 +358,10 @@ def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
             assert gap == pytest.approx(relative, abs=1e-11)
 
 
-def test_an_outer_loop_whose_edges_vanish_is_drawn_all_the_same():
-    log_ratio = np.array([0.0, 800.0, 0.0, 0.1, 0.0])  # more than an exponential holds
+@pytest.mark.parametrize(
+    "ratio", [800.0, 2000.0]
+)  # more than an exponential holds; some edges have no length
+def test_an_outer_loop_whose_edges_vanish_is_drawn_all_the_same(ratio):
+    log_ratio = np.array([0.0, ratio, 0.0, 0.1, 0.0])
     z, gaps = core.developed_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))
     assert np.isfinite(z).all() and 0 < gaps[0] <= 1

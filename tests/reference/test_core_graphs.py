@@ -44,7 +44,7 @@ def cases():
         "cycles": [(order,), (np.arange(3),), (NONE,)],
         "connected_labels": [(t.edges[::3], t.n), (count.T, 7), (NO_PAIRS, 3)],
         "spanning_forest": [(few, rng.permutation(len(few))[::2], t.n), (count.T, np.arange(40), 5)],
-        "is_connected": [(t.sides, m), (t.sides[:, ::2], m)],
+        "is_connected": [(t.sides, m), (t.sides[:, ::2], m), (t.sides[:, :0], 1)],
         "fans_around": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
         "shortest_pairs": [
             (t.edges, length, t.n),
@@ -84,12 +84,24 @@ def cases():
             (t.edges, faces, half, 5, t.n, m),
             (t.edges, faces, half[:20], 0, t.n, m),
             (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
+            (t.edges, faces, reference.spanning_forest(t.edges, half, t.n)[::2], 3, t.n, m),  # no cycle
+            (t.edges, faces, NONE, 3, t.n, m),
+            (*around_a_torus(), 0, 36, 72),  # a cycle that does not separate
         ],
         "behind_least_cut": [
             (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
             (t.edges[:5], np.ones(5, dtype=np.int64), t.n, 3, t.n - 9),
         ],
     }
+
+
+def around_a_torus():
+    """The edges of a torus, their nodes and faces, and one way around it."""
+    i, j = np.divmod(np.arange(36), 6)
+    a, b, c, d = 6 * i + j, (i + 1) % 6 * 6 + j, (i + 1) % 6 * 6 + (j + 1) % 6, 6 * i + (j + 1) % 6
+    corner = np.concatenate((np.stack((a, b, c)), np.stack((a, c, d))), axis=1)
+    edges, sides, _ = _core.undirected(corner, 36)
+    return edges, sides.T % 72, np.flatnonzero((edges < 6).all(axis=1))
 
 
 CASES = [(name, k) for name, all_of in cases().items() for k in range(len(all_of))]
@@ -168,6 +180,18 @@ def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph
     assert np.bitwise_xor.reduce(flip[own]) == (1 << ways) - 1
     assert made[0] == ((1 << ways) - 1) * n + k * k and made[-1] == k * k
     assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
+
+
+def test_where_some_way_cannot_be_crossed_an_odd_number_of_times_there_is_no_walk():
+    """A triangle beside a segment, of which only the triangle's edges cross a way, and two of them both ways."""
+    ends = np.array([[0, 1], [1, 2], [2, 0], [2, 3]])
+    indptr, indices, edge = _core.shortest_pairs(ends, np.ones(4), 4)
+    for flip, found in (([1, 1, 0, 0], 0), ([1, 0, 0, 0], 3), ([3, 3, 0, 1], 0), ([1, 2, 0, 0], 3)):
+        copies = 1 << int(np.max(flip)).bit_length()
+        graph = indptr, indices, np.ones(len(edge)), np.array(flip)[edge]
+        walk = _core.shortest_odd_walk(*graph, 0, copies)
+        assert len(walk) == len(reference.shortest_odd_walk(*graph, 0, copies)) == found + 1
+        assert walk[0] == 4 * (copies - 1) and (walk[-1] == 0) == (found > 0)
 
 
 def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():

@@ -68,11 +68,12 @@ def test_slopes_and_convex_parts_are_those_of_the_hessian_by_p_and_q(weight, giv
     same(np.einsum("rit,rjt->ijt", rows, rows), convex)
 
 
-def test_where_angles_stay_there_is_no_direction_of_q(given):
+@pytest.mark.parametrize("weight", [0.0, 1.0, 1.5])  # of an isometry, p and q are as stiff at 1
+def test_where_angles_stay_there_is_no_direction_of_q(weight):
     flat = np.array([[0], [1], [2]])
     gradient = np.array([[-1 + 1j], [1], [-1j]]) / 2
     for scale in (1.0, 3.0):  # a similarity: q is 0
-        args = (flat, gradient, np.ones(1), scale * np.array([0, 1, 1j]), 1.5)
+        args = (flat, gradient, np.ones(1), scale * np.array([0, 1, 1j]), weight)
         slope, rows = core.isometric_rows(*args)
         expected, convex = reference.slope_and_hessian(*args)
         same(slope, expected)

@@ -95,8 +95,13 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
             edges = np.concatenate((edges, rng.integers(m, size=(m // 3, 2))))
             edges = edges[edges[:, 0] != edges[:, 1]]
         face = np.arange(m)
-        apart = np.where(face < m // 2, 6, m // 4) if k % 4 < 2 else rng.integers(m, size=m)
-        pairs = np.column_stack((face, face + apart))[(apart > 0) & (face + apart < m) & (face % 29 < 25)]
+        if k % 5 == 4:  # each face over two that are beside each other: in one turn, or winding on
+            apart = m - m // 2 if k % 2 else m // 4 + 1
+            upper = np.repeat(face[: m - apart], 2)
+            pairs = np.column_stack((upper, np.minimum(upper + apart + np.tile([0, 1], m - apart), m - 1)))
+        else:
+            apart = np.where(face < m // 2, 6, m // 4) if k % 4 < 2 else rng.integers(m, size=m)
+            pairs = np.column_stack((face, face + apart))[(apart > 0) & (face + apart < m) & (face % 29 < 25)]
         if not len(pairs):
             continue
         upper, lower = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0).T

@@ -122,7 +122,7 @@ def test_charts_at_their_places_take_cells_that_no_other_takes(side):
     np.testing.assert_array_equal(_core.taken_cells(side, places, blocks, begin), expected > 0)
 
 
-@pytest.mark.parametrize("widest", [6, 60])
+@pytest.mark.parametrize("widest", [6, 60, 200])  # of which some are wider than a page
 def test_rectangles_stand_on_shelves_behind_taken_cells(widest):
     spans, shapes, blocks, begin = masks_in_turn(9)
     places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
