@@ -193,6 +193,27 @@ def test_a_bad_pivot_in_any_subtree_is_found(threads: str, monkeypatch) -> None:
     assert caught.value.row == 2 * 11_111 + 1
 
 
+@pytest.mark.parametrize("threads", ["1", "2"])
+@pytest.mark.parametrize("side", [4, 40, 150])
+def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
+    side: int, threads: str, monkeypatch
+) -> None:
+    """All that is eliminated before is positive definite: the pivot is above all subtrees."""
+    monkeypatch.setenv("OMP_NUM_THREADS", threads)
+    least = 2 * (2.1 - 2 * np.cos(np.pi / (side + 1)))
+    lower = lower_of(grid(side))
+    own, analysis, b = lower.indptr[:-1], analysed(Cholesky, lower), np.ones(side * side)
+    for share, good in ((0.999, True), (1.001, False)):
+        values = lower.data.copy()
+        values[own] -= share * least
+        if good:
+            A = grid(side) - share * least * sparse.eye_array(side * side)
+            assert np.allclose(A @ analysis.factor(values).solve(b), b)
+        else:
+            with pytest.raises(NotPositiveDefiniteError):
+                analysis.factor(values)
+
+
 @pytest.mark.parametrize("shape", [(150, 150), (400, 400)])
 def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], monkeypatch) -> None:
     """Of factors whose largest fronts several threads share, too."""

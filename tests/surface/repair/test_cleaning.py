@@ -161,6 +161,47 @@ def test_faces_without_area_leave_no_hole() -> None:
     assert abs(signed_areas(atlas)[-1]) < 0.1 * np.linalg.norm(cap[0] - cap[1]) ** 2 < beside**2
 
 
+@pytest.mark.parametrize(("whole", "loose", "welded"), [(2, 210, False), (1, 120, True)])
+def test_vertices_in_one_place_are_welded_where_most_faces_are_loose(
+    whole: int, loose: int, welded: bool
+) -> None:
+    V, F = sphere()
+    body, faces = sphere(whole)
+    both = joined((body + [3, 0, 0], faces), soup(V, F[:loose]))
+    cleaned = clean(*both)
+    assert ("welded" in [repair.kind for repair in cleaned.repairs]) == welded
+    places = len(np.unique(F[:loose])) if welded else 3 * loose
+    assert len(np.unique(cleaned.merged)) == len(body) + places
+
+
+def test_zero_and_minus_zero_are_one_place() -> None:
+    V, F = sheet()
+    apart, loose = soup(V * [1, 1, 0], F)
+    apart[::2, 2] = -0.0
+    apart[1::3] *= np.where(apart[1::3] == 0, -1.0, 1.0)
+    assert len(clean(apart, loose).V) == len(V)
+
+
+@pytest.mark.parametrize("turn", [0, 1, 2])
+def test_a_cap_in_the_plane_is_opened_upright_and_a_piece_without_area_is_set_aside(turn: int) -> None:
+    V, F = igl.triangulated_grid(5, 5)
+    V, F = np.insert(V, 2, 0.0, axis=1), F.astype(np.int64)
+    inside = np.flatnonzero(~np.isin(F, igl.boundary_loop(F)).any(axis=1))[0]
+    a, b, c = np.roll(F[inside], turn)
+    middle, lone = len(V), len(V) + 1 + np.arange(3)
+    V = np.vstack((V, (V[a] + V[b]) / 2, np.outer([9.0, 10, 11], [1, 1, 1])))
+    F = np.vstack((np.delete(F, inside, axis=0), [[a, middle, c], [middle, b, c], [a, b, middle], lone]))
+    cleaned = clean(V, F)
+    assert [(repair.kind, repair.first.tolist()) for repair in cleaned.repairs] == [
+        ("arealess", [len(F) - 1]),
+        ("opened", [len(F) - 2]),
+    ]
+    assert np.array_equal(cleaned.faces, np.arange(len(F) - 1))
+    corner = cleaned.V[cleaned.F]
+    assert (np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] > 0).all()
+    assert np.abs(cleaned.V - V[cleaned.origin]).max() < 0.1 * np.linalg.norm(V[a] - V[b]) / 2
+
+
 def test_what_was_done_is_said_once_and_in_a_line() -> None:
     V, F = NASTY["one face turned"]()
     with pytest.warns(MeshWarning, match="the mesh is repaired: faces 7 are turned") as said:

@@ -1,0 +1,63 @@
+"""The largest piece of what stays, its border made of loops, and everything left out told of."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from nasty_meshes import sphere
+
+from igl_linabf import MeshError
+from igl_linabf.surface import patch_faces, planar_topology
+
+
+def grid(n: int) -> np.ndarray:
+    return igl.triangulated_grid(n, n)[1].astype(np.int64)
+
+
+def test_the_largest_piece_stays_wherever_it_is_and_the_others_are_told_of_by_size() -> None:
+    stays = np.ones(15 * 15, dtype=bool)
+    row = np.arange(15 * 15) // 15
+    stays[(row == 3) | (row == 12)] = False  # pieces of 3, 8 and 2 rows
+    for F in (grid(15), grid(15)[::-1].copy()):
+        made = patch_faces(F, stays)
+        assert np.array_equal(made.vertices, np.flatnonzero((row > 3) & (row < 12)))
+        assert np.array_equal(made.rows, np.flatnonzero(np.isin(F, made.vertices).all(axis=1)))
+        assert [np.unique(row[piece]).tolist() for piece in made.pieces] == [[0, 1, 2], [13, 14]]
+        assert not len(made.pinched) and not len(made.bare)
+        assert "2 other pieces of 45, 30 vertices" in made.left_out[0]
+        planar_topology(np.searchsorted(made.vertices, F[made.rows]), made.vertices)
+
+
+def test_where_the_border_touches_itself_the_vertex_is_left_out_and_named() -> None:
+    F, stays = grid(9), np.ones(81, dtype=bool)
+    stays[[31, 49]] = False  # on both sides of vertex 40
+    made = patch_faces(F, stays)
+    assert made.pinched.tolist() == [40]
+    assert made.left_out == ["vertices 40, at which the border touches itself"]
+    assert np.array_equal(made.vertices, np.setdiff1d(np.arange(81), [31, 40, 49]))
+    assert len(planar_topology(np.searchsorted(made.vertices, F[made.rows]), made.vertices).holes) == 1
+
+
+def test_two_pieces_that_meet_in_a_vertex_are_two_and_each_vertex_is_in_one_place() -> None:
+    F = grid(9)
+    x, y = np.arange(81) % 9, np.arange(81) // 9
+    stays = (x <= 4) & (y <= 4) | (x >= 4) & (y >= 4)
+    made = patch_faces(F, stays)
+    assert len(made.vertices) == 25 and 40 in made.vertices
+    assert [len(piece) for piece in made.pieces] == [24]
+    kept = np.concatenate((made.vertices, *made.pieces, made.pinched, made.bare))
+    assert np.array_equal(np.sort(kept), np.flatnonzero(stays))
+
+
+def test_what_has_no_face_is_bare_and_nothing_at_all_is_refused() -> None:
+    V, F = sphere(1)
+    stays = np.zeros(len(V), dtype=bool)
+    stays[F[0]] = True
+    alone = np.setdiff1d(np.arange(len(V)), F[np.isin(F, F[0]).any(axis=1)])[0]
+    stays[alone] = True
+    made = patch_faces(F, stays)
+    assert made.rows.tolist() == [0] and made.bare.tolist() == [alone]
+    stays[F[0, 0]] = False
+    with pytest.raises(MeshError, match="no face has three vertices that stay"):
+        patch_faces(F, stays)
