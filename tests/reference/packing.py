@@ -103,8 +103,6 @@ def on_shelves(sizes, taken):
             while first < len(sizes) and x + sizes[first, 0] <= right:
                 places.append((x, bottom))
                 x, first = x + sizes[first, 0], first + 1
-        if first == before and free.all():
-            break  # it is wider than the page
         bottom = bottom + height if first > before else np.floor(bottom) + 1
     return np.array(places).reshape(-1, 2)
 

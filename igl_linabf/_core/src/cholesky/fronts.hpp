@@ -22,7 +22,8 @@ inline Index triangle(Index rows) { return rows * (rows + 1) / 2; }
 // Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
 //
 // A column of X begins every `size` numbers, and one of Y every `step`. The row of Y's column 0 in X is `shift`.
-// Four go with four at a time, which stay in the processor's registers.
+// Four go with four at a time, which stay in the processor's registers. Where the columns of Y are no multiple of four,
+// those of X are one.
 inline void take(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift, Index first,
                  Index until) {
     const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
@@ -63,11 +64,6 @@ inline void take(const double* X, Index size, Index p, Index last, double* Y, In
             const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
             const double a0 = x0[j], a1 = x1[j], a2 = x2[j], a3 = x3[j];
             INDEPENDENT for (Index i = j; i < step; ++i) y0[i] -= a0 * x0[i] + a1 * x1[i] + a2 * x2[i] + a3 * x3[i];
-        }
-        for (Index k = fours; k < last; ++k) {
-            const double* x0 = X + k * size + shift;
-            const double a0 = x0[j];
-            INDEPENDENT for (Index i = j; i < step; ++i) y0[i] -= a0 * x0[i];
         }
     }
 }

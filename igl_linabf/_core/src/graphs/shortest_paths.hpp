@@ -210,7 +210,7 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
 }
 
 // Of excursions, each the shortest that crosses the ways of its bits an odd number of times, the shortest set that
-// does so with all ways.
+// does so with all ways; empty where there is none.
 inline std::vector<Index> shortest_set(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;
     std::vector<double> best(all + 1, INFINITY);
@@ -231,7 +231,7 @@ inline std::vector<Index> shortest_set(const std::vector<double>& found) {
             chosen.push_back(ways);
             left ^= ways;
         }
-    return left == 0 ? chosen : std::vector<Index>();
+    return chosen;
 }
 
 // The shortest closed walk from a node that crosses each of some ways an odd number of times; bits of `flip` tell

@@ -241,7 +241,6 @@ inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes,
         if (!(height >= 0 && bottom + height <= double(side))) break;
         const Index row = Index(bottom), rows = Index(std::ceil(bottom + height)) - row, before = first;
         const std::int32_t* const over = above.data() + row * side;
-        Index widest = 0;
         for (Index left = 0; left < side && first < n;) {
             if (over[left] < rows) {
                 ++left;
@@ -250,17 +249,11 @@ inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes,
             Index right = left + 1;
             while (right < side && over[right] >= rows) ++right;
             const Index begin = first;
-            widest = std::max(widest, right - left);
             for (; first < n && end[first + 1] <= end[begin] + double(right - left); ++first)
                 places.push_back({double(left) + end[first] - end[begin], bottom});
             left = right;
         }
-        if (first > before)
-            bottom += height;
-        else if (widest == side)  // it is wider than the page
-            break;
-        else
-            bottom = std::floor(bottom) + 1;
+        bottom = first > before ? bottom + height : std::floor(bottom) + 1;
     }
     return places;
 }
