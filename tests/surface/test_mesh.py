@@ -1,6 +1,8 @@
-"""What a checked mesh is: each fault refused with its place, the longest loop outside, areas above rounding."""
+"""What a checked mesh is: faults are refused with their place, the longest loop is outside."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,7 +26,7 @@ def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarra
     """Circles of so many vertices in the plane, and the triangles between each and the next, larger one."""
     V = [r * np.exp(2j * np.pi * np.arange(n) / n) for r, n in zip(radii, around, strict=True)]
     F, first = [], 0
-    for n, m in zip(around, around[1:], strict=False):
+    for n, m in pairwise(around):
         i, j = 0, 0
         while i < n or j < m:
             a, b = first + i % n, first + n + j % m

@@ -48,7 +48,7 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
     """For each vertex the first of the `used` ones in the same place, to the bit."""
-    points = V[used] + 0.0  # -0 is 0
+    points = V[used]
     order = np.lexsort(points.T)
     new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))
     first = np.minimum.reduceat(order, np.flatnonzero(new))

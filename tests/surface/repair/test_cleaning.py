@@ -167,7 +167,7 @@ def test_vertices_in_one_place_are_welded_where_most_faces_are_loose(
 ) -> None:
     V, F = sphere()
     body, faces = sphere(whole)
-    both = joined((body + [3, 0, 0], faces), soup(V, F[:loose]))
+    both = joined((body + np.array([3, 0, 0]), faces), soup(V, F[:loose]))
     cleaned = clean(*both)
     assert ("welded" in [repair.kind for repair in cleaned.repairs]) == welded
     places = len(np.unique(F[:loose])) if welded else 3 * loose
