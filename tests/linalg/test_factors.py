@@ -193,6 +193,21 @@ def test_a_bad_pivot_in_any_subtree_is_found(threads: str, monkeypatch) -> None:
     assert caught.value.row == 2 * 11_111 + 1
 
 
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 9, 41])
+def test_a_bad_pivot_is_named_by_its_row_wherever_it_is_in_a_supernode(n: int) -> None:
+    rng = np.random.default_rng(n)
+    for density in (2 / n, 1.0):
+        lower = lower_of(random(n, density, rng))
+        row, column, values = lower.indices, np.repeat(np.arange(n), np.diff(lower.indptr)), lower.data
+        analysis = analysed(Cholesky, lower)
+        for k in range(n):
+            own = (row == k) | (column == k)
+            for bad in (-1.0, 0.0, np.nan, np.inf):
+                with pytest.raises(NotPositiveDefiniteError) as caught:
+                    analysis.factor(np.where(own, np.where(row == column, bad, 0.0), values))
+                assert caught.value.row == k
+
+
 @pytest.mark.parametrize("threads", ["1", "2"])
 @pytest.mark.parametrize("side", [4, 40, 150])
 def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
