@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import igl
 import numpy as np
 import pytest
@@ -25,7 +27,9 @@ from igl_linabf.angles import (
 )
 from igl_linabf.angles.full_system import full_step
 from igl_linabf.angles.steps.constants import PATCH_RESIDUAL
+from igl_linabf.angles.steps.linearisation import solve
 from igl_linabf.angles.steps.local_elimination import eliminate_locally
+from igl_linabf.angles.system import laplacian_inverse, preconditioner
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Topology, manifold_topology
 
@@ -164,6 +168,56 @@ def test_steps_within_patches_change_only_the_angles_around_what_is_missing() ->
     everywhere = alpha + 0.1 * np.random.default_rng(0).uniform(-1, 1, alpha.shape)
     state = State(problem, problem.at(everywhere))
     assert eliminate_locally(state) is state
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_step_leaves_the_square_of_what_is_missing(kind: str) -> None:
+    """So that all of the linearised constraints are the derivatives of what is missing, and are solved."""
+    left = [step.residual for step in active_set(state_of(kind, "direct"), 1e-2, 1e-12, 12).steps]
+    last = [(before, after) for before, after in pairwise(left[1:]) if before < 1e-2]
+    assert last and all(after < max(30 * before**2, 1e-11) for before, after in last)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_multipliers_to_start_from_change_nothing_but_the_inner_steps(kind: str) -> None:
+    state = linear_step(state_of(kind), 1e-3)
+    lin = linearise(state.problem, state.at, reuse=state.lin)
+    plain = solve(lin, state.at, 1e-12)
+    near = plain.x * (1 + 1e-3 * np.random.default_rng(0).normal(size=len(plain.x)))
+    again = solve(lin, state.at, 1e-9, None, near)
+    assert np.abs(again.e - plain.e).max() < 1e-8 * np.abs(plain.e).max()
+    assert again.inner_steps < plain.inner_steps
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kind: str, monkeypatch) -> None:
+    monkeypatch.setattr(preconditioner, "SLIVER_OF_SMALL_SYSTEM", 1.1)
+    state = linear_step(state_of(kind), 1e-3, close=False)
+    lin = linearise(state.problem, state.at)
+    assert lin.slivers.rows is not None and lin.precondition is not None
+    n, wheels = state.problem.constraints.n, state.problem.constraints.wheels
+    u, v = np.random.default_rng(0).normal(
+        size=(2, 2 * n + (0 if lin.holonomy is None else lin.holonomy.rows.size))
+    )
+    u[2 * wheels + 1 : 2 * n : 2] = v[2 * wheels + 1 : 2 * n : 2] = 0.0
+    Mu, Mv = lin.precondition(u), lin.precondition(v)
+    assert abs(u @ Mv - v @ Mu) < 1e-9 * np.sqrt((u @ Mu) * (v @ Mv))
+
+
+@pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop"])
+def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str) -> None:
+    state = linear_step(state_of(kind), 1e-3, close=False)
+    constraints = state.problem.constraints
+    system = System(constraints, state.at.alpha, scaled=False)
+    border = HolonomyConstraints(system, state.at.residual.holonomy, conformal=True)
+    lin = linearise(state.problem, state.at, reuse=state.lin)
+    z = np.random.default_rng(1).normal(size=2 * constraints.n + border.rows.size)
+    z[2 * constraints.wheels + 1 : 2 * constraints.n : 2] = 0.0
+    e = system.conformally(system.at_corners(lin.at_corners(z)))
+    r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
+    inverse = laplacian_inverse(system, constraints.pattern.analysis(Solvers()), system.laplacian())
+    solved, _ = border.preconditioner(system, inverse.solve, None)
+    assert np.abs(solved(r) - z).max() <= 1e-7 * np.abs(z).max()
 
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole"])

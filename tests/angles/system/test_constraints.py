@@ -10,6 +10,7 @@ from scipy import sparse
 
 from igl_linabf import LinABF, flatten, linabf_angles
 from igl_linabf.angles import (
+    CAP_ANGLE,
     AngleProblem,
     State,
     System,
@@ -17,6 +18,7 @@ from igl_linabf.angles import (
     corner_angles,
     initial_estimate,
     linear_step,
+    open_caps,
     residual,
 )
 from igl_linabf.angles.full_system import full_step, interior_rows, right_hand_sides, triangle_rows
@@ -138,3 +140,14 @@ def test_the_exponential_map_switch_scales_only_spikes() -> None:
     assert (scaled[~far] == total[~far]).all()
     assert np.allclose(initial_estimate(mesh.topology, alpha, threshold=1.0).sum(axis=0), np.pi)
     assert (initial_estimate(mesh.topology, alpha, threshold=7.0) == alpha).all()
+
+
+def test_caps_are_opened_to_the_least_angle_and_triangles_stay_triangles() -> None:
+    small = np.array([[1e-9, 3e-9], [4e-8, 5e-8], [6e-8, 5e-8], [0.2, 1e-12]])
+    alpha = np.insert(small, 1, np.pi - small.sum(axis=1), axis=1).T
+    opened, caps = open_caps(alpha)
+    assert caps.tolist() == [0, 1]
+    assert np.abs(opened.sum(axis=0) - np.pi).max() < 1e-14
+    np.testing.assert_allclose(np.pi - opened.max(axis=0)[caps], CAP_ANGLE, rtol=1e-7)
+    np.testing.assert_allclose(opened[0, caps] / opened[2, caps], small[caps, 0] / small[caps, 1])
+    assert (opened[:, 2:] == alpha[:, 2:]).all()
