@@ -42,14 +42,6 @@ def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
     return V[used], index.reshape(-1, 3)
 
 
-def torus(n: int = 8) -> Surface:
-    i, j = np.divmod(np.arange(n * n), n)
-    u, v = 2 * np.pi * i / n, 2 * np.pi * j / n
-    V = np.column_stack(((3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)))
-    a, b, c, d = i * n + j, (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n, i * n + (j + 1) % n
-    return V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
-
-
 def varied() -> dict[str, Surface]:
     """Disks that end in every way, and what is no disk."""
     sphere, faces = igl.icosahedron()
@@ -72,8 +64,6 @@ def varied() -> dict[str, Surface]:
     made["needles"] = (V * [1, 1e-7, 1], F)
     made["hole"] = with_hole(V, F)
     made["closed"] = (sphere, faces)
-    made["handle"] = (torus()[0], torus()[1][1:])
-    made["disk beside a torus"] = side_by_side([(V, F), torus()])
     made["two"] = (np.vstack((V, V + 5)), np.vstack((F, F + len(V))))
     made["unused"] = (np.vstack((V, V[:1])), F)
     made["turned"] = (V, np.vstack((F[:5, ::-1], F[5:])))

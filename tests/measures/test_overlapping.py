@@ -63,6 +63,28 @@ def test_pairs_where_the_ends_of_a_ring_meet_are_those_that_clipping_finds(turns
         assert np.array_equal(overlaps(scale * uv, faces), by_clipping(uv, F))
 
 
+@pytest.mark.parametrize("turns", [1.4, 2.3, 3.1])
+def test_no_pair_is_missed_where_a_wide_chart_winds_over_itself(turns: float) -> None:
+    """Far from its boundary, too: compared with all faces, as those of several charts are."""
+    angle, radius = np.linspace(0, 2 * np.pi * turns, int(60 * turns)), np.linspace(1, 4, 20)
+    z = (np.exp(1j * angle)[:, None] * radius).ravel()
+    corner = np.arange(len(z)).reshape(len(angle), 20)
+    a, b, c, d = (x.ravel() for x in (corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]))
+    F = np.vstack((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+    for faces in (F, F[:, ::-1]):
+        pairs = overlaps(np.column_stack((z.real, z.imag)), faces)
+        assert len(pairs) > 2000
+        assert np.array_equal(pairs, overlaps(np.column_stack((z.real, z.imag)), faces, between=True))
+
+
+def test_a_flipped_face_inside_a_sound_boundary_overlaps_its_neighbours() -> None:
+    uv, F = igl.triangulated_grid(7, 7)
+    uv[24] += [0.4, 0.1]  # beyond the vertices around it
+    pairs = overlaps(uv, F)
+    assert len(pairs)
+    assert np.array_equal(pairs, by_clipping(uv, F))
+
+
 def test_pairs_among_flipped_faces_are_those_that_clipping_finds() -> None:
     _, F, uv = strip(0.9, 20)
     uv = uv + np.random.default_rng(0).normal(scale=0.1, size=uv.shape)

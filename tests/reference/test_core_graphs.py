@@ -183,7 +183,7 @@ def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph
 
 
 def test_where_some_way_cannot_be_crossed_an_odd_number_of_times_there_is_no_walk():
-    """A triangle beside a segment, of which only the triangle's edges cross a way, and two of them both ways."""
+    """On a triangle with an edge beside it, that leads nowhere."""
     ends = np.array([[0, 1], [1, 2], [2, 0], [2, 3]])
     indptr, indices, edge = _core.shortest_pairs(ends, np.ones(4), 4)
     for flip, found in (([1, 1, 0, 0], 0), ([1, 0, 0, 0], 3), ([3, 3, 0, 1], 0), ([1, 2, 0, 0], 3)):

@@ -65,6 +65,29 @@ def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
     assert set(triangles.ravel().tolist()) == set(range(6))
 
 
+@pytest.mark.parametrize(
+    "F",
+    [
+        [[0, 1, 2, 3], [3, 2, 1, 0]],  # a card: both of its faces have the same diagonals
+        [[0, 1, 2, 3], [0, 2, 4]],
+        [[0, 1, 2, 3], [0, 2, 4, 5], [4, 2, 6]],
+        [[0, 1, 2, 3, 7], [7, 3, 2, 1, 0], [1, 3, 4]],
+    ],
+)
+def test_no_diagonal_is_an_edge_or_a_diagonal_of_another_polygon(F: list[list[int]]) -> None:
+    V = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [3, 3, 1], [1, 1, 3], [5, 4, 2], [-1, 1, 0.0]])
+    made = Polygons.of(F).split(V)
+    owners: dict[tuple[int, ...], set[int]] = {}
+    for corner, face in zip(made.F.tolist(), made.face.tolist(), strict=True):
+        for pair in itertools.pairwise([*corner, corner[0]]):
+            owners.setdefault(tuple(sorted(pair)), set()).add(face)
+    t, k = np.nonzero(made.inner)
+    diagonals = np.sort(np.column_stack((made.F[t, k], made.F[t, (k + 1) % 3])), axis=1)
+    assert len(diagonals) == 2 * sum(len(row) - 3 for row in F)
+    assert all(len(owners[pair]) == 1 for pair in map(tuple, diagonals.tolist()))
+    assert not set(map(tuple, diagonals.tolist())) & edges_of(F)
+
+
 @pytest.mark.parametrize("name", ["rough cube", "torus", "dual"])
 def test_seams_run_along_edges_that_the_mesh_has(name: str) -> None:
     V, F = {"rough cube": quads, "torus": torus_of_quads, "dual": dual}[name]()
