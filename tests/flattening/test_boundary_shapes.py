@@ -123,6 +123,25 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
     assert np.abs(np.ptp(result.uv, axis=0) - [12, 5]).max() < 1e-6  # upright, the longer side below
 
 
+@pytest.mark.parametrize("first", range(4))
+def test_the_side_from_the_first_corner_asked_for_points_to_the_right(first: int) -> None:
+    V, F = grid(12, 5)
+    corners = np.roll([0, 72, 77, 5], -first)
+    result = flatten(V, F, boundary="rectangle", corners=corners)
+    a, b, c, d = result.uv[corners]
+    length, height = (12, 5) if first % 2 == 0 else (5, 12)
+    assert np.abs(b - a - [length, 0]).max() < 1e-6 and np.abs(d - a - [0, height]).max() < 1e-6
+    assert np.abs(c - d - [length, 0]).max() < 1e-6
+
+
+def test_an_ear_on_more_than_half_of_a_circle_comes_back_as_itself() -> None:
+    """Its chord has the circle's centre on the ear's own side."""
+    z = np.append(np.exp(1j * np.deg2rad([0, 110, 200, 280])), 0.55 * np.exp(1j * np.deg2rad(275)))
+    V = np.column_stack((z.real, z.imag, 0 * z.real))
+    F = np.array([[0, 1, 2], [0, 2, 4], [2, 3, 4], [3, 0, 4]])
+    assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-9
+
+
 def test_a_flat_disk_comes_back_as_itself_on_a_circle() -> None:
     V, F = rings(20, lambda z: 0 * z.real)
     assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-6

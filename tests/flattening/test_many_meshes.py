@@ -51,6 +51,7 @@ def varied() -> dict[str, Surface]:
     V, F = bumps(150)
     stretched = sphere * [1, 1, 6]
     made = {f"bumps {k}": bumps(60 + 40 * k, k, 0.1 * k) for k in range(8)}
+    made["open"] = bumps(80, 0, 1.3)  # whose boundary does not close after a step and a chord
     made["flat"] = (V * [1, 1, 0], F)
     made["triangle"] = (np.eye(3), np.array([[0, 1, 2]]))
     made["square"] = (
@@ -79,7 +80,7 @@ def varied() -> dict[str, Surface]:
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
 def test_the_same_as_a_loop(method: object) -> None:
-    meshes = varied()
+    meshes = dict(reversed(varied().items()))  # what is no disk comes first
     together = il.flatten_many(list(meshes.values()), method)
     assert len(together) == len(meshes)
     for (name, mesh), made in zip(meshes.items(), together, strict=True):
@@ -103,6 +104,7 @@ def test_the_same_as_a_loop(method: object) -> None:
             assert found.largest == pytest.approx(right.largest, rel=1e-6, abs=1e-12), (name, part)
         assert made.gap == pytest.approx(alone.gap, rel=1e-6, abs=1e-12), name
         np.testing.assert_array_equal(made.flipped, alone.flipped)
+        np.testing.assert_array_equal(made.repaired, alone.repaired)
         assert made.seconds["total"] > 0 and made.seconds.keys() <= alone.seconds.keys()
 
 

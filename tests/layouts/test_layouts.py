@@ -132,8 +132,9 @@ def test_pins_matter_little_after_one_step_and_not_after_convergence() -> None:
             assert best_fit_distance(other, default) <= bound
 
 
-def test_auto_takes_the_boundary_only_where_it_closes() -> None:
-    V, F = load("disk__igl_camel_b.obj")
+@pytest.mark.parametrize("name", ["ball", "disk__igl_camel_b.obj"])
+def test_auto_takes_the_boundary_only_where_it_closes(name: str) -> None:
+    V, F = load(name)
     one = flatten(V, F, LinABF(iterations=1))
     assert one.gap > 1e-2
     assert one.layout == "least-squares"

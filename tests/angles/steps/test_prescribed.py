@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import igl
@@ -204,9 +205,19 @@ def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kin
     assert abs(u @ Mv - v @ Mu) < 1e-9 * np.sqrt((u @ Mu) * (v @ Mv))
 
 
-@pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop"])
-def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str) -> None:
-    state = linear_step(state_of(kind), 1e-3, close=False)
+def with_free_loops(turning: float) -> State:
+    """A path around a hole comes back to its scale, and turns so if that is given; loops are free."""
+    topology, alpha, sums = posed("part of a hole")
+    (path,) = constraints_of(topology, sums).paths
+    free = replace(topology, n_outer=len(topology.loops))
+    constraints = constraints_of(free, None, [replace(path, turning=turning)])
+    problem = AngleProblem(constraints, initial_estimate(free, alpha), Solvers())
+    return State(problem, problem.start)
+
+
+@pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop", -2 * np.pi, -6.0, np.nan])
+def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> None:
+    state = linear_step(state_of(kind) if isinstance(kind, str) else with_free_loops(kind), 1e-3, close=False)
     constraints = state.problem.constraints
     system = System(constraints, state.at.alpha, scaled=False)
     border = HolonomyConstraints(system, state.at.residual.holonomy, conformal=True)

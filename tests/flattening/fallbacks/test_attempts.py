@@ -12,8 +12,10 @@ from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
 from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
+from igl_linabf.errors import SingularSystemError
 from igl_linabf.flattening import Sketch
-from igl_linabf.layouts import GAP, injective, on_circle
+from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
+from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import centred, planar_mesh, signed_double_areas
 
@@ -69,6 +71,29 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
     assert lscm.flips > 500
     if name == DEER:
         assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
+
+
+@pytest.mark.parametrize(
+    ("flips", "best"), [([3, 1, 2], 1), ([2, 1, 1, 4], 2), ([0, 0], 1), ([None, 5, None], 1), ([0, None], 0)]
+)
+def test_the_map_of_the_fewest_flips_is_returned_among_equals_the_latest(
+    flips: list[int | None], best: int
+) -> None:
+    mesh = planar_mesh(*sphere_cap())
+    state = initial_problem(mesh, ProblemOptions()).start
+    layout = Layout(np.zeros(mesh.topology.n, dtype=complex), "boundary", 0.0, "none")
+    results = tuple(
+        StageResult("linear step", state, layout=None if n is None else layout, flipped=np.arange(n or 0))
+        for n in flips
+    )
+    assert best_of(results)[0] is results[best]
+    with pytest.raises(SingularSystemError, match="why"):
+        best_of((StageResult("linear step", state, detail="why"),))
+
+
+def sphere_cap() -> tuple[np.ndarray, np.ndarray]:
+    V, F = sphere(1)
+    return igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] > 0])[:2]
 
 
 def test_each_attempt_follows_a_failed_one() -> None:
