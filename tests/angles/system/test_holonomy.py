@@ -160,7 +160,7 @@ def test_relaxed_loops_have_nearly_the_least_conformal_energy(name: str) -> None
     loops = layout(F, result.angles)
     assert result.layout == "least-squares"
     assert 0 < best_fit_distance(loops, pinned) <= 1e-2
-    assert energy(loops) <= 2 * energy(pinned)
+    assert energy(loops) <= (1.06 if name == "crown" else 1.4) * energy(pinned)  # 1.12 and 91 by fewer waves
     one, other = (quality(V, F, uv).angle_distortion for uv in (loops, pinned))
     assert one <= 1.001 * other
 

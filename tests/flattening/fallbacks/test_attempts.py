@@ -7,7 +7,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 import pytest
-from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, load, tree_cut
+from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, bumps, load, tree_cut
 from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
@@ -113,6 +113,14 @@ def test_each_attempt_follows_a_failed_one() -> None:
         assert all(attempt.failed for attempt in result.attempts[:-1])
         assert result.attempts[-1].flips == 0
         assert result.attempts[-1].failed == ""
+
+
+def test_a_boundary_that_is_still_open_after_a_step_and_a_chord_asks_for_more_steps() -> None:
+    result = flatten(*bumps(80, 0, 1.3))
+    first, second = result.attempts
+    assert "a boundary loop fails to close by" in first.failed and first.flips is None
+    assert (second.name, second.failed, result.outcome) == ("active set", "", Outcome.CONVERGED)
+    assert result.gap < GAP
 
 
 @pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
