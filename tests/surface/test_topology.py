@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, flatten
-from igl_linabf.surface import manifold_topology
+from igl_linabf.surface import manifold_topology, topology_of
 
 
 def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
@@ -37,10 +37,19 @@ def test_handles_are_counted_beside_boundary_loops(holes: int) -> None:
     assert (topology.genus, len(topology.loops)) == (1, holes)
 
 
+def test_fans_that_meet_in_a_boundary_vertex_have_no_loops_and_are_named() -> None:
+    bowtie = np.array([[0, 1, 2], [0, 3, 4], [5, 6, 7]])
+    with pytest.raises(MeshError, match=r"at vertices 10 several fans of faces meet .*2 fans at the first"):
+        topology_of(bowtie, np.arange(10, 18))
+    assert [len(loop) for loop in topology_of(np.arange(6).reshape(2, 3), np.arange(6)).loops] == [3, 3]
+
+
 def test_the_outer_loop_is_the_one_of_most_edges() -> None:
     V, F = igl.triangulated_grid(12, 9)
     inside = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
     V, F = igl.remove_unreferenced(V, F[~inside])[:2]
-    outer, hole = manifold_topology(F, np.arange(len(V))).loops
+    topology = manifold_topology(F, np.arange(len(V)))
+    outer, hole = topology.loops
     assert len(outer) == 38 > len(hole)
     assert np.ptp(V[outer], axis=0) == pytest.approx([1, 1])
+    assert set(np.flatnonzero(~topology.interior)) == set(igl.boundary_facets(F)[0].ravel().tolist())

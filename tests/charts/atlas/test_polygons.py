@@ -68,9 +68,10 @@ def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
 @pytest.mark.parametrize(
     "F",
     [
-        [[0, 1, 2, 3], [3, 2, 1, 0]],  # a card: both of its faces have the same diagonals
+        [[0, 1, 2, 3], [0, 3, 2, 1]],  # a card: both of its faces have the same diagonals
         [[0, 1, 2, 3], [0, 2, 4]],
         [[0, 1, 2, 3], [0, 2, 4, 5], [4, 2, 6]],
+        [[0, 1, 2, 3, 7], [0, 7, 3, 2, 1]],
         [[0, 1, 2, 3, 7], [7, 3, 2, 1, 0], [1, 3, 4]],
     ],
 )
