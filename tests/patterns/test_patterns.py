@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import igl
 import numpy as np
 import pytest
+import shapely
 from carried import quads
 from nasty_meshes import NASTY
 
@@ -98,6 +99,11 @@ def test_svg_has_the_outline_in_millimetres(tmp_path: Path) -> None:
     (outline,) = lines["outline"]
     step = np.linalg.norm(outline - np.roll(outline, -1, axis=0), axis=1)
     assert set(np.round(step, 6).tolist()) <= {40.0, 60.0, 80.0}
+    upright = outline * [1, -1]  # y points down in SVG
+    np.testing.assert_allclose(upright - upright[0], pattern.outlines[0] - pattern.outlines[0][0], atol=1e-6)
+    ends = shapely.points([notch[1] for notch in lines["seam"]])
+    assert len(ends) == 2 * len(pattern.seams)
+    assert shapely.contains(shapely.Polygon(outline), ends).all()  # notches are drawn into the piece
     assert len(lines["fold"]) == len(pattern.folds) == 5
     texts = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
     for seam in pattern.seams:
