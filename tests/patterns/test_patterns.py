@@ -129,6 +129,19 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     assert covered == len(atlas.seams)
 
 
+def test_both_sides_of_a_seam_are_measured_apart() -> None:
+    square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
+    F = np.array([[0, 1, 2], [0, 2, 3]])
+    beside = square + np.array([100, 0, 0])
+    flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
+    V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
+    (seam,) = pattern_of(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
+    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # by which the map is larger
+    assert seam.length == 100
+    assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
+    assert seam.change == pytest.approx(-0.25 / scale)
+
+
 def test_dxf_is_read_by_ezdxf(tmp_path: Path) -> None:
     pattern = made_box(tmp_path / "box.dxf")
     document = ezdxf.readfile(tmp_path / "box.dxf")

@@ -163,6 +163,14 @@ def test_several_holes_in_one_cell_are_cut_apart() -> None:
     assert np.isclose(sum(area(grid.V[face]) for face in grid.faces), 81 - 9)
 
 
+def test_lines_across_a_thin_strip_count() -> None:
+    """It has little area for its length."""
+    V, F = plate(1)
+    thin = V * [1e8, 1e-3, 1]
+    with pytest.raises(MeshError, match="cells: give more"):
+        quad_grid(V, F, thin[:, :2], 1.0)
+
+
 def test_written_as_polygons_that_read_back(tmp_path) -> None:
     V, F = load("bumps")
     grid = quad_grid(V, F, linabf(V, F))
