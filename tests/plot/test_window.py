@@ -295,9 +295,7 @@ def test_a_click_takes_the_side_that_is_seen() -> None:
     renderer, drawn = viewer.plotter.renderers[0], viewer.shown.drawn
     towards = -np.array(renderer.camera.direction)
     middle = drawn.V[drawn.F].mean(axis=1)
-    face = int(
-        np.argmax(middle @ (towards + np.array([0.2, 0.1, 0])))
-    )  # off the axis
+    face = int(np.argmax(middle @ (towards + np.array([0.2, 0.1, 0]))))  # off the axis
     renderer.SetWorldPoint(*middle[face], 1.0)
     renderer.WorldToDisplay()
     x, y, _ = renderer.GetDisplayPoint()
