@@ -163,6 +163,22 @@ def test_several_holes_in_one_cell_are_cut_apart() -> None:
     assert np.isclose(sum(area(grid.V[face]) for face in grid.faces), 81 - 9)
 
 
+def test_each_cell_with_a_hole_is_cut_in_two() -> None:
+    V, F = plate(12)
+    middle = np.floor(V[F].mean(axis=1)[:, :2])
+    punched = F[~((middle % 6 == 2) | (middle % 6 == 3)).all(axis=1)]  # a hole of 2 x 2 in each cell
+    grid = quad_grid(V, punched, V[:, :2], 6.0)
+    assert sorted(area(grid.V[face]) for face in grid.faces) == pytest.approx([16.0] * 8)
+
+
+def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
+    V, F = plate(6)
+    uv = V[:, :2] + np.random.default_rng(0).uniform(-1e-11, 1e-11, (len(V), 2))
+    grid = quad_grid(V, F, uv, 1.0)
+    assert len(grid.faces) == len(grid.quads) == 36
+    assert len(grid.V) == 49
+
+
 def test_lines_across_a_thin_strip_count() -> None:
     """It has little area for its length."""
     V, F = plate(1)
