@@ -142,6 +142,15 @@ def test_colours_and_normals_of_open3d_are_kept(unwrapped) -> None:
         assert len(getattr(mesh, name))
 
 
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_data_of_another_mesh_are_refused(library: str) -> None:
+    pytest.importorskip(library)
+    V, F = igl.icosahedron()
+    other = getattr(adapters, f"to_{library}")(V[:8], [[0, 1, 2], [5, 6, 7]], V[:8, :2])
+    with pytest.raises(MeshError, match=r"like has 6 vertices and 2 triangles, V and F have 12 and 20"):
+        getattr(adapters, f"to_{library}")(V, F, V[:, :2], like=other)
+
+
 def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> None:
     trimesh, meshio = pytest.importorskip("trimesh"), pytest.importorskip("meshio")
     V, F, atlas = unwrapped
