@@ -89,7 +89,7 @@ ERRORS = {
         "--iterations is 'x'",
     ),
     "method": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "magic"], "invalid choice"),
-    "meaningless option": (
+    "meaningless": (
         ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "lscm", "--iterations", "2"],
         "--iterations means nothing to the method lscm",
     ),
