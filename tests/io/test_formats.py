@@ -72,6 +72,20 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
         assert (faces == mesh.triangles).all()
 
 
+@pytest.mark.parametrize("title", [b"", b"COLOR=\x00\x00\x00\xff"])
+def test_colours_of_stl_files_are_those_of_their_bits(title: bytes) -> None:
+    """Five each, and one that says whether a triangle has a colour: 1 then, and in Magics' files 0."""
+    shades = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    bits = (1 << 0, 1 << 5, 1 << 10) if title else (1 << 10, 1 << 5, 1 << 0)
+    corners = np.arange(9.0).reshape(3, 3) ** 2
+    rows = [
+        struct.pack("<12fH", 0, 0, 0, *(corners + k).ravel(), 31 * bit | (0 if title else 0x8000))
+        for k, bit in enumerate(bits)
+    ]
+    mesh = parse(title.ljust(80, b"\0") + struct.pack("<I", 3) + b"".join(rows), ".stl", "mesh")
+    assert (mesh.extras.face_colours == shades).all()
+
+
 def test_indices_are_counted_back_from_their_own_line() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
     twice = parse((text + text.replace("v 0 0 0", "v 0 0 5")).encode(), ".obj", "mesh")
