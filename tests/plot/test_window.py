@@ -269,8 +269,10 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
     viewer.take_back()
     assert len(viewer.drawn.paths) == 1
+    assert viewer.drawn.end == ends[1]  # the next click goes on from there
     viewer.take_back()
     assert viewer.drawn.edges == ()
+    assert viewer.drawn.end == ends[0]
     assert viewer.shown is whole
 
 
