@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import igl
@@ -120,6 +121,18 @@ def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
     n = len(V)
     faces = np.vstack((F, [[edge[0], edge[1], n], [edge[1], n + 1, n]]))
     assert made(tmp_path / "p.svg", (tab, faces)).pieces == 1
+
+
+@pytest.mark.parametrize("wide", [10.0, 2.5])
+def test_pieces_hang_together_where_they_share_the_longer_edge(tmp_path: Path, wide: float) -> None:
+    """Two walls in one piece stand on a floor, and on either its side of 4 or its other one."""
+    V = np.array([[0, 0, 0], [wide, 0, 0], [wide, 4, 0], [0, 4, 0], [0, 0, 1], [wide, 0, 1], [wide, 4, 1.0]])
+    F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
+    atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
+    assert len(atlas.charts) == 2
+    pattern = write_pattern(tmp_path / "p.svg", V, F, replace(atlas, given_seams=atlas.given_seams[:0]))
+    assert pattern.pieces == 1
+    assert sum(seam.length for seam in pattern.seams) == pytest.approx(min(wide, 4))
 
 
 def test_seams_that_were_asked_for_stay(tmp_path: Path) -> None:

@@ -129,6 +129,12 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     assert covered == len(atlas.seams)
 
 
+def test_diagonals_of_bent_polygons_are_no_folds(tmp_path: Path) -> None:
+    V = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 20], [0, 10, 0.0]])
+    for F, folds in (([[0, 1, 3], [1, 2, 3]], 1), ([[0, 1, 2, 3]], 0)):
+        assert len(write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, progress=False)).folds) == folds
+
+
 def test_both_sides_of_a_seam_are_measured_apart() -> None:
     square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
     F = np.array([[0, 1, 2], [0, 2, 3]])
