@@ -6,7 +6,8 @@ A mutant is a small fault in the code: a sign, a bound, a line left out. The lin
 stands above its patch and names the tests that should fail. Prints each mutant with the test that found
 it. Ends with 1 if one survives: no test asserts that property then, or the code does nothing.
 
-The patched module is loaded in place of the one on disk, which is left as it is.
+The patched module is loaded in place of the one on disk, which is left as it is; so it is in Python processes
+that the tests start.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from types import CodeType
 
@@ -101,14 +103,17 @@ class Faulty(SourceFileLoader, MetaPathFinder):
         return compile(self.text, self.path, "exec")
 
 
-def run(number: int, tests: str) -> tuple[str, float]:
-    """What finds the mutant of that number in the file, "" if nothing does; and the seconds."""
+def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
+    """What finds the mutant of that number in the file, "" if nothing does; and the seconds.
+
+    `start_up` is a folder with a `sitecustomize.py`, which every Python process imports that is started.
+    """
     environment = {**os.environ, "IGL_LINABF_MUTANT": str(number), "OMP_NUM_THREADS": "1"}
     environment["PYTHONPATH"] = os.pathsep.join(
-        [str(ROOT), str(ROOT / "scripts"), *filter(None, [os.environ.get("PYTHONPATH")])]
+        [start_up, str(ROOT), str(ROOT / "scripts"), *filter(None, [os.environ.get("PYTHONPATH")])]
     )
     start = perf_counter()
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "mutants", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
     try:
         done = subprocess.run(
             [*command, *tests.split()],
@@ -141,8 +146,9 @@ def main() -> int:
     for _, mutant in chosen:
         mutant.source()
     living = []
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        runs = pool.map(lambda pair: run(pair[0], pair[1].tests), chosen)
+    with TemporaryDirectory() as start_up, ThreadPoolExecutor(os.cpu_count()) as pool:
+        Path(start_up, "sitecustomize.py").write_text("import mutants\n", "utf-8")
+        runs = pool.map(lambda pair: run(pair[0], pair[1].tests, start_up), chosen)
         for (_, mutant), (found, seconds) in zip(chosen, runs, strict=True):
             print(f"{mutant.room}: {mutant.property}: {found or 'SURVIVES'} ({seconds:.0f} s)", flush=True)
             if not found:
@@ -153,5 +159,5 @@ def main() -> int:
 
 if __name__ == "__main__":
     sys.exit(main())
-if "IGL_LINABF_MUTANT" in os.environ:  # loaded by pytest as a plug-in
+if "IGL_LINABF_MUTANT" in os.environ:  # in a process of the tests
     sys.meta_path.insert(0, Faulty(mutants(MUTANTS.read_text("utf-8"))[int(os.environ["IGL_LINABF_MUTANT"])]))

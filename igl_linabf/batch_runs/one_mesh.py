@@ -16,14 +16,14 @@ from typing import Any, Literal
 import psutil
 
 from .._types import FloatArray
-from ..charts import Cones, Packing, Seams, unwrap
+from ..charts import Atlas, Cones, Packing, Seams, unwrap
 from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
-from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
+from .table import FAILED, FAULTY, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
 How = Literal["unwrap", "flatten", "cortex"]
 Scale = Literal["square", "mesh"]  # what `batch` calls units
@@ -120,11 +120,18 @@ def _row_of(task: Task) -> Row:
 def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     chosen = {name: getattr(settings, name) for name in OF_UNWRAP}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
-    flipped = any(not chart.result.outcome.good for chart in atlas.charts)
-    outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
-    told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
+    outcome, message = _outcome_of(atlas), "; ".join(atlas.troubles)
+    told = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
     TC = atlas.flat / atlas.scale if lies_flat(row.output) else atlas.TC
     return TC, atlas.FTC, _with_quality(told, atlas.quality)
+
+
+def _outcome_of(atlas: Atlas) -> str:
+    if atlas.good:
+        return VALID
+    if atlas.quality.flips or any(not chart.result.outcome.good for chart in atlas.charts):
+        return Outcome.FLIPPED.value
+    return OVERLAPPING if any(chart.overlapping for chart in atlas.charts) else FAULTY
 
 
 def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:

@@ -21,7 +21,7 @@ from . import places
 from .constants import WRITING_PAUSE
 
 WAITING = "waiting"
-VALID, OVERLAPPING = Outcome.VALID.value, "overlapping"
+VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, "overlapping", "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
 MISSING = frozenset({WAITING, UNREADABLE})  # done by every run
@@ -42,10 +42,10 @@ class Row:
     output : str
         The file with the map, from the output folder.
     outcome : str
-        Of `unwrap`: "valid", "flipped" or "overlapping"; of `flatten`: the value of its `Outcome`. Without
-        a map: "refused" for a `MeshError`, "unreadable", "out of memory", "died" where its process was
-        lost three times while it had this mesh alone, "failed" for all other errors, "waiting" before
-        it is done.
+        Of `unwrap`: "valid", "flipped", "overlapping", or "faulty" for other troubles, as too much stretch;
+        of `flatten`: the value of its `Outcome`. Without a map: "refused" for a `MeshError`, "unreadable",
+        "out of memory", "died" where its process was lost three times while it had this mesh alone,
+        "failed" for all other errors, "waiting" before it is done.
     message : str
         What is wrong, and warnings.
     triangles, charts : int or None
@@ -74,7 +74,7 @@ class Row:
 
     @property
     def good(self) -> bool:
-        """Whether there is a map without flipped or overlapping triangles."""
+        """Whether there is a map without faults."""
         return self.outcome in GOOD
 
     @property

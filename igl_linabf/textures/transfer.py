@@ -19,8 +19,6 @@ from .sampling import Picture
 from .tangents import Frames, reexpressed, tangent_frames
 from .texels import Texels
 
-FLAT_NORMAL = (0.5, 0.5, 1.0)  # what a normal map holds where it bends nothing
-
 
 def bake_texture(
     V: ArrayLike,
@@ -98,9 +96,6 @@ def bake_texture(
     made = []
     for mine, shown in shown_texels(atlas, size):
         values = np.zeros((len(shown.index), channels))
-        values[:, 3:] = 1.0
-        if frames is not None:
-            values[:, :3] = FLAT_NORMAL
         has = np.zeros(len(values), dtype=bool)
         for k, picture in enumerate(pictures):
             if picture is None:

@@ -13,6 +13,8 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
+from igl_linabf._notebook import map_svg
+from igl_linabf._notebook.pages import MOST_DRAWN_CHARTS
 from igl_linabf.surface import Submesh
 
 ROOT = Path(__file__).parents[2]
@@ -102,6 +104,34 @@ def test_a_thousand_charts_are_a_short_page() -> None:
     assert len(page) < 300_000
     assert "more" in page
     parsed(page)
+
+
+def drawn(svg: str) -> list[np.ndarray]:
+    """The points of each filled outline."""
+    paths = [path for path in parsed(svg).iter(f"{SVG}path") if path.get("fill") != "none"]
+    words = (path.get("d").replace("Z", " ").replace("M", " ").replace("L", " ").split() for path in paths)
+    return [np.array(points, dtype=np.float64).reshape(-1, 2) for points in words]
+
+
+def test_a_picture_has_v_upwards() -> None:
+    uv = np.array([[5, 1], [9, 1], [5, 3.0]])
+    (outline,) = drawn(map_svg(uv, np.array([[0, 1, 2]])))
+    scale = np.ptp(outline[:, 0]) / 4
+    wanted = np.column_stack((uv[:, 0] - 5, 3 - uv[:, 1])) * scale + outline.min(axis=0)
+    assert {tuple(p) for p in np.round(wanted).tolist()} == {tuple(p) for p in np.round(outline).tolist()}
+
+
+def test_of_many_charts_the_large_ones_are_drawn() -> None:
+    n = MOST_DRAWN_CHARTS + 50
+    size = np.where(np.arange(n) % 11 == 5, 1.0, 0.5)  # one in eleven has two triangles
+    squares = [[[i, 0], [i + s, 0], [i + s, s], [i, s]] for i, s in enumerate(size.tolist())]
+    F, piece = list[list[int]](), list[int]()
+    for i, s in enumerate(size.tolist()):
+        F += [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]][: 2 if s == 1 else 1]
+        piece += [i] * (2 if s == 1 else 1)
+    outlines = drawn(map_svg(np.array(squares).reshape(-1, 2), np.array(F), np.array(piece)))
+    assert len(outlines) == MOST_DRAWN_CHARTS
+    assert sum(len(outline) == 4 for outline in outlines) == (size == 1).sum()
 
 
 def test_qualities_and_comparisons_show_their_figures() -> None:

@@ -12,6 +12,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import flatten, unwrap
+from igl_linabf._runtime import progress_part, reporting
 
 SCRIPT = """
 import sys, igl
@@ -46,6 +47,17 @@ def test_fractions_rise_to_one() -> None:
         assert stages <= set(told.stages)
         assert told.fractions == sorted(told.fractions)
         assert 0 <= told.fractions[0] <= told.fractions[-1] == 1
+
+
+def test_a_call_within_another_one_fills_its_part() -> None:
+    told = Told()
+    with reporting(told), progress_part("half", 0.5):
+        flatten(*load("bumps"))
+    assert {"half", "layout"} <= set(told.stages)
+    assert told.fractions == sorted(told.fractions)
+    inside = [f for stage, f in zip(told.stages, told.fractions, strict=True) if stage == "layout"]
+    assert 0 < inside[0] <= inside[-1] <= 0.5
+    assert told.fractions[-1] == 1
 
 
 def test_what_a_callback_raises_ends_the_work() -> None:

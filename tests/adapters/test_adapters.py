@@ -82,6 +82,10 @@ def test_colours_and_attributes_of_trimesh_are_kept(tmp_path, unwrapped) -> None
     assert (again.face_attributes["color"] == shades(len(F))).all()
     with pytest.raises(MeshError, match=r"like has .* pass the mesh that they come from"):
         adapters.to_trimesh(V, F, *maps, like=trimesh.creation.box())
+    W, G = adapters.from_trimesh(mesh)  # with a texture and colours
+    second = adapters.vertex_map(W, G, mesh.visual.uv)
+    twice = adapters.to_trimesh(W, G, mesh.visual.uv, like=mesh)
+    assert (twice.visual.vertex_attributes["color"] == shades(len(V))[vertex][second]).all()
 
 
 def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
@@ -108,12 +112,12 @@ def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
 def test_data_of_meshio_are_kept() -> None:
     meshio = pytest.importorskip("meshio")
     V, F = igl.icosahedron()
-    blocks = [("triangle", F[:8]), ("line", [[0, 1]]), ("triangle", F[8:])]
+    blocks = [("triangle", F[:8]), ("line", [[0, 1]]), ("line3", [[0, 1, 2]]), ("triangle", F[8:])]
     given = meshio.Mesh(
         V,
         blocks,
         {"height": V[:, 2], "obj:vt": V[:, :2]},
-        {"label": [np.arange(8), [99], np.arange(8, 20)]},
+        {"label": [np.arange(8), [99], [98], np.arange(8, 20)]},
         {"scan": np.array([7])},
     )
     assert (adapters.from_meshio(given)[1] == F).all()
@@ -136,6 +140,15 @@ def test_colours_and_normals_of_open3d_are_kept(unwrapped) -> None:
     for name in ("vertex_colors", "vertex_normals", "triangle_normals"):
         assert np.allclose(getattr(mesh, name), getattr(given, name))
         assert len(getattr(mesh, name))
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_data_of_another_mesh_are_refused(library: str) -> None:
+    pytest.importorskip(library)
+    V, F = igl.icosahedron()
+    other = getattr(adapters, f"to_{library}")(V[:8], [[0, 1, 2], [5, 6, 7]], V[:8, :2])
+    with pytest.raises(MeshError, match=r"like has 6 vertices and 2 triangles, V and F have 12 and 20"):
+        getattr(adapters, f"to_{library}")(V, F, V[:, :2], like=other)
 
 
 def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> None:

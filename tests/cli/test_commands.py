@@ -10,6 +10,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from argparse import ArgumentTypeError
 from importlib import metadata
 from itertools import chain
 
@@ -18,12 +19,15 @@ import numpy as np
 import pytest
 from commands import run
 from conftest import load, pixels
+from gltf_files import scene
 
 from igl_linabf import linabf, quality
 from igl_linabf.cli import main
+from igl_linabf.cli.arguments import axis
 from igl_linabf.cli.commands import Command
 from igl_linabf.cli.doctor import EXTRAS
 from igl_linabf.cli.parser import COMMANDS, command_parser
+from igl_linabf.io import unit_square, write_mesh
 
 
 @pytest.fixture
@@ -85,7 +89,7 @@ ERRORS = {
         "--iterations is 'x'",
     ),
     "method": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "magic"], "invalid choice"),
-    "meaningless option": (
+    "meaningless": (
         ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "lscm", "--iterations", "2"],
         "--iterations means nothing to the method lscm",
     ),
@@ -245,6 +249,36 @@ def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
     assert said["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
     assert said["result"]["attempts"][0]["name"] == "linear step"
     assert "uv" not in said["result"]
+
+
+def test_axes_have_signs_and_directions_three_numbers() -> None:
+    given = {"y": [0, 1, 0], "+x": [1, 0, 0], "-z": [0, 0, -1], "0,-1,0.5": [0, -1, 0.5]}
+    assert {text: axis(text) for text in given} == given
+    for text in ("w", "--z", "1,2", "x,y,z"):
+        with pytest.raises(ArgumentTypeError, match="is no direction: give x, y, z"):
+            axis(text)
+
+
+def test_figures_without_a_number_are_null(tmp_path, capsys) -> None:
+    V, F = load("bumps")
+    write_mesh(tmp_path / "one.obj", V, F, unit_square(linabf(V, F)))
+    main(["check", str(tmp_path / "one.obj"), "--json"])
+    assert json.loads(capsys.readouterr().out)["check"]["margin"] is None  # one chart is infinitely far away
+
+
+def test_a_table_beside_a_map_on_standard_output_goes_to_the_other_one(mesh, tmp_path, capfdbinary) -> None:
+    assert main(["flatten", str(mesh), "-o", str(tmp_path / "flat.obj")]) == 0
+    table = capfdbinary.readouterr().out
+    assert main(["flatten", str(mesh), "-o", "-"]) == 0
+    streams = capfdbinary.readouterr()
+    assert streams.out == (tmp_path / "flat.obj").read_bytes()
+    assert streams.err.splitlines()[:5] == table.splitlines()[:5]  # the last one tells seconds
+
+
+def test_what_standard_output_leaves_out_is_said(tmp_path, capfdbinary) -> None:
+    scene(tmp_path / "in.glb")
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", "-", "--quiet"]) == 0
+    assert b"standard output holds one file: map.mtl beside it are left out" in capfdbinary.readouterr().err
 
 
 def test_a_picture_of_a_mesh_with_faces_without_area(tmp_path, capsys) -> None:

@@ -134,6 +134,14 @@ def test_the_cuts_of_another_template_come_with_its_sphere(subject: Path, tmp_pa
         flatten_hemisphere(subject, "lh", template=(patch, sphere))
 
 
+def test_a_template_of_one_hemisphere_names_that_of_the_other(subject: Path, tmp_path: Path) -> None:
+    for name in ("lh", "rh"):
+        shutil.copy(subject / "surf" / f"{name}.sphere.reg", tmp_path / f"{name}.sphere.reg")
+    template = tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg"  # there is no rh.mine.patch.3d
+    with pytest.raises(FileNotFoundError, match=r"rh\.mine\.patch\.3d"):
+        flatten_hemispheres(subject, ("rh",), template=template)
+
+
 def test_options_that_mean_nothing_are_refused(subject: Path) -> None:
     for options, said in (
         ({"cuts": "none"}, "cuts is 'none'"),

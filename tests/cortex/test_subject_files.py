@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import nibabel
@@ -65,6 +66,32 @@ def test_the_picture_shows_folds_on_the_left_and_areas_on_the_right(made: tuple)
     assert np.ptp(left[drawn]) > 0.3
     assert (right[..., 2] - right[..., 0] > 0.2).any()  # blue
     assert (right[..., 0] - right[..., 2] > 0.2).any()  # red
+
+
+def test_the_picture_is_upright(made: tuple) -> None:
+    """Its rows from above have as much of the map as the map has from above."""
+    flat, folder = made
+    with Image.open(folder / "flat" / "lh.cortex.png") as image:
+        pixels = np.asarray(image, dtype=float)[60:, : image.width // 2] / 255
+    rows = (pixels < 0.95).all(axis=2).sum(axis=1)
+    inside = np.flatnonzero(rows)
+    rows = rows[inside[0] : inside[-1] + 1]
+    corners = flat.uv[flat.F]
+    area = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+    v = corners[..., 1]
+    down = (v.max() - v.mean(axis=1)) / np.ptp(v)
+    drawn, _ = np.histogram(np.arange(len(rows)) / len(rows), 30, (0, 1), weights=rows / rows.sum())
+    wanted, _ = np.histogram(down, 30, (0, 1), weights=area / area.sum())
+    off, upside_down = (np.abs(drawn - shares).sum() for shares in (wanted, wanted[::-1]))
+    assert off < 0.05 < 0.1 < upside_down
+
+
+def test_files_name_their_hemisphere(made: tuple, tmp_path: Path) -> None:
+    flat, _ = made
+    for name, structure in (("lh", "CortexLeft"), ("rh", "CortexRight")):
+        write_hemisphere(tmp_path, replace(flat, hemisphere=replace(flat.hemisphere, name=name)))
+        for path in (tmp_path / f"{name}.cortex.flat.surf.gii", tmp_path / f"{name}.cortex.area.shape.gii"):
+            assert nibabel.load(path).meta["AnatomicalStructurePrimary"] == structure
 
 
 def test_sulci_have_negative_curvature_and_gyri_positive() -> None:

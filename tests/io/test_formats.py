@@ -13,7 +13,7 @@ from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import files_of, good_files
 
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf.io import read_file, read_mesh, write_file
+from igl_linabf.io import as_mesh_file, read_file, read_mesh, write_file
 from igl_linabf.io.formats import detect_suffix, parse
 
 
@@ -70,6 +70,38 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
         mesh = parse(data, suffix, "mesh")
         assert np.allclose(mesh.V, positions, rtol=1e-7)
         assert (faces == mesh.triangles).all()
+
+
+@pytest.mark.parametrize("title", [b"", b"COLOR=\x00\x00\x00\xff"])
+def test_colours_of_stl_files_are_those_of_their_bits(title: bytes) -> None:
+    """Five each, and one that says whether a triangle has a colour: 1 then, and in Magics' files 0."""
+    shades = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    bits = (1 << 0, 1 << 5, 1 << 10) if title else (1 << 10, 1 << 5, 1 << 0)
+    corners = np.arange(9.0).reshape(3, 3) ** 2
+    rows = [
+        struct.pack("<12fH", 0, 0, 0, *(corners + k).ravel(), 31 * bit | (0 if title else 0x8000))
+        for k, bit in enumerate(bits)
+    ]
+    mesh = parse(title.ljust(80, b"\0") + struct.pack("<I", 3) + b"".join(rows), ".stl", "mesh")
+    assert (mesh.extras.face_colours == shades).all()
+
+
+def test_indices_are_counted_back_from_their_own_line() -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
+    twice = parse((text + text.replace("v 0 0 0", "v 0 0 5")).encode(), ".obj", "mesh")
+    assert twice.F.tolist() == twice.FTC.tolist() == [[0, 1, 2], [3, 4, 5]]
+
+
+def test_polygons_of_hundreds_of_corners_come_back(tmp_path: Path) -> None:
+    for n in (255, 256, 300):
+        around = 2 * np.pi * np.arange(n) / n
+        rim = np.column_stack((np.cos(around), np.sin(around), 0 * around))
+        mesh = as_mesh_file(rim, [[*range(n)], [1, 0, n // 2]])
+        for suffix in (".ply", ".obj"):
+            write_file(tmp_path / f"a{suffix}", mesh, rim[:, :2])
+            again = read_file(tmp_path / f"a{suffix}")
+            assert again.polygons.sizes.tolist() == [n, 3]
+            assert (again.V[again.polygons.corners] == rim[mesh.polygons.corners]).all()
 
 
 OFF, PLY, OBJ = POLYGONS["off"], POLYGONS["ply"], POLYGONS["obj"]

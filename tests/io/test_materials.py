@@ -67,6 +67,16 @@ def test_materials_go_from_obj_to_gltf_and_back(tmp_path: Path, suffix: str) -> 
     assert [names[k] for k in of] == [known[k] for k in wanted]
 
 
+def test_what_lets_light_through_is_opacity_or_its_contrary(tmp_path: Path) -> None:
+    (tmp_path / "box.obj").write_text(OBJ)
+    for line, alpha in (("d 0.25", 0.25), ("Tr 0.25", 0.75), ("Tr 0.25\nd 0.5", 0.5), ("Ns 1", 1)):
+        (tmp_path / "box.mtl").write_text(f"newmtl red\n{line}\nnewmtl blue\n")
+        assert {name: look[3] for name, look in looks(tmp_path / "box.obj").items()} == {
+            "red": alpha,
+            "blue": 1,
+        }
+
+
 def test_a_gltf_text_opens_elsewhere(tmp_path: Path) -> None:
     pygltflib, trimesh = pytest.importorskip("pygltflib"), pytest.importorskip("trimesh")
     scene(tmp_path / "in.glb")

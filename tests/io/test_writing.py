@@ -120,6 +120,15 @@ def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
     assert [parts[i] for i in part] == ["none_" if i < 0 else ("none", "x", "x.2")[i] for i in of % 4 - 1]
 
 
+@pytest.mark.parametrize("suffix", [".vtp", ".3mf"])
+def test_comments_that_a_format_does_not_keep_are_told(tmp_path, suffix: str) -> None:
+    pytest.importorskip({".vtp": "pyvista", ".3mf": "lib3mf"}[suffix])
+    V, F = igl.icosahedron()
+    mesh = replace(as_mesh_file(V, F), extras=Extras(comments=("made by hand",)))
+    with pytest.warns(MeshWarning, match="does not keep its comments"):
+        write_file(tmp_path / f"out{suffix}", mesh, V[:, :2])
+
+
 @pytest.mark.parametrize("suffix", ["ply", "obj"])
 def test_texture_coordinates_of_seams_come_back_as_they_were(tmp_path, suffix: str) -> None:
     V, F = igl.icosahedron()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import igl
@@ -122,6 +123,18 @@ def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
     assert made(tmp_path / "p.svg", (tab, faces)).pieces == 1
 
 
+@pytest.mark.parametrize("wide", [10.0, 2.5])
+def test_pieces_hang_together_where_they_share_the_longer_edge(tmp_path: Path, wide: float) -> None:
+    """Two walls in one piece stand on a floor, and on either its side of 4 or its other one."""
+    V = np.array([[0, 0, 0], [wide, 0, 0], [wide, 4, 0], [0, 4, 0], [0, 0, 1], [wide, 0, 1], [wide, 4, 1.0]])
+    F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
+    atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
+    assert len(atlas.charts) == 2
+    pattern = write_pattern(tmp_path / "p.svg", V, F, replace(atlas, given_seams=atlas.given_seams[:0]))
+    assert pattern.pieces == 1
+    assert sum(seam.length for seam in pattern.seams) == pytest.approx(min(wide, 4))
+
+
 def test_seams_that_were_asked_for_stay(tmp_path: Path) -> None:
     V, F = plate({(6, 4)}, 13, 9)
     across = np.flatnonzero(np.isclose(V[:, 0], 60))
@@ -179,6 +192,14 @@ def test_a_rectangle_lies_straight_on_as_few_pages_as_hold_it(tmp_path: Path, tu
     pattern = made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
     assert sorted(pattern.size) == pytest.approx([100, 251])
     assert pages(tmp_path / "p.pdf") <= (1 if pattern.size[0] > pattern.size[1] else 2)
+
+
+@pytest.mark.parametrize("length", [1850, 1920, 1990])
+def test_all_of_a_strip_is_on_a_page(tmp_path: Path, length: float) -> None:
+    V = np.array([[0, 0, 0], [length, 0, 0], [length, 60, 0], [0, 60, 0.0]])
+    made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
+    # of 297 mm a page shows 277, and 10 of these are on the next one, too; the strip begins after 10
+    assert 277 + 267 * (pages(tmp_path / "p.pdf") - 1) >= 10 + length
 
 
 def test_many_pieces_are_laid_side_by_side(tmp_path: Path) -> None:

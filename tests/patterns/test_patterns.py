@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import igl
 import numpy as np
 import pytest
+import shapely
 from carried import quads
 from nasty_meshes import NASTY
 
@@ -98,6 +99,11 @@ def test_svg_has_the_outline_in_millimetres(tmp_path: Path) -> None:
     (outline,) = lines["outline"]
     step = np.linalg.norm(outline - np.roll(outline, -1, axis=0), axis=1)
     assert set(np.round(step, 6).tolist()) <= {40.0, 60.0, 80.0}
+    upright = outline * [1, -1]  # y points down in SVG
+    np.testing.assert_allclose(upright - upright[0], pattern.outlines[0] - pattern.outlines[0][0], atol=1e-6)
+    ends = shapely.points([notch[1] for notch in lines["seam"]])
+    assert len(ends) == 2 * len(pattern.seams)
+    assert shapely.contains(shapely.Polygon(outline), ends).all()  # notches are drawn into the piece
     assert len(lines["fold"]) == len(pattern.folds) == 5
     texts = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
     for seam in pattern.seams:
@@ -121,6 +127,25 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
         assert seam.lengths[0] == pytest.approx(np.linalg.norm(np.diff(seam.sides[0], axis=0), axis=1).sum())
         covered += len(one) - 1
     assert covered == len(atlas.seams)
+
+
+def test_diagonals_of_bent_polygons_are_no_folds(tmp_path: Path) -> None:
+    V = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 20], [0, 10, 0.0]])
+    for F, folds in (([[0, 1, 3], [1, 2, 3]], 1), ([[0, 1, 2, 3]], 0)):
+        assert len(write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, progress=False)).folds) == folds
+
+
+def test_both_sides_of_a_seam_are_measured_apart() -> None:
+    square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
+    F = np.array([[0, 1, 2], [0, 2, 3]])
+    beside = square + np.array([100, 0, 0])
+    flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
+    V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
+    (seam,) = pattern_of(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
+    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # by which the map is larger
+    assert seam.length == 100
+    assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
+    assert seam.change == pytest.approx(-0.25 / scale)
 
 
 def test_dxf_is_read_by_ezdxf(tmp_path: Path) -> None:

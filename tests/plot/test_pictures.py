@@ -9,7 +9,7 @@ import pyvista as pv
 from conftest import best_fit_distance, load, pixels
 from pixels import colours, near, squares
 
-from igl_linabf import MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
+from igl_linabf import Cones, MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
 from igl_linabf.plot import (
     DARK,
     LIGHT,
@@ -282,6 +282,28 @@ def test_parts_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
         path.unlink()
         assert 0.1 < (image[..., :3].astype(int).sum(axis=-1) < 720).mean() < 0.95
         plotter.close()
+
+
+def test_a_surface_is_seen_from_its_front() -> None:
+    V, F = load("bumps")
+    uv = linabf(V, F)
+    for faces, map_ in ((F, uv), (F[:, ::-1], uv * [1, -1])):
+        plotter = plot_checkerboard(V, faces, map_)
+        normal = igl.per_face_normals(V, faces, np.zeros(3)).sum(axis=0)
+        assert normal @ np.array(plotter.camera.direction) < 0
+        plotter.close()
+
+
+def test_a_texture_has_the_period_of_the_atlas() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    atlas = unwrap(V, F, cones=Cones("auto", angles="quarter", period=1 / 50))
+    for plotter in (
+        plot_checkerboard(V, F, atlas, plotter=off_screen()),
+        plot_uv(atlas, atlas.FTC, plotter=off_screen()),
+    ):
+        mesh = plotter.meshes[0]
+        corners = mesh.active_texture_coordinates[mesh.regular_faces]
+        np.testing.assert_allclose(corners / 50, atlas.TC[atlas.FTC], atol=1e-6)
 
 
 def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:

@@ -22,6 +22,7 @@ from pixels import colours, near, squares
 from igl_linabf import MeshError
 from igl_linabf.io import read_texture
 from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
+from igl_linabf.plot.drawn_seams import DrawnSeams
 
 SIZE = (1400, 830)
 SIDES = 700  # pixels from above: below are the sliders and the help
@@ -268,9 +269,43 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
     viewer.take_back()
     assert len(viewer.drawn.paths) == 1
+    assert viewer.drawn.end == ends[1]  # the next click goes on from there
     viewer.take_back()
     assert viewer.drawn.edges == ()
+    assert viewer.drawn.end == ends[0]
     assert viewer.shown is whole
+
+
+def test_a_seam_ends_at_its_own_end_and_where_no_path_leads() -> None:
+    V, F = igl.icosahedron()
+    two = DrawnSeams(np.concatenate((V, V + 5)), np.concatenate((F, F + len(V))))
+    first, second = F[0, :2].tolist()
+    for vertex in (first, second, second):  # the click on its end ends it
+        two.to(vertex)
+    assert two.end is None
+    assert two.edges == ((min(first, second), max(first, second)),)
+    two.to(first)
+    two.to(int(F[0, 0]) + len(V))  # in another piece: a seam begins there
+    assert two.end == F[0, 0] + len(V)
+    assert len(two.paths) == 1
+
+
+def test_a_click_takes_the_side_that_is_seen() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    viewer = Viewer(V, F, off_screen=True)
+    viewer.plotter.show(auto_close=False)
+    renderer, drawn = viewer.plotter.renderers[0], viewer.shown.drawn
+    towards = -np.array(renderer.camera.direction)
+    middle = drawn.V[drawn.F].mean(axis=1)
+    face = int(np.argmax(middle @ (towards + np.array([0.2, 0.1, 0]))))  # off the axis
+    renderer.SetWorldPoint(*middle[face], 1.0)
+    renderer.WorldToDisplay()
+    x, y, _ = renderer.GetDisplayPoint()
+    viewer.pick(round(x), round(y))
+    assert viewer.picked is not None
+    picked, weights = viewer.picked
+    assert np.linalg.norm(weights @ drawn.V[drawn.F[picked]] - middle[face]) < 0.05
+    viewer.plotter.close()
 
 
 def test_saved_files_replace_none(tmp_path) -> None:

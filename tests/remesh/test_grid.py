@@ -163,6 +163,40 @@ def test_several_holes_in_one_cell_are_cut_apart() -> None:
     assert np.isclose(sum(area(grid.V[face]) for face in grid.faces), 81 - 9)
 
 
+def test_each_cell_with_a_hole_is_cut_in_two() -> None:
+    V, F = plate(12)
+    middle = np.floor(V[F].mean(axis=1)[:, :2])
+    punched = F[~(middle % 6 == 2).all(axis=1)]  # a square hole, through whose middle a cut meets no vertices
+    grid = quad_grid(V, punched, V[:, :2], 6.0)
+    assert sorted(area(grid.V[face]) for face in grid.faces) == pytest.approx([14.5] * 4 + [20.5] * 4)
+
+
+def test_the_boundary_turns_where_the_map_s_does() -> None:
+    V, F = plate(6)
+    square = V[:, :2] - 3
+    round_ = square * (np.abs(square).max(axis=1) / np.maximum(np.linalg.norm(square, axis=1), 1))[:, None]
+    grid = quad_grid(V, F, round_, 20.0)  # four cells, at whose corner the middle lies
+    assert len(grid.faces) == 4
+    rim = igl.boundary_facets(F)[0]
+    assert {tuple(p) for p in grid.uv.tolist()} >= {tuple(p) for p in round_[rim].reshape(-1, 2).tolist()}
+
+
+def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
+    V, F = plate(6)
+    uv = V[:, :2] + np.random.default_rng(0).uniform(-1e-11, 1e-11, (len(V), 2))
+    grid = quad_grid(V, F, uv, 1.0)
+    assert len(grid.faces) == len(grid.quads) == 36
+    assert len(grid.V) == 49
+
+
+def test_lines_across_a_thin_strip_count() -> None:
+    """It has little area for its length."""
+    V, F = plate(1)
+    thin = V * [1e8, 1e-3, 1]
+    with pytest.raises(MeshError, match="cells: give more"):
+        quad_grid(V, F, thin[:, :2], 1.0)
+
+
 def test_written_as_polygons_that_read_back(tmp_path) -> None:
     V, F = load("bumps")
     grid = quad_grid(V, F, linabf(V, F))

@@ -269,6 +269,21 @@ def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.C
         bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64)
     with pytest.raises(MeshError, match="no old texture"):
         bake_texture(V, F, atlas, TC, np.where(FTC == 3, -1, FTC), np.ones((2, 2)), 64)
+    with pytest.raises(MeshError, match="faces 0 have labels beyond the 2 images"):
+        labels = np.where(np.arange(len(F)) == 0, 2, 1)
+        bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64, labels=labels)
+
+
+def test_images_of_other_channels_are_moved_beside_each_other() -> None:
+    """Grey is as red, green and blue of one size, and without alpha an image is opaque."""
+    V, F, TC, FTC = closed_box()
+    atlas = unwrap(V, F, packing=Packing(resolution=64))
+    labels = np.arange(len(F)) // 4
+    shades = np.array([[0.3, 0.3, 0.3, 1], [0.1, 0.2, 0.3, 1], [0.5, 0.6, 0.7, 0.8]])
+    images = [np.full((2, 2, 1), 0.3), np.full((2, 2, 3), shades[1, :3]), np.full((2, 2, 4), shades[2])]
+    moved = bake_texture(V, F, atlas, TC, FTC, images, 64, labels=labels)
+    wanted = bake(V, F, atlas, np.repeat(shades[labels][:, None], 3, axis=1), 64)
+    assert np.abs(moved - wanted).max() < 1e-9
 
 
 def test_labels_tell_images_apart_and_pictures_clamp() -> None:

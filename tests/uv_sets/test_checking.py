@@ -71,6 +71,18 @@ def test_figures_of_a_plane_are_those_by_hand() -> None:
     assert found.good
 
 
+def test_figures_on_wide_pages_are_those_by_hand() -> None:
+    """A square of side 2 is 0.2 x 0.4 of a page of 1000 x 500 texels: 200 texels either way."""
+    V, F, TC, FTC = plane()
+    wide = TC * [1, 2]
+    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels are less
+    found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
+    assert (found.least_density, found.most_density, found.texel_density) == pytest.approx((100, 100, 100))
+    assert found.angle_distortion == pytest.approx(0)
+    assert (found.margin, found.border) == pytest.approx((20, 30))
+    assert found.fill == pytest.approx(3 * 0.08)
+
+
 def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
     V, F = quads()
     atlas = unwrap(V, F, packing=Packing(resolution=512, padding=6), progress=False)

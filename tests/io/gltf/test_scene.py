@@ -291,6 +291,27 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         read_file(tmp_path / "lh.surf.gii")
 
 
+@pytest.mark.parametrize("scale", [[-1, 1, 1], [1, -2, 1], [-1, -1, -3], [-1, -1, 1]], ids=str)
+def test_a_mirrored_mesh_keeps_its_outside(scale: list[float], tmp_path: Path) -> None:
+    V, F = igl.icosahedron()
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5125, "count": 60, "type": "SCALAR"},
+    ]
+    text = {
+        "asset": {"version": "2.0"},
+        "nodes": [{"children": [1], "scale": scale}, {"mesh": 0, "translation": [3, 0, 0]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": accessors,
+    }
+    glb(tmp_path / "in.glb", text, [V.astype("<f4").tobytes(), F.astype("<u4").tobytes()])
+    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    for mesh in (before, after):
+        np.testing.assert_allclose(mesh.V.mean(axis=0), np.array([3, 0, 0]) * scale, atol=1e-6)
+        a, b, c = (mesh.V[mesh.triangles] - mesh.V.mean(axis=0)).transpose(1, 0, 2)
+        assert (np.einsum("ij,ij->i", a, np.cross(b, c)) > 0).all()
+
+
 def test_units_scale_the_node_of_a_glb(tmp_path: Path) -> None:
     pytest.importorskip("lxml")
     pytest.importorskip("networkx")

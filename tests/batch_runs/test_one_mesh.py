@@ -1,0 +1,71 @@
+"""The row of a mesh says what its map is, and what was warned of; a full disk is no mesh's fault."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf import unwrap
+from igl_linabf.batch_runs import one_mesh
+from igl_linabf.batch_runs.one_mesh import Settings, Task, run
+from igl_linabf.batch_runs.table import Row
+from igl_linabf.flattening import method_of
+
+
+def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
+    """What becomes of a mesh."""
+    (folder / "out").mkdir(exist_ok=True)
+    igl.write_triangle_mesh(str(folder / "in.off"), V, F)
+    settings = Settings(how, method_of("linabf"), "obj")
+    row = Row(str(folder / "in.off"), "a.obj")
+    return run(Task(str(folder / "in.off"), row, str(folder / "out"), settings))
+
+
+def test_a_row_has_the_outcome_and_what_was_warned_of(tmp_path: Path) -> None:
+    V, F = load("bumps")
+    row = row_of(tmp_path, np.vstack((V, [9, 9, 9])), F, "flatten")
+    assert (row.outcome, row.triangles, row.charts, row.flips) == ("valid", len(F), 1, 0)
+    assert row.message == f"vertices {len(V)} belong to no face: they are left out and their uv is NaN"
+    row = row_of(tmp_path, *igl.icosahedron(), "flatten")
+    assert row.outcome == "refused"
+    assert "the mesh is closed" in row.message
+    assert row.charts is None
+
+
+def test_flipped_overlapping_and_other_faults_are_told_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = igl.loop(*igl.icosahedron(), 2)
+    atlas = unwrap(V, F, progress=False)
+    (chart, *others) = atlas.charts
+    for outcome, made, said in (
+        ("valid", atlas, ""),
+        ("flipped", replace(atlas, quality=replace(atlas.quality, flips=1)), "so small"),
+        (
+            "overlapping",
+            replace(atlas, charts=(replace(chart, overlapping=2), *others)),
+            "lies over itself in 2",
+        ),
+        ("faulty", replace(atlas, max_stretch=1.0), "has an L2 stretch of"),
+    ):
+        monkeypatch.setattr(one_mesh, "unwrap", lambda *_, made=made, **__: made)
+        row = row_of(tmp_path, V, F)
+        assert row.outcome == outcome
+        assert said in row.message
+
+
+def test_a_disk_that_is_full_ends_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(one_mesh, "write_atomically", full)
+    with pytest.raises(OSError, match="No space"):
+        row_of(tmp_path, *igl.icosahedron())
+    monkeypatch.setattr(one_mesh, "unwrap", lambda *_, **__: 1 / 0)
+    row = row_of(tmp_path, *igl.icosahedron())
+    assert (row.outcome, row.message) == ("failed", "ZeroDivisionError: division by zero")

@@ -1,0 +1,46 @@
+"""What errors list, what is a number, and whose line a warning names."""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from igl_linabf import MeshWarning
+from igl_linabf.errors import is_number, some, stack_level
+
+
+def test_the_first_few_are_listed_and_all_are_counted() -> None:
+    assert some(np.arange(5)) == "0, 1, 2, 3, 4"
+    assert some(np.arange(6)) == "0, 1, 2, 3, 4, ... (6 in all)"
+    assert some([[1, 2], [3, 4]], limit=1) == "[1, 2], ... (2 in all)"
+
+
+def test_numbers_within_bounds() -> None:
+    for good in (0, 1, 0.5, np.float32(0.25), np.int8(1), np.array(1)):
+        assert is_number(good, 0, 1)
+    for bad in (True, np.True_, "1", b"1", None, [1], np.array([1]), np.nan, 1j, -1e-9, 1 + 1e-9, 10**400):
+        assert not is_number(bad, 0, 1)
+    assert is_number(np.inf) and not is_number(np.inf, 0, np.finfo(float).max)
+    assert is_number(0, 0) and not is_number(0, 0, above=True)
+    assert is_number(2.0, whole=True) and not is_number(2.5, whole=True)
+
+
+def test_a_warning_names_the_line_that_called_the_library() -> None:
+    """However deep in it, and through context managers."""
+    inside: dict[str, object] = {
+        "__name__": "igl_linabf.somewhere",
+        "contextmanager": contextmanager,
+        "warn": lambda level: warnings.warn("told", MeshWarning, stacklevel=level + 1),
+        "stack_level": stack_level,
+    }
+    exec(
+        "@contextmanager\ndef managed():\n    warn(stack_level())\n    yield\n"
+        "def public():\n    with managed():\n        pass\n",
+        inside,
+    )
+    with pytest.warns(MeshWarning) as told:
+        inside["public"]()  # type: ignore[operator]
+    assert told[0].filename == __file__
