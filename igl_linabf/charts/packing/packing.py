@@ -146,6 +146,11 @@ class Wish:
         if self.side is None:
             return self
         side, unit = (times_power_of_two(number, power) for number in (self.side, self.unit))
+        if not 0 < side < np.inf:
+            raise MeshError(
+                f"a page that is {self.side:g} units of length wide is out of all proportion to a surface of "
+                f"about 2**{-power}: change texel_density"
+            )
         return replace(self, side=side, unit=unit)
 
 

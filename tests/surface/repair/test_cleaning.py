@@ -193,6 +193,9 @@ def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
     with np.errstate(over="ignore"):  # infinite where double precision ends
         assert np.isclose(atlas.scale, np.ldexp(plain.scale, -power))
         assert np.isclose(atlas.seam_length, np.ldexp(plain.seam_length, power))
+    density = 1e-300 if power < 0 else 1e300
+    with pytest.warns(MeshWarning), pytest.raises(MeshError, match=r"out of all proportion.*: change"):
+        unwrap(np.ldexp(V, power), F[1:], packing=Packing(resolution=64, texel_density=density))
 
 
 def test_a_coordinate_that_is_not_finite_is_the_one_refusal() -> None:
