@@ -4,7 +4,10 @@ without a place. `benchmarks/fuzz.py` runs ten thousand of these cases."""
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 
+import gltf_files
+import igl
 import numpy as np
 import pytest
 from fuzzing import KINDS, run_all
@@ -14,6 +17,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import igl_linabf as il
+from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.io.formats import parse
 from igl_linabf.io.mesh_file import at_triangles
 
@@ -104,6 +108,70 @@ def test_damaged_files_are_read_or_refused(seed: int, suffix: str) -> None:
     rng = np.random.default_rng(seed)
     files = good_files(rng)[suffix[1:]]
     refused_or_read(mutated(files[rng.integers(len(files))], rng), suffix)
+
+
+def scene(folder: Path, name: str) -> None:
+    """A whole file of the formats of scenes, and of those that other packages read."""
+    if name == "a.glb":
+        gltf_files.scene(folder / name)
+        return
+    V, F = igl.icosahedron()
+    atlas = il.unwrap(V, F)
+    TC, FTC = (il.linabf(V, F[1:]), None) if name in ("a.surf.gii", "a.surf") else (atlas.TC, atlas.FTC)
+    write_mesh(folder / name, V, F if FTC is not None else F[1:], TC, FTC)
+
+
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf", "a.vtp", "a.surf.gii", "a.surf", "a.3mf"])
+def test_damaged_scenes_and_files_of_packages_are_read_or_refused_in_one_sentence(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    package = {".vtp": "pyvista", ".gii": "nibabel", ".surf": "nibabel", ".3mf": "lib3mf"}
+    pytest.importorskip(package.get(Path(name).suffix, "igl_linabf"))
+    scene(tmp_path, name)
+    data, refused = (tmp_path / name).read_bytes(), 0
+    for seed in range(100):
+        (tmp_path / name).write_bytes(mutated(data, np.random.default_rng(seed)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", il.MeshWarning)
+            try:
+                mesh = read_file(tmp_path / name)
+            except il.MeshError as error:
+                assert name in str(error)
+                assert "\n" not in str(error)
+                refused += 1
+                continue
+        assert mesh.triangles.min() >= 0
+        assert mesh.triangles.max() < len(mesh.V)
+    assert refused > 50
+    assert capfd.readouterr() == ("", "")  # VTK, for one, prints errors and goes on
+
+
+def test_a_vtp_with_one_texture_coordinate_a_point_has_no_map_and_keeps_the_numbers(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    V, F = igl.icosahedron()
+    given = pyvista.PolyData.from_regular_faces(V, F)
+    given.point_data["ramp"] = np.arange(12.0)
+    given.GetPointData().SetActiveTCoords("ramp")
+    given.save(tmp_path / "a.vtp")
+    mesh, atlas = read_file(tmp_path / "a.vtp"), il.unwrap(V, F)
+    assert mesh.TC is None
+    write_file(tmp_path / "b.vtp", mesh, atlas.TC, atlas.FTC)
+    found = pyvista.read(tmp_path / "b.vtp")
+    assert np.allclose(found.points[found["ramp"] == 5], V[5])
+    with pytest.warns(il.MeshWarning, match="the arrays ramp"):
+        write_file(tmp_path / "b.obj", mesh, atlas.TC, atlas.FTC)
+
+
+def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_told(tmp_path: Path) -> None:
+    pytest.importorskip("nibabel")
+    scene(tmp_path, "a.surf.gii")
+    text = (tmp_path / "a.surf.gii").read_text("utf-8")
+    head, _, rest = text.partition("<MatrixData>")
+    assert rest
+    (tmp_path / "a.surf.gii").write_text(f"{head}<MatrixData>1 0 0 0\n{rest}", "utf-8")
+    mesh = read_file(tmp_path / "a.surf.gii")
+    with pytest.warns(il.MeshWarning, match="its systems of coordinates"):
+        write_file(tmp_path / "b.obj", mesh, mesh.V[:, :2])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import LinABF, abf, flatten, linabf
+from igl_linabf import LinABF, abf, flatten, linabf, lscm, unwrap
 
 NAMES = ("bumps", "cortex", "disk__igl_camel_b.obj", "disk__igl_lion.off", "stress__optcuts_golf.obj")
 
@@ -89,7 +89,15 @@ def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
     V, F = load("bumps")
     before = V.copy(), F.copy()
     V.flags.writeable = F.flags.writeable = False
-    assert (linabf(V, F) == linabf(V, F)).all()
+    for call in (
+        linabf,
+        abf,
+        lscm,
+        lambda *mesh: flatten(*mesh, "isometric").uv,
+        lambda *mesh: unwrap(*mesh).TC,
+        lambda *mesh: unwrap(*mesh, cones=2).TC,
+    ):
+        assert (call(V, F) == call(V, F)).all()
     assert (before[0] == V).all()
     assert (before[1] == F).all()
 

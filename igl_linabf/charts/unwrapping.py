@@ -174,7 +174,7 @@ def unwrap(
             made = charts_with_cones(surface, placed, options.method, ends)
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
-            wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
+            wish = replace(wish.scaled(cleaned.power), upright=upright)
             may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
             if may_cut and wish.side is None:

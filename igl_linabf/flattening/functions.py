@@ -24,6 +24,7 @@ from ..surface import (
     complex_positions,
     coordinates,
     direction_in_space,
+    flipped_faces,
     mapped_direction,
     of_size_one,
     pins,
@@ -360,7 +361,8 @@ def flatten(
     Warns
     -----
     MeshWarning
-        `up` points nowhere on the surface; the map is not turned.
+        `up` points nowhere on the surface, and the map is not turned; or faces are at the end of double
+        precision, and rounding would turn them over if the map were turned or scaled as asked.
     OutcomeWarning
         The map is stretched beyond use, as that of a long tube is; `unwrap` cuts it.
 
@@ -412,14 +414,15 @@ def flatten_checked(
         if fit == "lengths":
             begin = perf_counter()
             surface = Submesh.of_arrays(mesh.V, mesh.faces)
-            made = replace(made, uv=made.uv * Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv))
+            scale = Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv)
+            made = _moved(mesh, made, made.uv * scale, "scaled")
             seconds["fit"] = perf_counter() - begin
     if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
     if upwards is not None:
-        made = replace(made, uv=_turned_up(mesh, made.uv, upwards))
+        made = _moved(mesh, made, _turned_up(mesh, made.uv, upwards), "turned")
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
@@ -472,6 +475,20 @@ def _checked_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
         what = "pins" if has_pins else "the rectangle's corners"
         raise ValueError(f"up does not go together with {what}, which place the map: leave out one of them")
     return direction_in_space(up, "up")
+
+
+def _moved(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
+    """The result with its map moved; it stays where it is if rounding would turn other triangles over."""
+    changed = np.setxor1d(flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
+    if not len(changed):
+        return replace(made, uv=uv)
+    warnings.warn(
+        f"the map is not {how}: faces {some(changed)} are at the end of double precision, and "
+        "rounding would turn them over; cut the mesh, as igl_linabf.unwrap does",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+    return made
 
 
 def _turned_up(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from ..surface import (
     compact,
     complex_positions,
     coordinates,
+    count_vertices,
     face_array,
     flipped_faces,
     loop_through,
@@ -214,7 +215,7 @@ def layout(
     """
     check_method(method)
     faces = face_array(F)
-    n = int(faces.max()) + 1
+    n = count_vertices(faces)
     vertices, compacted = compact(faces, n)
     topology = planar_topology(compacted, vertices)
     if outer is not None:

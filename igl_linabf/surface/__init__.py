@@ -11,6 +11,7 @@ from .arrays import (
     Pins,
     check_finite,
     compact,
+    count_vertices,
     distinct_corners,
     face_array,
     map_array,
@@ -38,6 +39,7 @@ from .plane import (
     move_to_pins,
     of_size_one,
     signed_double_areas,
+    times_power_of_two,
     unit_vectors,
 )
 from .polygons import Faces, Polygons, Triangles

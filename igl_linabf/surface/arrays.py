@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .constants import LARGEST_COORDINATE
+from .constants import LARGEST_COORDINATE, MOST_VERTICES
 
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 
@@ -64,6 +64,17 @@ def check_indices(F: IntArray, n: int) -> None:
             f"faces {some(bad)} refer to vertices outside 0..{n - 1} "
             f"(face {bad[0]} is {F[bad[0]].tolist()}): {hint}"
         )
+
+
+def count_vertices(F: IntArray) -> int:
+    """One more than the largest index of faces, where no positions tell how many vertices there are."""
+    bad = np.flatnonzero((F >= MOST_VERTICES).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} refer to vertices beyond {MOST_VERTICES - 1}, more than memory holds "
+            f"(face {bad[0]} is {F[bad[0]].tolist()}): correct F"
+        )
+    return max(int(F.max()) + 1, 1)
 
 
 def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:

@@ -7,6 +7,10 @@
 LARGEST_COORDINATE = 1e60
 SMALLEST_COORDINATE = 1e-60
 
+# Vertices that faces may refer to where no positions tell how many there are. More would ask for gigabytes
+# before any check; fewer refuse large meshes. tests/flattening/test_flattener.py
+MOST_VERTICES = 2**31
+
 # Flat maps
 
 # Ratio of a map's largest area scale to its smallest one, up to which double precision is enough. Beyond,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
-from .arrays import check_finite, check_indices, compact, face_array, vertex_array
+from .arrays import check_finite, check_indices, compact, count_vertices, face_array, vertex_array
 from .submesh import Submesh
 from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer_loop
 
@@ -136,7 +136,7 @@ class PlanarFaces:
     def of(cls, F: ArrayLike) -> PlanarFaces:
         """Check the triangles; raises as `planar_mesh` where it concerns them."""
         faces = face_array(F)
-        vertices, numbered = compact(faces, max(int(faces.max()) + 1, 1))
+        vertices, numbered = compact(faces, count_vertices(faces))
         return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
 
     def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:

@@ -33,6 +33,12 @@ def of_size_one(uv: FloatArray) -> FloatArray:
     return np.ldexp(uv, -int(np.frexp(largest)[1]))
 
 
+def times_power_of_two(number: float, power: int) -> float:
+    """The number times this power of two; infinite where double precision ends."""
+    with np.errstate(over="ignore"):
+        return float(np.ldexp(number, power))
+
+
 def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
     """Angles of the triangles of a flat map (#V,), (3, #F) radians; positive, flipped or not."""
     at = z[corner]

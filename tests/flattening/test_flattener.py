@@ -83,6 +83,16 @@ def test_bad_positions_are_refused_as_by_flatten(change: object, said: str) -> N
         il.Flattener(F).flatten(change(V))
 
 
+@pytest.mark.parametrize("far", [2**31, 2**53, 2**63 - 1])
+def test_faces_of_vertices_beyond_all_memory_are_named(far: int) -> None:
+    F = load("bumps")[1].copy()
+    F[3, 1] = far
+    with pytest.raises(il.MeshError, match=r"faces 3 refer to vertices beyond .*: correct F"):
+        il.Flattener(F)
+    with pytest.raises(il.MeshError, match=r"faces 3 refer to vertices beyond .*: correct F"):
+        il.layout(F, np.full(F.shape, np.pi / 3))
+
+
 def test_what_is_no_disk_is_refused_at_once() -> None:
     V, F = igl.icosahedron()
     for bad in (F, F[:0], F * 0, -F):

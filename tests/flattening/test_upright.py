@@ -7,6 +7,8 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
+from conftest import load
+from own_measures import exactly_flipped
 
 from igl_linabf import Flattener, MeshWarning, flatten
 from igl_linabf.cli import main
@@ -43,6 +45,16 @@ def test_what_points_nowhere_is_said() -> None:
     with pytest.warns(MeshWarning, match=r"points nowhere on this surface: the map is not turned"):
         made = flatten(flat, F, up=(0, 0, 1))
     assert np.array_equal(made.uv, flatten(flat, F).uv)
+
+
+@pytest.mark.parametrize("asked", [{"up": (0, 0, 1)}, {"up": (1, 2, 3)}, {"fit": "lengths"}], ids=str)
+def test_no_triangle_is_turned_over_by_moving_the_map(asked: dict) -> None:
+    V, F = load("limb")  # its map ends where double precision does
+    plain = flatten(V, F)
+    with pytest.warns(MeshWarning, match="the map is not (turned|scaled): faces .* at the end of double"):
+        made = flatten(V, F, **asked)
+    assert np.array_equal(made.uv, plain.uv)
+    assert len(made.flipped) == exactly_flipped(made.uv, F)
 
 
 def test_what_places_the_map_keeps_it() -> None:

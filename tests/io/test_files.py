@@ -1,4 +1,4 @@
-"""OBJ, PLY and GLB as other programs read them; texture coordinates from OBJ."""
+"""Files as other programs read them, whole or not there; texture coordinates from OBJ."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import MeshError
-from igl_linabf.io import read_texture, write_mesh
+from igl_linabf import MeshError, unwrap, write_pattern
+from igl_linabf.io import read_texture, write_image, write_mesh
 
 V, F = igl.icosahedron()
 V = V + np.pi
@@ -108,8 +108,10 @@ def test_glb_is_as_its_standard_says(tmp_path: Path) -> None:
     assert np.allclose(corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # surfaces lose numbers of vertices at seams
+@pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
 def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip({"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel"}.get(suffix, "numpy"))
     path = tmp_path / f"atlas.{suffix}"
     path.write_text("old")
     with pytest.raises(MeshError, match=r"faces 7 have corners .* in TC are NaN"):
@@ -117,6 +119,23 @@ def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.Mo
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
         write_mesh(path, V, F, TC, FTC)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("suffix", ["svg", "dxf", "pdf", "png"])
+def test_drawings_and_pictures_are_whole_or_not_at_all(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip({"svg": "svgwrite", "dxf": "ezdxf", "pdf": "matplotlib"}.get(suffix, "PIL"))
+    path, atlas = tmp_path / f"a.{suffix}", unwrap(V, F)
+    path.write_text("old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        if suffix == "png":
+            write_image(path, np.zeros((4, 4, 3)))
+        else:
+            write_pattern(path, V, F, atlas)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 

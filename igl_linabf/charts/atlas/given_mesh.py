@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._types import BoolArray, IntArray
 from ...measures import Quality
-from ...surface import Cleaned, seam_mask
+from ...surface import Cleaned, seam_mask, times_power_of_two
 from .atlas import Atlas
 
 NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of no face
@@ -32,8 +32,8 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
         given_seams=cleaned.origin[atlas.given_seams],
-        seam_length=atlas.seam_length * 2.0**-cleaned.power,
-        scale=atlas.scale * 2.0**cleaned.power,
+        seam_length=times_power_of_two(atlas.seam_length, -cleaned.power),
+        scale=times_power_of_two(atlas.scale, cleaned.power),
         cones=cleaned.origin[atlas.cones],
         repairs=cleaned.repairs,
     )

@@ -13,7 +13,14 @@ from numpy.typing import ArrayLike
 from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError, some
-from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
+from ...surface import (
+    Ragged,
+    Submesh,
+    complex_positions,
+    coordinates,
+    signed_double_areas,
+    times_power_of_two,
+)
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
@@ -134,9 +141,17 @@ class Wish:
             return cls(Spacing.of(packing), None, 1 if pages is None else pages, size)
         return cls(Spacing.of(packing), size[0] / packing.texel_density, pages, size)
 
-    def in_units(self, length: float) -> Wish:
-        """The same, for charts that have been scaled by `length`."""
-        return self if self.side is None else replace(self, side=self.side * length, unit=self.unit * length)
+    def scaled(self, power: int) -> Wish:
+        """The same, for charts that have been scaled by this power of two."""
+        if self.side is None:
+            return self
+        side, unit = (times_power_of_two(number, power) for number in (self.side, self.unit))
+        if not 0 < side < np.inf:
+            raise MeshError(
+                f"a page that is {self.side:g} units of length wide is out of all proportion to a surface of "
+                f"about 2**{-power}: change texel_density"
+            )
+        return replace(self, side=side, unit=unit)
 
 
 def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[PackedChart]:

@@ -78,7 +78,7 @@ def _others(image: Any) -> list[Any]:
 
 def _says_where(system: Any) -> bool:
     """Whether a system of coordinates tells the space of points, or leads to another one."""
-    return bool(system.dataspace or system.xformspace or (np.asarray(system.xform) != np.eye(4)).any())
+    return bool(system.dataspace or system.xformspace or not np.array_equal(system.xform, np.eye(4)))
 
 
 def _rgba_of_points(image: Any, n: int) -> FloatArray | None:

@@ -29,9 +29,7 @@ class VtpFile:
 def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
     pyvista = import_optional("pyvista")
-    mesh = call_reader(pyvista.read, path)
-    if not isinstance(mesh, pyvista.PolyData):
-        raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
+    mesh = call_reader(_read, path)
     more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
         mesh = without_strips(mesh)
@@ -41,7 +39,7 @@ def parse_vtp(path: Path) -> MeshFile:
     polygons = polygons_of(Column(corners, sizes))
     if (polygons.sizes < 3).any():
         raise Damaged("it has polygons of less than three corners")
-    TC = mesh.active_texture_coordinates
+    texture = _texture(mesh.GetPointData())
     normals = mesh.point_data.active_normals
     arrays = _arrays(mesh)
     tangents = "its tangents" if _named(mesh.GetPointData(), TANGENTS) else ""
@@ -54,10 +52,24 @@ def parse_vtp(path: Path) -> MeshFile:
         source=VtpFile(mesh, (arrays,)),
     )
     made = checked_mesh_file(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
-    if TC is None:
+    if texture is None:
         return made
-    map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
+    TC = np.asarray(mesh.point_data[texture], dtype=np.float64)[:, :2]
+    map_, same = np.unique(TC, axis=0, return_inverse=True)
     return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+
+
+def _read(path: str) -> Any:
+    """What VTK reads. It prints what is damaged and goes on without: the first of its errors is raised."""
+    pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
+    with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
+        reader = readers.vtkXMLPolyDataReader()
+        reader.SetFileName(path)
+        reader.Update()
+    errors = [event.alert for event in caught.events if event.kind.upper() != "WARNING"]
+    if errors:
+        raise Damaged(errors[0].splitlines()[0])
+    return pyvista.wrap(reader.GetOutput())
 
 
 def _cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
@@ -99,7 +111,8 @@ def without_strips(mesh: Any) -> Any:
 
 def _arrays(mesh: Any) -> str:
     """The arrays that are nothing but numbers, as a warning names them."""
-    taken = {_named(mesh.GetPointData(), i) for i in (NORMALS, TEXTURE, TANGENTS)}
+    points = mesh.GetPointData()
+    taken = {_named(points, NORMALS), _texture(points), _named(points, TANGENTS)}
     taken |= {_colour_array(mesh.point_data), _colour_array(mesh.cell_data)}
     held = (*mesh.point_data.items(), *mesh.cell_data.items(), *mesh.field_data.items())
     names = [name for name, _ in held if name not in taken]
@@ -110,6 +123,12 @@ def _named(data: Any, attribute: int) -> str | None:
     """The array of VTK that is this attribute."""
     array = data.GetAbstractAttribute(attribute)
     return None if array is None else str(array.GetName())
+
+
+def _texture(points: Any) -> str | None:
+    """The array of texture coordinates; one number a point is no place in an image."""
+    name = _named(points, TEXTURE)
+    return name if name is not None and points.GetArray(name).GetNumberOfComponents() > 1 else None
 
 
 def _colour_array(arrays: Any) -> str | None:
@@ -135,7 +154,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     written = pyvista.PolyData(mesh.V[rows], faces)
     name = NEW_TEXTURE
     if isinstance(source, VtpFile):
-        name = _named(source.mesh.GetPointData(), TEXTURE) or NEW_TEXTURE
+        name = _texture(source.mesh.GetPointData()) or NEW_TEXTURE
         keep_data_of_polydata(written, source.mesh, rows)
     else:
         if extras.colours is not None:
@@ -156,7 +175,8 @@ def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
     The old texture coordinates, and the tangents made of them, are left out.
     """
     first = given.n_verts + given.n_lines  # cells of points and lines come before
-    made_of_the_map = {_named(given.GetPointData(), attribute) for attribute in (TEXTURE, TANGENTS)}
+    points = given.GetPointData()
+    made_of_the_map = {_texture(points), _named(points, TANGENTS)}
     for name, values in given.point_data.items():
         if name not in made_of_the_map:
             written.point_data[name] = np.asarray(values)[rows]

@@ -26,8 +26,9 @@ def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None
     assert shapely.union_all(shapes).area == pytest.approx(sum(s.area for s in shapes), rel=1e-9)
 
 
-def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
+def test_bijective_keeps_one_chart_and_says_what_it_costs(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = spiral()
+    monkeypatch.setattr(constants, "SCAF_SECONDS", 300.0)  # however busy the machine is
     atlas = unwrap(V, F, Seams(bijective=True))
     (chart,) = atlas.charts
     assert chart.overlapping == 0
@@ -36,11 +37,21 @@ def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
-def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        ({"SCAF_SECONDS": 0.0, "SCAF_SECONDS_PER_FACE": 1e-9}, "did not end within"),
+        ({"SCAF_SECONDS": 300.0, "MAX_SCAF_STRETCH_FACTOR": 0.99}, "would stretch the chart by .* by"),
+    ],
+    ids=["time", "stretch"],
+)
+def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
+    limits: dict[str, float], why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     V, F = spiral()
-    monkeypatch.setattr(constants, "SCAF_SECONDS", 0.0)
-    monkeypatch.setattr(constants, "SCAF_SECONDS_PER_FACE", 1e-9)
-    with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
+    for name, value in limits.items():
+        monkeypatch.setattr(constants, name, value)
+    with pytest.warns(FallbackWarning, match=f"cut apart, not moved.*{why}"):
         atlas = unwrap(V, F, Seams(bijective=True))
     assert atlas.splits
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0

@@ -222,6 +222,23 @@ def test_clean_meshes_stay_as_they_are() -> None:
         assert (one.FTC == two.FTC).all()
 
 
+@pytest.mark.parametrize("power", [-1070, -1000, 1000, 1023])
+def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
+    V, F = igl.icosahedron()
+    V = np.round(V * 8) / 8  # exact at all powers
+    plain = unwrap(V, F[1:])
+    with pytest.warns(MeshWarning, match="scaled by a power of two"):
+        atlas = unwrap(np.ldexp(V, power), F[1:])
+    assert atlas.good
+    assert np.allclose(atlas.TC, plain.TC)
+    with np.errstate(over="ignore"):  # infinite where double precision ends
+        assert np.isclose(atlas.scale, np.ldexp(plain.scale, -power))
+        assert np.isclose(atlas.seam_length, np.ldexp(plain.seam_length, power))
+    density = 1e-300 if power < 0 else 1e300
+    with pytest.warns(MeshWarning), pytest.raises(MeshError, match=r"out of all proportion.*: change"):
+        unwrap(np.ldexp(V, power), F[1:], packing=Packing(resolution=64, texel_density=density))
+
+
 def test_a_coordinate_that_is_not_finite_is_the_one_refusal() -> None:
     V, F = sphere(0)
     V[3] = np.nan
