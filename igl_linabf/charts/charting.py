@@ -23,6 +23,7 @@ from ..measures import (
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
+from .cut_graphs import ClosedSurface, isometric_stretch
 from .features import extent
 from .options import ChartOptions
 from .seams import MAX_FACES_OF_MEDIUM_BODY
@@ -193,6 +194,9 @@ class _Mapped:
 
 def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
+    evens = splits < constants.MAX_LEAF_ROUNDS and options.even_stretch < np.inf
+    if evens and len(seams := _to_even_texels(piece, _stretch_to_expect(piece), options)):
+        return _anew(piece.cut_along(seams))
     made = _mapped(piece, splits, options, known)
     if isinstance(made, _Mapped) and len(made.pairs):
         made = _without_overlaps(piece, made, splits, options)
@@ -201,6 +205,8 @@ def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap |
     stretch = made.change.stretch if made.quality is None else made.quality.stretch_l2
     weighed = options.weighs_stretch and not made.without_tips
     if weighed and len(seams := _worth_of_map(piece, stretch, made.change, splits, options)):
+        return _anew(piece.cut_along(seams))
+    if evens and len(seams := _to_even_texels(piece, stretch, options)):
         return _anew(piece.cut_along(seams))
     if stretch > options.most_stretch and (parts := _less_stretched(piece, splits, options)):
         return _anew(parts)
@@ -401,6 +407,21 @@ def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[
     if splits < constants.MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, options)):
         return piece.cut_along(leaves)
     return bisect(piece) if splits < constants.MAX_SPLITS_FOR_STRETCH else []
+
+
+def _stretch_to_expect(piece: Submesh) -> float:
+    """The L2 stretch of a piece's isometric map, which takes far longer."""
+    closed = ClosedSurface.of(piece, isometric=True)
+    holes = np.arange(closed.graph.n_holes)
+    return isometric_stretch(closed, holes) if len(holes) else 1.0
+
+
+def _to_even_texels(piece: Submesh, stretch: float, options: ChartOptions) -> IntArray:
+    """More seams for a piece of too much stretch: the more it is, the more they may cost."""
+    uneven = (stretch - 1) / (options.even_stretch - 1)
+    if uneven <= 1:
+        return _NO_SEAM
+    return replace(options, trade=uneven * options.trade).seams_of(piece, disks=True)
 
 
 def _more_leaves(piece: Submesh, options: ChartOptions) -> IntArray:

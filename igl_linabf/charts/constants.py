@@ -61,6 +61,11 @@ MAX_TIP_ROUNDS = 3
 # for what does not help. tests/charts/splitting/test_splitting.py
 FEW_OVERLAPPING = 0.02
 
+# L2 stretch beyond 1 that an isometric map of a piece is expected to have by the default `trade`, above which
+# the piece gets more seams. Less cuts for what nobody sees; more leaves the texels of large, bumpy meshes
+# uneven. benchmarks/generated.py
+UNEVEN_STRETCH = 0.03
+
 # Halvings of a chart that is stretched more than is asked for, or beyond use, and of its parts. Fewer leave
 # it so; more halve what halves do not help. tests/charts/test_unwrapping.py
 MAX_SPLITS_FOR_STRETCH = 64

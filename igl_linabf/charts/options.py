@@ -184,6 +184,13 @@ class ChartOptions:
         return UNUSABLE_STRETCH if self.may_find_seams else np.inf
 
     @property
+    def even_stretch(self) -> float:
+        """L2 stretch to expect of an isometric map above which a piece gets more seams."""
+        if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
+            return np.inf
+        return 1 + constants.UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)
+
+    @property
     def weighs_stretch(self) -> bool:
         """Whether charts are cut further where a seam is worth the stretch that it saves."""
         return self.may_find_seams and not self.holes and self.max_stretch is None

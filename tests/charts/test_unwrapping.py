@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 import warnings
 from dataclasses import replace
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 from commands import run
-from conftest import CLOSED, load, pixels
+from conftest import CLOSED, ROOT, load, pixels
 from overlapping_surfaces import spiral
 
 from igl_linabf import (
@@ -352,3 +353,14 @@ def test_labels_of_polygons_are_those_of_faces() -> None:
 def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
     with pytest.raises(MeshError, match=said):
         unwrap(*igl.icosahedron(), Seams(labels=labels))
+
+
+def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    generated = importlib.import_module("generated").generated
+    V, F = generated("box", 96, 0.03, 1)
+    few, even = (unwrap(V, F, Seams(trade=trade), "isometric") for trade in (2.0, 6.0))
+    assert even.good
+    assert few.seam_length < even.seam_length
+    assert even.quality.stretch_l2 < 1.035 < few.quality.stretch_l2
+    assert even.quality.texel_spread < 2.45 < few.quality.texel_spread

@@ -12,4 +12,4 @@ from .graph import SurfaceGraph, join_terminals, without_stubs
 from .handles import open_handles
 from .laplacians import DirichletSolver
 from .shortening import slide_into_valleys
-from .stretch import expected, expected_stretch, log_scale
+from .stretch import expected, expected_stretch, isometric_stretch, log_scale

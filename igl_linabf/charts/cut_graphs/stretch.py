@@ -17,15 +17,30 @@ from .closed_surface import ClosedSurface
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
-    """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
+    """L2 stretch of the map of a surface cut at the nodes `fixed`, and what a cut to each node helps, (n,).
 
-    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
+    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`. A cut helps a conformal map
+    where its log scale u is farthest from zero. It lets w of an isometric one be something else at the node;
+    how fast the integral of w^2 then falls is the solution of L x = w.
     """
-    weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
     if not closed.isometric:
-        return expected_stretch(closed, u), u
+        u = log_scale(closed, fixed, closed.curvature)
+        return expected_stretch(closed, u), np.abs(u)
+    stretch, w = _isometric(closed, fixed)
+    slope = closed.laplacian.dirichlet.solve(fixed, closed.area / closed.area.sum() * w)
+    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), np.abs(slope)
+
+
+def isometric_stretch(closed: ClosedSurface, fixed: IntArray) -> float:
+    """The L2 stretch of an isometric map of the surface cut at the nodes `fixed`: 1 for none."""
+    return _isometric(closed, fixed)[0]
+
+
+def _isometric(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
+    """The L2 stretch of an isometric map, and the trace w of its strain."""
+    weight = closed.area / closed.area.sum()
     w = _trace(closed, fixed, weight)
-    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * 0.75 * float(weight @ w**2), u
+    return 1 + 0.75 * float(weight @ w**2), w
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..._runtime import advance
-from ..._types import IntArray
+from ..._types import FloatArray, IntArray
 from ...surface import Submesh
 from ..cut_graphs import (
     ClosedSurface,
@@ -106,20 +106,33 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
     for _ in range(constants.MAX_LEAVES):
         if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # no stretch is less than 1
             break
-        stretch, u = expected(closed, closed.graph.boundary_nodes(seam))
+        fixed = closed.graph.boundary_nodes(seam)
+        stretch, gain = expected(closed, fixed)
         cost = stretch + closed.graph.length_of(seam) / closed.size / trade
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
-        leaf = int(np.argmax(np.abs(u) / closed.node_hiding))
-        if in_vain == constants.MAX_LEAVES_IN_VAIN or u[leaf] == 0:
+        if in_vain == constants.MAX_LEAVES_IN_VAIN or not gain.any():
             break
-        _, before, _ = closed.graph.shortest_paths(closed.graph.boundary_nodes(seam))
+        far, before, _ = closed.graph.shortest_paths(fixed)
+        leaf = int(np.argmax(gain_of_leaves(closed, gain, far)))
         way = closed.graph.path_edges(before, [leaf])
         seam = np.append(seam, way) if mirror is None else mirror.with_both(closed.graph, seam, leaf, way)
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
+
+
+def gain_of_leaves(closed: ClosedSurface, gain: FloatArray, far: FloatArray) -> FloatArray:
+    """What a branch to each node would save, (n,), from `expected` and how `far` the node is from the seam.
+
+    It is compared by the length of the branch where many small ones help, as on the bumps that an isometric
+    map stretches. A conformal map shrinks tips, and each takes a whole branch.
+    """
+    hidden = gain / closed.node_hiding
+    if not closed.isometric:
+        return hidden
+    return np.divide(hidden, far, out=np.zeros(len(far)), where=far > 0)
 
 
 def if_it_pays(closed: ClosedSurface, seam: IntArray, trade: float, gain: float | None) -> IntArray:

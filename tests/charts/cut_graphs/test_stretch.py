@@ -8,11 +8,13 @@ import igl
 import numpy as np
 import pytest
 from conftest import bumps, load
+from scipy.ndimage import zoom
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.constants import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.stretch import expected
+from igl_linabf.charts.seams.growth import gain_of_leaves
 from igl_linabf.surface import Submesh
 
 
@@ -56,3 +58,28 @@ def test_even_seams_are_worth_more_to_the_isometric_map(name: str) -> None:
     assert cost("isometric") < cost("linabf") * 1.02
     F_cut = cut(V, F, find_seams(V, F, method="isometric"))[1]
     assert len(igl.boundary_loop_all(F_cut)) == 1
+
+
+def bumpy(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
+    """A square with bumps of a sixth of its side."""
+    x, y = (p.ravel() for p in np.meshgrid(*[np.linspace(0, 1, n)] * 2, indexing="ij"))
+    height = np.random.default_rng(3).standard_normal((6, 6))
+    z = 0.09 * zoom(height, n / 6, order=3).ravel()
+    return np.column_stack((x, y, z)), igl.triangulated_grid(n, n)[1]
+
+
+def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
+    closed = ClosedSurface.of(Submesh.checked_manifold(*bumpy()), isometric=True)
+    boundary = np.array([0])
+    far, before, _ = closed.graph.shortest_paths(boundary)
+    whole, gain = expected(closed, boundary)
+
+    def saved(leaf: int) -> float:
+        """Of the stretch, for the length of the way to a node."""
+        way = closed.graph.path_edges(before, [leaf])
+        return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
+
+    every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])
+    taken = int(np.argmax(gain_of_leaves(closed, gain, far)))
+    assert every[taken - 1] > np.quantile(every, 0.9)
+    assert every[taken - 1] > 0.5 * every.max()
