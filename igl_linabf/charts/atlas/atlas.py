@@ -77,8 +77,6 @@ class Atlas:
         stretched too far, panels of hard surfaces, and what given seams part.
     fill : float
         Share of the pages that the charts cover.
-    cost : AtlasCost
-        Its stretch, its seams and what is wasted of its pages, in the unit in which `unwrap` weighs them.
     quality : Quality
         Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
         set aside do not count.
@@ -105,6 +103,8 @@ class Atlas:
         The edges that were asked to be cut; `write_pattern` joins no pieces along them.
     aspect : float
         The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
+    cost : AtlasCost
+        Its stretch, its seams and what is wasted of its pages, in the unit in which `unwrap` weighs them.
     """
 
     TC: FloatArray
