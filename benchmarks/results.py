@@ -28,6 +28,7 @@ SECTIONS = [
     ("Holes, uncut", "uncut.py"),
     ("Boundaries to order", "boundaries.py"),
     ("Any surface, beside other programs", "unwrap.py"),
+    ("What trade buys", "trade.py"),
     ("Nasty meshes", "nasty.py"),
     ("Hard surfaces", "parts.py"),
     ("Time of an atlas", "unwrap_time.py"),

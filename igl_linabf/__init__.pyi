@@ -2,6 +2,7 @@ from . import adapters as adapters
 from . import io as io
 from .batch_runs import batch as batch
 from .charts import Atlas as Atlas
+from .charts import AtlasCost as AtlasCost
 from .charts import Chart as Chart
 from .charts import Cones as Cones
 from .charts import Packing as Packing

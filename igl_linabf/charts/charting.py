@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from bisect import bisect_left
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,10 +25,11 @@ from ..measures import (
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
+from .costing import priced_seams, stretch_weight
 from .cut_graphs import ClosedSurface, isometric_stretch
-from .features import extent
+from .features import CreasedSurface, extent
 from .options import ChartOptions
-from .seams import MAX_FACES_OF_MEDIUM_BODY
+from .seams import MAX_FACES_OF_MEDIUM_BODY, TRADE
 from .splitting import (
     REUSED_STRETCH,
     TIP_STRETCH,
@@ -79,11 +82,13 @@ def pieces_of(
 def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
     """The seams that its components need, and those that are worth the stretch they save, on disks, too."""
     if not options.holes:
-        return options.seams_of(piece, disks=True, gain=constants.DISK_GAIN, part_overlaps=True, panels=True)
+        return options.seams_of(
+            piece, disks=True, gain=options.worth(constants.DISK_SEAM), part_overlaps=True, panels=True
+        )
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [
-        options.seams_of(part, disks=disk, gain=constants.DISK_GAIN)
+        options.seams_of(part, disks=disk, gain=options.worth(constants.DISK_SEAM))
         for part, disk in zip(parts, disks, strict=True)
     ]
     return np.concatenate(found)
@@ -91,6 +96,7 @@ def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
 
 _Cut = tuple[Submesh, KnownMap | None]  # a piece, and its map, if it has one
 _Part = tuple[tuple[int, ...], Submesh, KnownMap | None]  # its place among the pieces, too
+_Done = tuple[tuple[int, ...], Chart, Submesh]
 
 
 def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
@@ -100,7 +106,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
     """
     waiting: list[_Part] = [((i,), piece, None) for i, piece in enumerate(pieces)]
     total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
-    done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
+    done, uncut = list[_Done](), list[_Done]()
     while waiting:
         parts: list[_Part] = []
         own = open_slivers([piece for _, piece, _ in waiting])
@@ -116,22 +122,67 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
                 made = _chart(piece, splits, options, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
-            else:
-                parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
+                continue
+            if isinstance(made, _Worth):
+                uncut.append((key, made.uncut, piece))
+                made = made.parts
+            parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
+    done = _cheaper(_measured(done), uncut, pieces, options)
     if options.may_find_seams:
         done = merge_small_charts(done, options.most_stretch, given)
-    return _measured([(chart, piece) for _, chart, piece in done])
+    return [(chart, piece) for _, chart, piece in done]
 
 
-def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
+@dataclass(frozen=True, eq=False)
+class _Worth:
+    """Parts along seams that seem to be worth the stretch that they save of a chart.
+
+    Attributes
+    ----------
+    parts : list of _Cut
+    uncut : Chart
+        What stays if they are not.
+    """
+
+    parts: list[_Cut]
+    uncut: Chart
+
+
+def _measured(done: list[_Done]) -> list[_Done]:
     """The charts with all their figures; of those that kept a map only some are known."""
-    rows = [i for i, (chart, _) in enumerate(done) if not chart.quality.faces]
-    table = [(done[i][1], done[i][0].result.uv, done[i][0].overlapping) for i in rows]
+    rows = [i for i, (_, chart, _) in enumerate(done) if not chart.quality.faces]
+    table = [(done[i][2], done[i][1].result.uv, done[i][1].overlapping) for i in rows]
     for i, quality in zip(rows, quality_of_each(table), strict=True):
-        done[i] = replace(done[i][0], quality=quality), done[i][1]
+        key, chart, piece = done[i]
+        done[i] = key, replace(chart, quality=quality), piece
     return done
+
+
+def _cheaper(
+    done: list[_Done], uncut: list[_Done], pieces: list[Submesh], options: ChartOptions
+) -> list[_Done]:
+    """The charts; uncut ones instead of their parts where these cost more by their own maps and seams."""
+    for key, chart, piece in reversed(uncut):  # parts of parts first
+        first, last = (bisect_left(done, at, key=itemgetter(0)) for at in (key, (*key[:-1], key[-1] + 1)))
+        parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
+        area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
+        saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
+        seams = priced_seams(CreasedSurface(piece, options.hidden), _parted_faces(piece, parts))[1]
+        length = float(seams.sum() / np.sqrt(whole / 2))
+        if not saved * stretch_weight(options.method) > options.worth(length):
+            done[first:last] = [(key, chart, piece)]
+    return done
+
+
+def _parted_faces(piece: Submesh, parts: list[_Done]) -> IntArray:
+    """The faces of a piece with vertices of their own in each part, (#F, 3)."""
+    F, first = np.empty_like(piece.F), 0
+    for _, _, part in parts:
+        F[np.searchsorted(piece.faces, part.faces)] = part.F + first
+        first += len(part.V)
+    return F
 
 
 def _known_together(pieces: list[Submesh], method: Method) -> list[KnownMap | None]:
@@ -192,8 +243,10 @@ class _Mapped:
         return replace(self, result=result, pairs=pairs, change=change, quality=None, cost=cost)
 
 
-def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None) -> Chart | list[_Cut]:
-    """The flattened piece; or its parts, if it has to be cut further."""
+def _chart(
+    piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None
+) -> Chart | _Worth | list[_Cut]:
+    """The flattened piece; or its parts, if it has to be cut further, or that seems to be worth it."""
     evens = splits < constants.MAX_LEAF_ROUNDS and options.even_stretch < np.inf
     if evens and len(seams := _to_even_texels(piece, _stretch_to_expect(piece), options)):
         return _anew(piece.cut_along(seams))
@@ -203,17 +256,23 @@ def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap |
     if not isinstance(made, _Mapped):
         return made
     stretch = made.change.stretch if made.quality is None else made.quality.stretch_l2
-    weighed = options.weighs_stretch and not made.without_tips
-    if weighed and len(seams := _worth_of_map(piece, stretch, made.change, splits, options)):
-        return _anew(piece.cut_along(seams))
-    if evens and len(seams := _to_even_texels(piece, stretch, options)):
-        return _anew(piece.cut_along(seams))
-    if stretch > options.most_stretch and (parts := _less_stretched(piece, splits, options)):
-        return _anew(parts)
+    seams = _NO_SEAM
+    if options.weighs_stretch and not made.without_tips:
+        seams = _worth_of_map(piece, stretch, made.change, splits, options)
+    if evens and not len(seams) and len(more := _to_even_texels(piece, stretch, options)):
+        return _anew(piece.cut_along(more))
+    if stretch > options.most_stretch:
+        parts = piece.cut_along(seams) if len(seams) else _less_stretched(piece, splits, options)
+        if parts:
+            return _anew(parts)
     quality = made.quality
     if quality is None:
         quality = quality_of(piece, made.result.uv, len(made.pairs), made.change.at_triangles)
-    return Chart(piece.faces, made.result, quality, splits, len(made.pairs), made.cost)
+    chart = Chart(piece.faces, made.result, quality, splits, len(made.pairs), made.cost)
+    if not len(seams):
+        return chart
+    cuts, good = _anew(piece.cut_along(seams)), made.result.outcome.good and not len(made.pairs)
+    return _Worth(cuts, chart) if good else cuts
 
 
 def _mapped(
@@ -347,11 +406,14 @@ def _worth_of_map(
     piece: Submesh, stretch: float, change: MapMeasure, splits: int, options: ChartOptions
 ) -> IntArray:
     """Seams that are worth the stretch that they save of a map, which may be more than was expected."""
-    if splits < options.most_splits and len(piece.F) <= MAX_FACES_OF_MEDIUM_BODY:
-        seams = _NO_SEAM
-        if not splits and stretch > constants.SOUGHT_STRETCH:  # it was one of many
-            seams = options.seams_of(piece, disks=True, gain=constants.DISK_GAIN)
-        elif splits and stretch > TIP_STRETCH:  # a part of a chart, whose seams were not for it
+    most_faces = MAX_FACES_OF_MEDIUM_BODY / TRADE * options.trade
+    if splits < options.most_splits and len(piece.F) <= most_faces:
+        seams, gain = _NO_SEAM, options.worth(constants.DISK_SEAM)
+        if not splits and stretch > 1 + options.worth(constants.SOUGHT_SEAM):  # it was one of many
+            seams = options.seams_of(piece, disks=True, gain=gain)
+        elif splits and stretch > 1 + options.worth(
+            constants.SOUGHT_SEAM_OF_PART
+        ):  # a part of a chart, whose seams were not for it
             seams = _seams_worth(piece, options)
         if len(seams):
             return seams

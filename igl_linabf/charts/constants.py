@@ -11,9 +11,9 @@ CHARTS_END = 0.95
 
 # --- which pieces are cut and flattened ---
 
-# L2 stretch that seams must save, beyond their cost, on a disk, which needs none. Less cuts disks that lie
-# nearly flat; more leaves limbs shrunk. tests/charts/seams/test_search.py
-DISK_GAIN = 0.05
+# Seam length, in square roots of the area, that seams on a disk must be worth beyond their own, as it needs
+# none. Less cuts disks that lie nearly flat; more leaves limbs shrunk. tests/charts/seams/test_search.py
+DISK_SEAM = 0.3
 
 # Number of pieces from which they are flattened and measured together. Fewer gain nothing by it; more take
 # longer one by one. benchmarks/constants.py charts
@@ -48,9 +48,14 @@ MAX_TRADE_DOUBLINGS = 12
 
 # --- what is stretched or overlaps ---
 
-# L2 stretch of a small piece, flattened among many, above which seams are sought for it alone. Less searches
-# in vain; more leaves it stretched. tests/charts/panels/test_panels.py
-SOUGHT_STRETCH = 1.15
+# Seam length, in square roots of the area, that all stretch of a small piece, flattened among many, must be
+# worth, so that seams are sought for it alone. Less searches in vain; more leaves it stretched.
+# tests/charts/panels/test_panels.py
+SOUGHT_SEAM = 0.9
+
+# The same for a part of a chart, whose seams were not for it. Less searches in vain; more leaves parts
+# stretched. tests/charts/test_unwrapping.py
+SOUGHT_SEAM_OF_PART = 1.2
 
 # Rounds of seams to tips that the map shrinks. Fewer leave tips of tips shrunk; more find none that is worth
 # it. tests/charts/splitting/test_splitting.py

@@ -176,6 +176,10 @@ class ChartOptions:
             panels=panels,
         )
 
+    def worth(self, length: float) -> float:
+        """The L2 stretch that a seam of this length, in square roots of the area, is worth."""
+        return length / self.trade if self.trade else np.inf
+
     @property
     def most_stretch(self) -> float:
         """L2 stretch above which a chart is cut further."""

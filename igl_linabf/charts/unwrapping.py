@@ -40,6 +40,7 @@ from .atlas import (
 )
 from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
+from .costing import cost_of
 from .features import hiding_weights
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
@@ -189,6 +190,7 @@ def unwrap(
 
                 atlas = with_period(surface, pack, pieces, period, gap)
     atlas = replace(atlas, max_stretch=asked.max_stretch, given_seams=kept)
+    atlas = replace(atlas, cost=cost_of(surface, atlas, options))
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)

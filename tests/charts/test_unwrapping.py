@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import sys
 import warnings
 from dataclasses import replace
@@ -232,10 +233,45 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
     asked = options.ChartOptions(LinABF(), True, 6.0, False, False, None, None)
-    parts = charting._chart(dome, cuts_before, asked, None)
-    assert isinstance(parts, list)
-    charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), asked)
+    worth = charting._chart(dome, cuts_before, asked, None)
+    assert worth.uncut.quality.stretch_l2 > 1.5
+    charts = charting.charts_of([piece for piece, _ in worth.parts], np.zeros((0, 2), dtype=np.int64), asked)
     assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
+
+
+def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > 0.3])
+    sides = np.concatenate((F[:, [0, 1]], F[:, [1, 2]]))
+    across = sides[(V[sides][..., 0] > 0).sum(axis=1) == 2]
+    middle = across[np.abs(V[across][..., 0]).max(axis=1) < 0.12]
+    tried = []
+
+    def found(piece, stretch, change, splits, options):
+        tried.append(splits)
+        return middle[np.isin(middle, piece.vertices).all(axis=1)] if not splits else middle[:0]
+
+    monkeypatch.setattr(charting, "_worth_of_map", found)
+    none = np.zeros((0, 2), dtype=np.int64)
+    for trade, pays in ((1.0, False), (1e4, True)):
+        asked = options.ChartOptions(LinABF(), True, trade, False, False, None, None)
+        before = len(tried)
+        charts = charting.charts_of([dome], none, asked)
+        assert len(tried) > before + 1  # the parts were looked at
+        assert (max(chart.splits for chart, _ in charts) > 0) == pays
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
+def test_a_larger_trade_buys_less_stretch_by_longer_seams(name: str) -> None:
+    V, F = load(name)
+    made = [unwrap(V, F, Seams(trade=trade)) for trade in (1, 3, 10, 30, 100, 300, 1000)]
+    assert all(atlas.good for atlas in made)
+    lengths = [atlas.seam_length for atlas in made]
+    stretches = [atlas.quality.stretch_l2 for atlas in made]
+    assert all(short <= 1.001 * long for short, long in itertools.pairwise(lengths))
+    assert all(less <= more + 0.001 for more, less in itertools.pairwise(stretches))
+    assert stretches[-1] < 1.015
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])

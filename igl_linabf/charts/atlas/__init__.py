@@ -6,6 +6,7 @@ atlas of the mesh and the polygons that the caller gave.
 
 from .atlas import Atlas, Chart
 from .constants import STRETCH_ROUNDING, UNUSABLE_STRETCH
+from .cost import AtlasCost, page_cost
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
 from .pieces import (
     flatten_piece,

@@ -15,6 +15,7 @@ from ...flattening import Flattening
 from ...measures import Quality
 from ...surface import Repair, Triangles, distinct_corners
 from . import constants
+from .cost import AtlasCost
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,6 +103,8 @@ class Atlas:
         The edges that were asked to be cut; `write_pattern` joins no pieces along them.
     aspect : float
         The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
+    cost : AtlasCost
+        Its stretch, its seams and what is wasted of its pages, in the unit in which `unwrap` weighs them.
     """
 
     TC: FloatArray
@@ -126,6 +129,7 @@ class Atlas:
     split: Triangles | None = None
     given_seams: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     aspect: float = 1.0
+    cost: AtlasCost = field(default_factory=AtlasCost)
 
     @property
     def pages(self) -> int:
@@ -225,7 +229,7 @@ class Atlas:
         if len(self.cones):
             number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
             matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
-        return [filled, *matching, *map(str, self.repairs)]
+        return [filled, str(self.cost), *matching, *map(str, self.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:

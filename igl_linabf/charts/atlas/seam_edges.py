@@ -148,7 +148,7 @@ def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tup
 
 def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
     """The seams of texture coordinates, (#F, 3), as rows of `topology.edges`."""
-    inside = np.flatnonzero(topology.sides[1] >= 0)
-    first, second = topology.sides[:, inside]
-    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    return np.asarray(inside[(start[first] != end[second]) | (end[first] != start[second])])
+    first, second = topology.sides_inside
+    corner = np.ascontiguousarray(texture.T)
+    start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # of each half-edge
+    return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])

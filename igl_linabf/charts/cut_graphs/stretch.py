@@ -19,9 +19,9 @@ from .closed_surface import ClosedSurface
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map of a surface cut at the nodes `fixed`, and what a cut to each node helps, (n,).
 
-    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`. A cut helps a conformal map
-    where its log scale u is farthest from zero. It lets w of an isometric one be something else at the node;
-    how fast the integral of w^2 then falls is the solution of L x = w.
+    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`. A cut helps a conformal
+    map where its log scale u is farthest from zero. It lets w of an isometric one be something else at the
+    node; how fast the integral of w^2 then falls is the solution of L x = w.
     """
     if not closed.isometric:
         u = log_scale(closed, fixed, closed.curvature)

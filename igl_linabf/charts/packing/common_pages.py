@@ -10,7 +10,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError
 from ...surface import Ragged, complex_positions, coordinates
-from ..atlas import Atlas
+from ..atlas import Atlas, page_cost
 from .packing import Wish, pack_maps
 from .spacing import Packing
 
@@ -31,6 +31,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     -------
     list of Atlas
         The same atlases with new `TC`, `page`, `scale` and `fill`: each one's own share of the common pages.
+        The `cost` of the pages is that of all of them.
 
     Raises
     ------
@@ -54,6 +55,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     if not placed:
         return list(atlases)
     last = max(p.page for p in placed) + 1
+    page = page_cost(sum(p.area for p in placed) / last)
     made, first = [], 0
     for atlas, (charts, rows) in zip(atlases, parted, strict=True):
         own = placed[first : first + len(charts)]
@@ -71,6 +73,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
                 scale=abs(own[0].ratio),
                 aspect=wish.spacing.aspect,
                 fill=sum(p.area for p in own) / last,
+                cost=replace(atlas.cost, page=page),
             )
         )
     return made

@@ -1,0 +1,162 @@
+"""What `trade` buys: the cost of an atlas, its seams and its stretch from few charts to little stretch.
+
+    python benchmarks/trade.py [--picture docs/images/trade.png]
+
+The models are the bunny, a generated body, a plate with holes made by code, and the cow, the horse and
+fandisk in IGL_LINABF_MESHES. Peers are added if they are installed. Prints Markdown; with `--picture`, draws
+the stretch over the seams as curves instead, with the peers as points.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from generated import generated, upright
+from meshes import Mesh, shared, stanford
+from peers import programs, relative_seams
+
+from igl_linabf import Seams, quality, unwrap
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from hard_surfaces import plate_with_holes
+
+TRADES = (1, 3, 10, 30, 100, 300, 1000)
+SHARED = {"igl_cow": "cow", "optcuts_horse_f10000": "horse", "igl_fandisk": "fandisk"}
+HEADS = "by | charts | seams / sqrt(area) | L2 stretch | fill | E | its stretch | its seams | its page"
+ROUNDING = 1e-3  # of the seams, as a share, and of the L2 stretch: less is one atlas found in two ways
+
+
+class Point(NamedTuple):
+    """The figures of one atlas."""
+
+    charts: int
+    seams: float
+    stretch: float
+    fill: float
+    cost: tuple[float, ...] = ()
+
+
+def models() -> Iterator[Mesh]:
+    yield stanford()
+    yield "generated", *generated("blob", 64, 0.03, 1)
+    yield "plate with holes", *plate_with_holes()
+    for name, V, F in shared("closed"):
+        if name in SHARED:
+            yield SHARED[name], V, F
+
+
+def by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
+    """The atlas of each trade."""
+    found = {}
+    for trade in TRADES:
+        atlas = unwrap(V, F, Seams(trade=trade))
+        seams, cost = relative_seams(V, F, atlas.FTC), atlas.cost
+        terms = cost.total, cost.stretch, cost.seams, cost.page
+        found[trade] = Point(len(atlas.charts), seams, atlas.quality.stretch_l2, atlas.fill, terms)
+    return found
+
+
+def by_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
+    """The atlases of other programs; stretch is that of the faces that do not flip."""
+    found = {}
+    for name, make in programs().items():
+        if name.startswith("unwrap"):
+            continue
+        made = make(V, F)
+        TC, charts, flipped = upright(made)
+        keep = ~flipped & (igl.doublearea(TC, made.FTC) > 0)
+        stretch = quality(V[made.origin], made.FTC[keep], TC).stretch_l2
+        fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
+        found[name] = Point(charts, relative_seams(V, F, made.FTC), stretch, fill)
+    return found
+
+
+def not_monotone(points: dict[float, Point]) -> list[str]:
+    """Where a larger trade has shorter seams or more stretch."""
+    said = []
+    for (t, a), (u, b) in pairwise(points.items()):
+        if b.seams < a.seams * (1 - ROUNDING):
+            said.append(f"seams fall from {a.seams:.3f} to {b.seams:.3f} at {t} to {u}")
+        if b.stretch > a.stretch + ROUNDING:
+            said.append(f"stretch rises from {a.stretch:.4f} to {b.stretch:.4f} at {t} to {u}")
+    return said
+
+
+def row(name: str, by: str, at: Point) -> str:
+    figures = f"{at.charts} | {at.seams:.2f} | {at.stretch:.4f} | {at.fill:.2f}"
+    cost = " | ".join(f"{term:.3f}" for term in at.cost) or "| | |"
+    return f"| {name} | {by} | {figures} | {cost} |"
+
+
+def table() -> None:
+    print(
+        "E is `atlas.cost`, in units of L2 stretch, with its three terms at each trade. The other programs\n"
+        "have no such option, and stretch is that of the faces that do not flip.\n"
+    )
+    print(f"| model | {HEADS} |\n|{'---|' * (HEADS.count('|') + 2)}")
+    broken, number = [], 0
+    for name, V, F in models():
+        points = by_trade(V, F)
+        for trade, at in points.items():
+            print(row(name, f"trade {trade}", at), flush=True)
+        for peer, at in by_peers(V, F).items():
+            print(row(name, peer, at), flush=True)
+        number += 1
+        broken += [f"{name}: {said}." for said in not_monotone(points)]
+    steps = number * (len(TRADES) - 1)
+    found = f"Of {steps} steps from one trade to the next, {len(broken) or 'none'}"
+    print(f"\n{found} had shorter seams or more stretch, by more than a thousandth. {' '.join(broken)}")
+
+
+def draw(path: str) -> None:
+    """Stretch over seams, one panel a model."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    shown = list(models())
+    figure, axes = plt.subplots(2, (len(shown) + 1) // 2, figsize=(11, 6.4), layout="constrained")
+    marks = dict(zip(("xatlas", "uvunwrap", "Blender"), "s^D", strict=True))
+    for ax in axes.ravel()[len(shown) :]:
+        ax.axis("off")
+    for (name, V, F), ax in zip(shown, axes.ravel(), strict=False):
+        points = by_trade(V, F)
+        ax.plot(
+            [p.seams for p in points.values()], [p.stretch for p in points.values()], "o-", label="unwrap"
+        )
+        for trade, at in points.items():
+            ax.annotate(f"{trade}", (at.seams, at.stretch), xytext=(3, 4), textcoords="offset points", size=7)
+        for peer, at in by_peers(V, F).items():
+            ax.plot(at.seams, at.stretch, marks[peer], label=f"{peer}, {at.charts} charts")
+        ax.set_title(f"{name}: {points[1].charts} to {points[1000].charts} charts", size=10)
+        ax.set_xlim(left=0)
+        ax.set_ylim(0.99, max(1.1, 1.02 * points[1].stretch))
+        ax.set_xlabel("seams / square root of the area")
+        ax.set_ylabel("L2 stretch")
+        ax.legend(fontsize=7)
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--picture", metavar="FILE", help="draw the curves instead")
+    picture = parser.parse_args().picture
+    if picture:
+        draw(picture)
+    else:
+        table()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""The cost of an atlas: its three terms, in one unit."""
+
+import igl
+import numpy as np
+import pytest
+from hard_surfaces import box
+
+from igl_linabf import Packing, Seams, find_seams, pack_together, unwrap
+from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
+
+PACKED = Packing(resolution=256)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """A bumpy ball of area A, and seams that open it."""
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    V = V / np.linalg.norm(V, axis=1)[:, None] * (1 + 0.2 * np.sin(4 * V[:, :1]))
+    return V, F, find_seams(V, F)
+
+
+def size(V, F):
+    return np.sqrt(igl.doublearea(V, F).sum() / 2)
+
+
+def length(V, edges):
+    return np.linalg.norm(np.subtract(*V[edges.T]), axis=1).sum()
+
+
+def test_a_cubes_net_has_no_stretch_and_the_seams_that_are_known_by_hand():
+    V, F = box(1, 1, 1)
+    cost = unwrap(V, F, Seams(trade=2.0)).cost
+    assert cost.stretch == pytest.approx(0, abs=1e-9)
+    assert cost.seams == pytest.approx(7 * 0.5 / np.sqrt(6) / 2.0)  # seven edges, each at a right angle
+    assert cost.page > 0
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 90, 120])
+def test_a_seam_counts_less_along_a_crease(degrees):
+    angle = np.deg2rad(degrees)
+    V = np.array([[0, 0, 0], [0, 3, 0], [-1, 0, 0], [-1, 3, 0], [np.cos(angle), 0, np.sin(angle)]])
+    V = np.vstack((V, V[4] + [0, 3, 0]))
+    F = np.array([[0, 1, 2], [1, 3, 2], [0, 4, 1], [4, 5, 1]])
+    cost = unwrap(V, F, Seams([[0, 1]], trade=1.0)).cost
+    assert cost.seams == pytest.approx(3 * (1 - 0.5 * min(degrees / 90, 1)) / np.sqrt(6))
+
+
+def test_no_term_depends_on_the_size_of_the_surface(ball):
+    V, F, seams = ball
+    cost, large = (unwrap(k * V, F, seams).cost for k in (1, 1000.0))
+    assert [cost.stretch, cost.seams, cost.page] == pytest.approx([large.stretch, large.seams, large.page])
+
+
+def test_trade_weighs_the_seams_alone(ball):
+    V, F, seams = ball
+    dear, cheap = (unwrap(V, F, Seams(seams, trade=trade)).cost for trade in (2, 8))
+    assert dear.seams == pytest.approx(4 * cheap.seams)
+    assert (dear.stretch, dear.page) == (cheap.stretch, cheap.page)
+    assert np.isinf(unwrap(V, F, Seams(seams, trade=0)).cost.total)
+
+
+def test_it_is_the_sum_of_what_the_atlas_has_and_is_printed(ball):
+    V, F, seams = ball
+    atlas = unwrap(V, F, seams)
+    cost = atlas.cost
+    assert cost.stretch == pytest.approx(atlas.quality.stretch_l2 - 1)
+    assert cost.page == pytest.approx(1 / atlas.fill - 1)
+    assert cost.total == cost.stretch + cost.seams + cost.page
+    assert f"stretch {cost.stretch:.3g}, seams {cost.seams:.3g}, page {cost.page:.3g}" in str(atlas)
+
+
+def test_the_stretch_of_an_isometric_map_counts_as_it_does_for_seams(ball):
+    V, F, seams = ball
+    atlas = unwrap(V, F, seams, "isometric")
+    assert atlas.cost.stretch == pytest.approx(ISOMETRIC_STRETCH_WEIGHT * (atlas.quality.stretch_l2 - 1))
+
+
+def test_hidden_seams_cost_a_third_and_seen_ones_three_times_as_much(ball):
+    V, F, seams = ball
+    near = np.isin(F, seams).any(axis=1)
+    plain, hidden, seen = (
+        unwrap(V, F, Seams(seams, hide=hide)).cost.seams for hide in (None, near * 1.0, ~near * 1.0)
+    )
+    assert [3 * hidden, seen / 3] == pytest.approx([plain, plain])
+
+
+def test_of_several_components_it_is_the_mean_by_area(ball):
+    V, F, seams = ball
+    n = len(V)
+    small = 0.5 * V[:, [1, 2, 0]] + 5  # a quarter of the area
+    more = np.delete(seams, 0, axis=0)
+    alone = unwrap(V, F, Seams(seams)).cost
+    other = unwrap(small, F, Seams(more)).cost
+    both = unwrap(np.vstack((V, small)), np.vstack((F, F + n)), Seams(np.vstack((seams, more + n)))).cost
+    assert both.stretch == pytest.approx((4 * alone.stretch + other.stretch) / 5)
+    assert both.seams == pytest.approx((4 * alone.seams + other.seams) / 5)
+
+
+def test_atlases_on_common_pages_share_the_waste(ball):
+    V, F, seams = ball
+    packed = pack_together([unwrap(k * V, F, seams) for k in (1, 2)], PACKED)
+    for atlas in packed:
+        assert atlas.cost.page == pytest.approx(1 / sum(other.fill for other in packed) - 1)
