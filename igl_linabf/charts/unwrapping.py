@@ -183,14 +183,10 @@ def unwrap(
             elif period is None:
                 atlas = _packed(surface, charts, wish)
             else:
-                pieces, gap = [piece for _, piece in charts], wish.spacing.gap
-
-                def pack(room: float) -> Atlas:
-                    return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
-
-                atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=asked.max_stretch, given_seams=kept)
-    atlas = replace(atlas, cost=cost_of(surface, atlas, options))
+                atlas = _with_period(surface, charts, wish, period)
+    atlas = replace(
+        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(surface, atlas, options)
+    )
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
@@ -199,6 +195,15 @@ def unwrap(
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
+
+
+def _with_period(surface: Submesh, charts: list[tuple[Chart, Submesh]], wish: Wish, period: float) -> Atlas:
+    """The atlas whose seams of cones match under shifts by multiples of a period."""
+
+    def pack(room: float) -> Atlas:
+        return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
+
+    return with_period(surface, pack, [piece for _, piece in charts], period, wish.spacing.gap)
 
 
 def _warn_of_repairs(cleaned: Cleaned) -> None:

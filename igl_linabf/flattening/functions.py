@@ -415,14 +415,14 @@ def flatten_checked(
             begin = perf_counter()
             surface = Submesh.of_arrays(mesh.V, mesh.faces)
             scale = Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv)
-            made = _moved(mesh, made, made.uv * scale, "scaled")
+            made = _moved_anew(mesh, made, made.uv * scale, "scaled")
             seconds["fit"] = perf_counter() - begin
     if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
     if upwards is not None:
-        made = _moved(mesh, made, _turned_up(mesh, made.uv, upwards), "turned")
+        made = _moved_anew(mesh, made, _turned_up(mesh, made.uv, upwards), "turned")
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
@@ -477,7 +477,7 @@ def _checked_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
     return direction_in_space(up, "up")
 
 
-def _moved(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
+def _moved_anew(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
     """The result with its map moved; it stays where it is if rounding would turn other triangles over."""
     changed = np.setxor1d(flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
     if not len(changed):

@@ -29,7 +29,7 @@ class VtpFile:
 def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
     pyvista = import_optional("pyvista")
-    mesh = call_reader(_read, path)
+    mesh = call_reader(_read_polydata, path)
     more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
         mesh = without_strips(mesh)
@@ -59,7 +59,7 @@ def parse_vtp(path: Path) -> MeshFile:
     return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
 
 
-def _read(path: str) -> Any:
+def _read_polydata(path: str) -> Any:
     """What VTK reads. It prints what is damaged and goes on without: the first of its errors is raised."""
     pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
     with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
