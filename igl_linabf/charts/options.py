@@ -129,6 +129,8 @@ def asked_for(
     asked = seams if isinstance(seams, Seams) else Seams(seams)
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
     wish = Wish.of(packing)
+    if coned is not None and wish.unseen != 1:
+        raise ValueError("unseen= and cones= do not go together, as cones match the texels across seams")
     if coned is not None and coned.period is not None and wish.spacing.aspect != 1:
         raise ValueError("period= is a share of a square page's side: give one number as the resolution")
     return asked, coned, wish

@@ -41,7 +41,7 @@ from .atlas import (
 from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
 from .costing import cost_of
-from .features import hiding_weights
+from .features import are_unseen, hiding_weights
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -177,7 +177,8 @@ def unwrap(
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             wish = replace(wish.scaled(cleaned.power), upright=upright)
             may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
-            charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
+            charts = _scaled(surface, made.charts, wish.unseen)
+            charts = cut_to_fit(charts, wish) if may_cut and wish.side is not None else charts
             if may_cut and wish.side is None:
                 atlas = _full(surface, charts, wish, options)
             elif period is None:
@@ -204,6 +205,20 @@ def _with_period(surface: Submesh, charts: list[tuple[Chart, Submesh]], wish: Wi
         return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
 
     return with_period(surface, pack, [piece for _, piece in charts], period, wish.spacing.gap)
+
+
+def _scaled(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
+) -> list[tuple[Chart, Submesh]]:
+    """The charts, with that scale for those which no ray from outside reaches."""
+    if unseen == 1:
+        return done
+    rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
+    hidden = are_unseen(surface, rows).tolist()
+    return [
+        (replace(chart, scale=unseen) if inside else chart, piece)
+        for (chart, piece), inside in zip(done, hidden, strict=True)
+    ]
 
 
 def _warn_of_repairs(cleaned: Cleaned) -> None:
@@ -267,7 +282,7 @@ def _boundary(pieces: Iterable[Submesh]) -> float:
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
-    return [(chart.result.uv, piece.F) for chart, piece in done]
+    return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
 
 def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:

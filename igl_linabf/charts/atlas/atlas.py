@@ -35,6 +35,8 @@ class Chart:
         Pairs of its faces that still overlap.
     cost : float
         Increase of F/3nt from moving overlapping parts apart; 0 if that was not done.
+    scale : float
+        Its texel density over that of the others: `Packing.unseen` if no ray from outside reaches it.
     """
 
     faces: IntArray
@@ -43,6 +45,7 @@ class Chart:
     splits: int
     overlapping: int
     cost: float
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
@@ -229,6 +232,12 @@ class Atlas:
         if len(self.cones):
             number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
             matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
+        small = [chart.scale for chart in self.charts if chart.scale < 1]
+        if small:
+            number = f"{len(small):,} chart{'s' * (len(small) != 1)}"
+            matching.append(
+                f"{number} that no ray from outside reaches, at {small[0]:.3g} of the texel density"
+            )
         return [filled, str(self.cost), *matching, *map(str, self.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:

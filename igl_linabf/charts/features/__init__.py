@@ -17,4 +17,5 @@ from .curvature import (
     flat_shares,
     sharpness,
 )
+from .rays import are_unseen
 from .visibility import Hiding, hiding_factors, hiding_weights, valley_factors

@@ -128,3 +128,17 @@ CLEAR_FRONT = 0.1
 # Share of that up to which there is no front. Less hides seams of balls by noise; more leaves the seams of
 # figures anywhere. tests/charts/features/test_visibility.py
 MIN_FRONT_SHARE = 0.1
+
+# --- rays from outside ---
+
+# Faces of a chart from which rays start. Fewer take charts for unseen that show in part; more take longer.
+# tests/charts/features/test_rays.py
+FACES_WITH_RAYS = 8
+
+# Rays from each of them, in all directions. Fewer miss small openings; more take longer.
+# tests/charts/features/test_rays.py
+RAYS_OF_FACE = 100
+
+# Where a ray starts, away from its face, over the extent of the surface. Less may hit the face itself; more
+# passes through thin walls. tests/charts/features/test_rays.py
+RAY_START = 1e-6

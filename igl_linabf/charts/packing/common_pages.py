@@ -50,7 +50,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     (1.0, 4.0)
     """
     parted = [_charts_of(atlas) for atlas in atlases]
-    wish = Wish.of(packing)
+    wish = Wish.of_maps(packing)
     placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
     if not placed:
         return list(atlases)

@@ -95,7 +95,7 @@ def pack_charts(
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    wish = replace(Wish.of(packing), fixed=not rotate)
+    wish = replace(Wish.of_maps(packing), fixed=not rotate)
     placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
@@ -119,6 +119,8 @@ class Wish:
         Units of the charts to a unit of the caller.
     fixed : bool
         Do not turn charts.
+    unseen : float
+        Scale of charts that no ray from outside reaches.
     """
 
     spacing: Spacing
@@ -128,6 +130,17 @@ class Wish:
     upright: bool = False
     unit: float = 1.0
     fixed: bool = False
+    unseen: float = 1.0
+
+    @classmethod
+    def of_maps(cls, packing: Packing | None) -> Wish:
+        """What the caller asks for of maps without a surface."""
+        wish = cls.of(packing)
+        if wish.unseen != 1:
+            raise ValueError(
+                "unseen is for unwrap, which has the surface: leave it out, what it made small stays"
+            )
+        return wish
 
     @classmethod
     def of(cls, packing: Packing | None) -> Wish:
@@ -138,8 +151,10 @@ class Wish:
             raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
         if packing.texel_density is None or size is None:
-            return cls(Spacing.of(packing), None, 1 if pages is None else pages, size)
-        return cls(Spacing.of(packing), size[0] / packing.texel_density, pages, size)
+            side, pages = None, 1 if pages is None else pages
+        else:
+            side = size[0] / packing.texel_density
+        return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen)
 
     def scaled(self, power: int) -> Wish:
         """The same, for charts that have been scaled by this power of two."""

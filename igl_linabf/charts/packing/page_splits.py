@@ -53,7 +53,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
     """
     if trade == 0:
         return done, np.inf
-    charts, others = _largest(_flat(done))
+    charts, others = _largest(_flat(done), np.array([chart.scale == 1 for chart, _ in done]))
     if not charts:
         return done, np.inf
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
@@ -105,14 +105,14 @@ def _flat(done: Charts) -> list[FlatChart]:
     return [FlatChart(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
 
 
-def _largest(charts: list[FlatChart]) -> tuple[list[FlatChart], list[FlatChart]]:
-    """The largest charts, in their order, and the others."""
-    if len(charts) <= constants.MOST_TRIAL_CHARTS:
-        return charts, []
-    size = np.array([chart.piece.measured[0].sum() for chart in charts])
-    is_large = np.zeros(len(charts), dtype=bool)
-    is_large[np.argsort(-size, kind="stable")[: constants.MOST_TRIAL_CHARTS]] = True
-    is_large &= size > constants.MIN_SHAPED_AREA * size.sum()
+def _largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
+    """The largest charts of `whole` scale, in their order, and the others."""
+    is_large = whole
+    if len(charts) > constants.MOST_TRIAL_CHARTS:
+        size = np.array([chart.piece.measured[0].sum() for chart in charts]) * whole
+        is_large = np.zeros(len(charts), dtype=bool)
+        is_large[np.argsort(-size, kind="stable")[: constants.MOST_TRIAL_CHARTS]] = True
+        is_large &= size > constants.MIN_SHAPED_AREA * size.sum()
     return [chart for chart in charts if is_large[chart.parent]], [
         chart for chart in charts if not is_large[chart.parent]
     ]

@@ -96,6 +96,9 @@ class Packing:
     margin : float
         Distance between charts, and to the border, as a share of the unit square's side, without a
         `resolution`. If there are too many charts for it, `unwrap` takes a smaller one, with a warning.
+    unseen : float
+        Texel density of charts that no ray from outside reaches, as of cavities, over that of the others:
+        above 0, up to 1. For `unwrap` without cones. Each chart is tried at 8 of its faces in 100 directions.
 
     Raises
     ------
@@ -116,6 +119,7 @@ class Packing:
     texel_density: float | None = None
     pages: int | None = None
     margin: float = DEFAULT_MARGIN
+    unseen: float = 1.0
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
@@ -139,6 +143,10 @@ class Packing:
             most = MAX_GAP * least
             if not is_number(padding, 0, most):
                 raise ValueError(f"padding is {padding!r} texels of {least} along a page: give 0 to {most:g}")
+        if not is_number(self.unseen, 0, 1, above=True):
+            raise ValueError(
+                f"unseen is {self.unseen!r}: give a share of the texel density, above 0, up to 1"
+            )
         pages = self.pages
         if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
             raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")

@@ -1,0 +1,76 @@
+"""Charts that nobody sees share less of the page, if that is asked for."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+
+from igl_linabf import Cones, Packing, pack, pack_together, unwrap
+
+
+def sphere(radius: float, centre: float = 0.0, inward: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    V = radius * V / np.linalg.norm(V, axis=1)[:, None] + [centre, 0, 0]
+    return V, F[:, ::-1] if inward else F
+
+
+def together(*surfaces: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    first = np.cumsum([0, *(len(V) for V, _ in surfaces)])
+    return np.concatenate([V for V, _ in surfaces]), np.concatenate(
+        [F + k for (_, F), k in zip(surfaces, first, strict=False)]
+    )
+
+
+def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
+    """The texel density of each component over that of the first, and the charts' own words."""
+    atlas = unwrap(V, F, packing=Packing(unseen=0.25, **options))
+    TC = atlas.flat
+    texels = igl.doublearea(TC, atlas.FTC) / igl.doublearea(V, F)
+    found = np.array([np.sqrt(np.mean(texels[atlas.chart == k])) for k in range(len(atlas.charts))])
+    said = np.array([chart.scale for chart in atlas.charts])
+    assert np.allclose(found / found.max(), said, rtol=0.05)
+    assert np.isclose(atlas.scale, found.max(), rtol=0.05)
+    assert ("no ray from outside" in str(atlas)) == bool((said < 1).any())
+    return said[np.array([atlas.chart[np.flatnonzero(F[:, 0] == corner)[0]] for corner in F[[0, -1], 0]])]
+
+
+@pytest.mark.parametrize("options", [{}, {"resolution": 512}, {"resolution": 256, "texel_density": 60}])
+def test_cavities_share_less_of_the_page(options) -> None:
+    body = together(sphere(1.0), sphere(0.4, inward=True))
+    assert scales(*body, **options).tolist() == [1.0, 0.25]
+    assert scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]  # turned inside out
+
+
+def test_what_shows_from_anywhere_keeps_its_texels() -> None:
+    assert scales(*together(sphere(1.0), sphere(0.4, 3.0))).tolist() == [1.0, 1.0]
+    V, F = sphere(1.0)
+    bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the ball in it shows through its opening
+    assert scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
+
+
+def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
+    V, F = together(sphere(1.0), sphere(0.4, inward=True))
+    assert {chart.scale for chart in unwrap(V, F).charts} == {1.0}
+    atlas = unwrap(V, F, packing=Packing(unseen=0.5))
+    again = pack_together([atlas], Packing(resolution=512))[0]
+    for made in (atlas, again):
+        area = igl.doublearea(made.flat, made.FTC)
+        small = np.flatnonzero([chart.scale < 1 for chart in made.charts])
+        inside = np.isin(made.chart, small)
+        ratio = area[inside].sum() / area[~inside].sum()
+        assert np.isclose(ratio / 0.4**2, 0.25, rtol=0.02)
+
+
+def test_it_needs_a_surface_and_no_cones() -> None:
+    V, F = sphere(1.0)
+    for wrong in (0, -1, 1.5, np.nan, "half"):
+        with pytest.raises(ValueError, match="unseen is"):
+            Packing(unseen=wrong)
+    with pytest.raises(ValueError, match="cones"):
+        unwrap(V, F, cones=Cones("auto"), packing=Packing(unseen=0.5))
+    atlas = unwrap(V, F)
+    with pytest.raises(ValueError, match="unseen is for unwrap"):
+        pack(V, F, atlas.TC, atlas.FTC, Packing(unseen=0.5))
+    with pytest.raises(ValueError, match="unseen is for unwrap"):
+        pack_together([atlas], Packing(unseen=0.5))
