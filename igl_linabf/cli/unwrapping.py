@@ -259,6 +259,7 @@ UNWRAP = Command(
             "SHARE",
             "of the texel density, for charts that no ray from outside reaches, as of cavities",
             float,
+            Packing.unseen,
         ),
         "bake": choice(
             ("colors", "texture", "normals", "position"),
