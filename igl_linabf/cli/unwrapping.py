@@ -298,6 +298,7 @@ UNWRAP = Command(
         "part.obj -o part.obj --strict --bijective",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",
         "city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles",
+        "scan.ply -o scan.glb --method isometric --unseen 0.25    # fewer texels for cavities",
         "'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line a mesh",
         "- -o - --quiet < bunny.obj > atlas.obj",
     ),
