@@ -247,8 +247,7 @@ def _chart(
     piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None
 ) -> Chart | _Worth | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further, or that seems to be worth it."""
-    evens = splits < constants.MAX_LEAF_ROUNDS and options.even_stretch < np.inf
-    if evens and len(seams := _to_even_texels(piece, _stretch_to_expect(piece), options)):
+    if splits < constants.MAX_LEAF_ROUNDS and len(seams := _to_even_texels(piece, options)):
         return _anew(piece.cut_along(seams))
     made = _mapped(piece, splits, options, known)
     if isinstance(made, _Mapped) and len(made.pairs):
@@ -259,8 +258,6 @@ def _chart(
     seams = _NO_SEAM
     if options.weighs_stretch and not made.without_tips:
         seams = _worth_of_map(piece, stretch, made.change, splits, options)
-    if evens and not len(seams) and len(more := _to_even_texels(piece, stretch, options)):
-        return _anew(piece.cut_along(more))
     if stretch > options.most_stretch:
         parts = piece.cut_along(seams) if len(seams) else _less_stretched(piece, splits, options)
         if parts:
@@ -471,15 +468,15 @@ def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[
     return bisect(piece) if splits < constants.MAX_SPLITS_FOR_STRETCH else []
 
 
-def _stretch_to_expect(piece: Submesh) -> float:
-    """The L2 stretch of a piece's isometric map, which takes far longer."""
+def _to_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
+    """More seams for a piece that its isometric map would stretch too much; the more, the longer they may be.
+
+    That map takes far longer than to expect its stretch.
+    """
+    if options.even_stretch == np.inf or not piece.topology.loops:
+        return _NO_SEAM
     closed = ClosedSurface.of(piece, isometric=True)
-    holes = np.arange(closed.graph.n_holes)
-    return isometric_stretch(closed, holes) if len(holes) else 1.0
-
-
-def _to_even_texels(piece: Submesh, stretch: float, options: ChartOptions) -> IntArray:
-    """More seams for a piece of too much stretch: the more it is, the more they may cost."""
+    stretch = isometric_stretch(closed, np.arange(closed.graph.n_holes))
     uneven = (stretch - 1) / (options.even_stretch - 1)
     if uneven <= 1:
         return _NO_SEAM
