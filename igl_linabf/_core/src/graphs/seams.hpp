@@ -1,5 +1,8 @@
 // Seams as graphs: paths, trees and their arcs, what they open, and least cuts.
 #pragma once
+#include <deque>
+#include <limits>
+
 #include "../lists.hpp"
 
 namespace graphs {
@@ -177,76 +180,138 @@ inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<c
     return made;
 }
 
-// A network of which each edge is two arcs, 2 e and 2 e + 1: heads, what may still flow, and arcs by tails.
-struct Network {
-    std::vector<Index> head, left, level;
-    Lists arcs;
+// The largest flow through a network, by two trees of arcs that are not full, from the source and to the sink, which
+// grow until they touch and are mended where an arc gets full (Boykov, Kolmogorov 2004). Each edge is two arcs, 2 e
+// and 2 e + 1.
+class Flow {
+    enum Tree : char { NONE, SOURCE, SINK };
+    static constexpr Index ROOT = -1, ORPHAN = -2;  // in place of a parent
 
-    Network(Matrix<const Index> ends, View<const Index> capacity, Index n)
-        : head(2 * ends.rows), left(2 * ends.rows), level(n) {
-        for (Index a = 0; a < 2 * ends.rows; ++a) {
-            head[a] = ends.data[a ^ 1];
-            left[a] = capacity[a / 2];
+    Matrix<const Index> ends;
+    std::vector<Index> left;    // what may still flow along each arc
+    std::vector<Index> parent;  // the arc between each node and its parent
+    std::vector<Tree> tree;
+    std::vector<Index> seen, distance;  // when a node was last found to hang on a root, and how far from there
+    std::vector<char> waits;
+    Lists arcs;
+    std::deque<Index> active, orphans;
+    Index now = 0;
+
+    Index tail(Index arc) const { return ends.data[arc]; }
+    Index head(Index arc) const { return ends.data[arc ^ 1]; }
+    // The node beyond a parent's arc.
+    Index up(Index node) const { return tree[node] == SOURCE ? tail(parent[node]) : head(parent[node]); }
+
+    void activate(Index node) {
+        if (!std::exchange(waits[node], true)) active.push_back(node);
+    }
+
+    // The arc along which the trees touch, once they do; -1 if they cannot.
+    Index grown() {
+        for (; !active.empty(); active.pop_front()) {
+            const Index node = active.front();
+            waits[node] = false;
+            if (tree[node] == NONE) continue;
+            for (const Index a : arcs[node]) {
+                const Index along = tree[node] == SOURCE ? a : a ^ 1, next = head(a);
+                if (left[along] <= 0 || tree[next] == tree[node]) continue;
+                if (tree[next] != NONE) {
+                    waits[node] = true;  // it stays the first one
+                    return along;
+                }
+                tree[next] = tree[node];
+                parent[next] = along;
+                seen[next] = seen[node];
+                distance[next] = distance[node] + 1;
+                activate(next);
+            }
         }
+        return -1;
+    }
+
+    // Send what fits from the source to the sink through an arc.
+    void augment(Index arc) {
+        Index flow = left[arc];
+        for (const Index end : {tail(arc), head(arc)})
+            for (Index v = end; parent[v] != ROOT; v = up(v)) flow = std::min(flow, left[parent[v]]);
+        left[arc] -= flow;
+        left[arc ^ 1] += flow;
+        for (const Index end : {tail(arc), head(arc)})
+            for (Index v = end; parent[v] != ROOT;) {
+                const Index a = parent[v], next = up(v);
+                left[a] -= flow;
+                left[a ^ 1] += flow;
+                if (!left[a]) orphaned(v);
+                v = next;
+            }
+    }
+
+    void orphaned(Index node) {
+        parent[node] = ORPHAN;
+        orphans.push_back(node);
+    }
+
+    // How far a node is from the root of its tree; -1 if it hangs on an orphan.
+    Index depth(Index node) {
+        Index steps = 0, v = node;
+        for (; seen[v] != now && parent[v] != ROOT; v = up(v), ++steps)
+            if (parent[v] == ORPHAN) return -1;
+        const Index whole = steps + (parent[v] == ROOT ? 0 : distance[v]);
+        for (Index d = whole; v != node; node = up(node), --d) seen[node] = now, distance[node] = d;
+        return whole;
+    }
+
+    // Hang an orphan on the node of its tree that is nearest to the root, or free it.
+    void adopt(Index node) {
+        const Tree own = tree[node];
+        Index best = -1, nearest = std::numeric_limits<Index>::max();
+        for (const Index a : arcs[node]) {
+            const Index along = own == SOURCE ? a ^ 1 : a;
+            if (tree[head(a)] != own || left[along] <= 0) continue;
+            const Index far = depth(head(a));
+            if (far >= 0 && far < nearest) nearest = far, best = along;
+        }
+        if (best >= 0) {
+            parent[node] = best;
+            seen[node] = now;
+            distance[node] = nearest + 1;
+            return;
+        }
+        for (const Index a : arcs[node]) {
+            const Index next = head(a);
+            if (tree[next] != own) continue;
+            if (left[own == SOURCE ? a ^ 1 : a] > 0) activate(next);
+            if (parent[next] >= 0 && up(next) == node) orphaned(next);
+        }
+        tree[node] = NONE;
+    }
+
+  public:
+    Flow(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source, Index sink)
+        : ends(ends), left(2 * ends.rows), parent(n, ORPHAN), tree(n, NONE), seen(n, -1), distance(n), waits(n) {
+        for (Index a = 0; a < 2 * ends.rows; ++a) left[a] = capacity[a / 2];
         arcs = lists_of(n, [&](const auto& put) {
             for (Index a = 0; a < 2 * ends.rows; ++a) put(ends.data[a], a);
         });
-    }
-
-    // How many arcs with something left lead from the source to each node; -1 where none do.
-    void find_levels(Index source) {
-        std::fill(level.begin(), level.end(), Index(-1));
-        std::vector<Index> queue{source};
-        level[source] = 0;
-        for (std::size_t done = 0; done < queue.size(); ++done) {
-            const Index node = queue[done];
-            for (const Index a : arcs[node])
-                if (left[a] > 0 && level[head[a]] < 0) {
-                    level[head[a]] = level[node] + 1;
-                    queue.push_back(head[a]);
-                }
+        tree[source] = SOURCE, tree[sink] = SINK;
+        parent[source] = parent[sink] = ROOT;
+        activate(source), activate(sink);
+        for (Index arc; (arc = grown()) >= 0;) {
+            ++now;
+            augment(arc);
+            for (; !orphans.empty(); orphans.pop_front()) adopt(orphans.front());
         }
     }
 
-    // Send flow on ways of ascending levels until none is left.
-    void saturate(Index source, Index sink) {
-        std::vector<Index> next(arcs.begin), path;
-        for (Index node = source;;) {
-            if (node == sink) {
-                Index flow = left[path[0]], full = Index(path.size());
-                for (const Index a : path) flow = std::min(flow, left[a]);
-                for (Index k = full - 1; k >= 0; --k) {
-                    left[path[k]] -= flow;
-                    left[path[k] ^ 1] += flow;
-                    if (left[path[k]] == 0) full = k;
-                }
-                node = head[path[full] ^ 1];
-                path.resize(full);
-            }
-            const auto leads_on = [&](Index a) { return left[a] > 0 && level[head[a]] == level[node] + 1; };
-            while (next[node] < arcs.begin[node + 1] && !leads_on(arcs.items[next[node]])) ++next[node];
-            if (next[node] < arcs.begin[node + 1]) {
-                path.push_back(arcs.items[next[node]]);
-                node = head[path.back()];
-            } else if (path.empty()) {
-                return;
-            } else {
-                node = head[path.back() ^ 1];
-                path.pop_back();
-                ++next[node];
-            }
-        }
-    }
+    bool reaches(Index node) const { return tree[node] == SOURCE; }
 };
 
-// The nodes behind the least cut between two nodes; of several, the one nearest to the source (Dinic 1970).
+// The nodes behind the least cut between two nodes; of several, the one nearest to the source.
 inline Array<bool> behind_least_cut(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
                                     Index sink) {
-    Network network(ends, capacity, n);
-    for (network.find_levels(source); network.level[sink] >= 0; network.find_levels(source))
-        network.saturate(source, sink);
+    const Flow flow(ends, capacity, n, source, sink);
     Array<bool> behind(n);
-    for (Index v = 0; v < n; ++v) behind[v] = network.level[v] < 0;
+    for (Index v = 0; v < n; ++v) behind[v] = !flow.reaches(v);
     return behind;
 }
 
