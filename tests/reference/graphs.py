@@ -165,18 +165,6 @@ def nodes_on_paths(before, ends):
     return np.array([*found], dtype=np.int64)
 
 
-def way_of_fewest(indptr, indices, sources, ends):
-    n, source = len(indptr) - 1, np.flatnonzero(sources)
-    pattern = np.append(indices, source), np.append(indptr, len(indices) + len(source))
-    graph = sparse.csr_array((np.ones(len(pattern[0])), *pattern), shape=(n + 1, n + 1))
-    reached, before = csgraph.breadth_first_order(graph, n)  # from a node beside all sources
-    at = np.flatnonzero(np.append(ends, False)[reached])[:1]
-    way = reached[at].tolist()
-    while way and before[way[-1]] != n:
-        way.append(int(before[way[-1]]))
-    return np.array(way, dtype=np.int64)
-
-
 def without_leaves(ends, kept):
     left = np.ones(len(ends), dtype=bool)
     while True:
@@ -185,18 +173,6 @@ def without_leaves(ends, kept):
         if not drop.any():
             return left
         left &= ~drop
-
-
-def shortest_odd_walk(indptr, indices, length, flip, start, copies):
-    n = len(indptr) - 1
-    rows, copy = np.repeat(np.arange(n), np.diff(indptr)), np.arange(copies)[:, None]
-    ends = (copy * n + rows).ravel(), ((copy ^ flip) * n + indices).ravel()
-    graph = sparse.csr_array((np.tile(length, copies), ends), shape=(copies * n, copies * n))
-    walk = [(copies - 1) * n + start]
-    _, before = csgraph.dijkstra(graph, indices=start, return_predecessors=True)
-    while before[walk[-1]] >= 0:
-        walk.append(int(before[walk[-1]]))
-    return np.array(walk, dtype=np.int64)
 
 
 def meeting(indptr, indices, length, sources, open_, limit):

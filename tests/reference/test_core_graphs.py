@@ -68,10 +68,6 @@ def cases():
             for limit in (30.0, 1.0)
         ],
         "nodes_on_paths": [(before, t.edges[9]), (before, np.arange(t.n)), (before, NONE)],
-        "way_of_fewest": [
-            (*wide, np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
-            (*wide, np.arange(t.n) == 3, np.zeros(t.n, dtype=bool)),
-        ],
         "without_leaves": [
             (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
             (tree, np.zeros(t.n, dtype=bool)),
@@ -131,43 +127,6 @@ def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
         np.testing.assert_array_equal(one, other)
         assert np.shape(one) == np.shape(expected)
     assert found[0][2] and np.array_equal(found[0][1], reference.undirected(corner, n)[1])
-
-
-def steps(walk, n):
-    """The edges of a walk over copies of n nodes, each by its ends."""
-    return [sorted(step) for step in pairwise((walk % n).tolist())]
-
-
-@pytest.mark.parametrize("ways", [1, 3, 6])
-@pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
-def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph(ways, to_the_rim):
-    """On a square whose rim is one node: excursions from there are put together as is shortest."""
-    rng, k = np.random.default_rng(ways), 24
-    square = np.arange(k * k).reshape(k, k)
-    rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
-    ends = np.concatenate(
-        [
-            np.stack(pair, axis=-1).reshape(-1, 2)
-            for pair in (
-                (square[:, 1:], square[:, :-1]),
-                (square[1:], square[:-1]),
-                (rim, np.full(len(rim), k * k)),
-            )
-        ]
-    )
-    length = np.append(rng.uniform(0.1, 1.1, len(ends) - len(rim)), np.full(len(rim), to_the_rim))
-    crossed = rng.random((ways, len(ends))) < rng.choice([0.005, 0.05, 0.2], (ways, 1))
-    flip = (1 << np.arange(ways)) @ (crossed & (ends[:, 1] < k * k))
-    indptr, indices, edge = _core.shortest_pairs(ends, length, k * k + 1)
-    graph, n = (indptr, indices, length[edge], flip[edge]), k * k + 1
-    made = _core.shortest_odd_walk(*graph, k * k, 1 << ways)
-    expected = reference.shortest_odd_walk(*graph, k * k, 1 << ways)
-    known = {tuple(sorted(pair)): e for pair, e in zip(ends.tolist(), range(len(ends)), strict=True)}
-    own, other = ([known[tuple(step)] for step in steps(walk, n)] for walk in (made, expected))
-    assert length[own].sum() == pytest.approx(length[other].sum(), rel=1e-12)
-    assert np.bitwise_xor.reduce(flip[own]) == (1 << ways) - 1
-    assert made[0] == ((1 << ways) - 1) * n + k * k and made[-1] == k * k
-    assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
 
 
 def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():

@@ -227,21 +227,10 @@ If the order is by weight, this is the minimum spanning forest (Kruskal 1956).)"
         "Whether every face can be reached from face 0 across edges; `sides` as in `Topology`.");
     m.def("fans_around", bound(&fans_around), "corner"_a, "sides"_a, "n"_a,
         "How many fans each of n vertices has, by the corners (3, #F) and the sides of edges of a `Topology`.");
-    m.def("shortest_odd_walk", bound(&shortest_odd_walk), "indptr"_a, "indices"_a, "length"_a, "flip"_a, "start"_a,
-        "copies"_a,
-        R"(The shortest closed walk from a node that crosses each of some ways an odd number of times.
-
-Bits of `flip` tell which ways an edge crosses; the graph is given as in CSR. There is a copy of it for each
-combination of bits: copy c, of the nodes from c n on, is reached over the ways of c's bits. The walk is given from its
-end, which is in the last copy; that alone if there is no such walk.)");
     m.def("nodes_on_paths", bound(&nodes_on_paths), "before"_a, "ends"_a,
         R"(The nodes that lead from some ends to their sources, each once, in the order of the paths.
 
 `before` is the node before each one on its path, and -1 at sources, which are left out.)");
-    m.def("way_of_fewest", bound(&way_of_fewest), "indptr"_a, "indices"_a, "sources"_a, "ends"_a,
-        R"(The nodes of a way of the fewest steps, from one of the `ends` back to one of the sources, both masks.
-
-The graph is given as in CSR. There are none if no end can be reached.)");
     m.def("forest_parents", bound(&forest_parents), "pairs"_a, "n"_a,
         R"(The node above each of n nodes of a forest with these edges, (#E, 2); that of a root is itself.
 

@@ -7,20 +7,12 @@
 # tests/charts/splitting/test_splitting.py
 MAX_SPLITS = 20
 
-# Overlaps, the largest ones, that one search separates. Each doubles the graph that is searched; with fewer,
-# seams that would part several at once are found one by one. tests/charts/splitting/test_splitting.py
-MAX_OVERLAPS = 6
-
-# Nodes of that graph: overlaps are left for later until it is as small. More takes memory and seconds; fewer
-# find longer seams on large charts. benchmarks/constants.py charts.splitting
-MAX_SEARCH_NODES = 1 << 19
-
-# Factor on the lengths of edges within a sheet of an overlap. Less lets seams cut sheets in two; more makes
-# other lengths count for nothing where a sheet has to be crossed. benchmarks/constants.py charts.splitting
-BARRIER_COST = 1e3
+# Overlaps, the largest ones, that one seam separates. More take two least cuts each; with fewer, seams that
+# would part several at once are found one by one. tests/measures/test_overlapping.py
+MAX_OVERLAPS = 12
 
 # Length of seam that one part less is worth, as a share of the diagonal of the bounding box. More takes
-# detours around a sheet; less makes more charts. tests/charts/splitting/test_splitting.py
+# detours around a sheet; less makes more charts. tests/measures/test_overlapping.py
 PART_COST = 0.1
 
 # L2 stretch and conformal distortion of a map up to which it is isometric, and cut along creases alone. More

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._core import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
+from ..._core import overlap_sheets, shortest_pairs
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
+from ..cut_graphs import ClosedSurface, join_terminals
 from ..features import box_sides
+from ..least_cuts import ON_EITHER, ON_ONE_SIDE, ON_THE_OTHER, edges_between_polygons, sides_of_least_cut
 from . import constants
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     """Short seams that separate the overlapping parts of a flat map.
 
-    Each seam is a shortest path along edges of the surface, from boundary to boundary, with the two
-    sheets of an overlap on different sides. If that is shorter, it runs from the boundary around
-    one sheet and back to itself. Either way, one disk becomes two. The largest overlap comes first,
-    until no pair of faces is left in one part. A part may overlap itself again when it is
-    flattened: repeat until none does.
+    Each seam is the shortest along edges of the surface that has the two sheets of some overlaps on different
+    sides, the largest overlaps first (a least cut of the graph of faces). It runs from boundary to boundary,
+    or, if that is shorter, from the boundary around one sheet and back to itself. Disks stay disks. That is
+    repeated until no pair of faces is left in one part. A part may overlap itself again when it is flattened:
+    repeat until none does.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     >>> uv = (1 - V[:, 1:2]) * np.column_stack((np.cos(t), np.sin(t)))
     >>> pairs = overlaps(uv, F)
     >>> len(pairs), separating_seams(V, F, pairs)
-    (27, array([[50, 51]]))
+    (27, array([[10, 11]]))
     """
     surface = Submesh.checked(V, F)
     array = _pair_array(pairs, len(surface.F))
@@ -101,7 +102,7 @@ def _separated(
             apart = apart[apart[:, 0] != apart[:, 1]]  # no seam takes a polygon apart
         if len(apart):
             check_planar(part.topology, part.vertices)
-            seams.append(np.sort(part.vertices[_shortest_seam(part, apart, most)], axis=1))
+            seams.append(np.sort(_shortest_seam(part, apart, most), axis=1))
             waiting += _with_pairs(part, part.cut_along(seams[-1]), local)
         else:
             parts.append(part)
@@ -140,119 +141,59 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 
 
 def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
-    """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
-    search, doublings = _Search(part), int(np.log2(constants.MAX_SEARCH_NODES / part.topology.n))
-    overlaps = search.largest(pairs, min(most, max(1, doublings)))
-    while not len(seam := search.seam(overlaps)):
-        # three single faces over each other: no closed line crosses all three ways an odd number of times
-        overlaps.pop()
-    return seam
+    """The edges of the shortest seam that separates the sheets of the largest overlaps.
 
-
-class _Overlap(NamedTuple):
-    """The edges that a way from one of two sheets to the other crosses, and the edges in a sheet."""
-
-    way: IntArray
-    barred: IntArray
-
-
-class _Search:
-    """The graphs of a part in which seams are sought."""
-
-    def __init__(self, part: Submesh) -> None:
-        cell, inner = part.polygon_labels, part.cuttable_edges
-        topology = part.topology
-        self._m, self._n = int(cell.max()) + 1, topology.n
-        sides = cell[topology.sides[:, inner] % len(part.F)].T  # the faces that such an edge separates
-        self._dual = _Dual(*shortest_pairs(sides, np.zeros(len(inner)), self._m))
-        edges = topology.edges[inner]
-        # each boundary loop is one more vertex: a seam may end there, and another begin elsewhere on it
-        rim = np.concatenate(topology.loops)
-        loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
-        ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
-        spoke = constants.PART_COST * np.linalg.norm(box_sides(part.V)) / 2
-        self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
-        self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
-
-    def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
-        """The largest overlaps, so many at most, by their pairs of polygons."""
-        m, dual = self._m, self._dual
-        code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
-        upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
-        faces, start = overlap_sheets(upper, lower, dual.begin, dual.neighbour, most)
-        within, overlaps = np.zeros((2, m), dtype=bool), list[_Overlap]()
-        sheets = [faces[i:j] for i, j in pairwise(start.tolist())]
-        for one, other in zip(sheets[::2], sheets[1::2], strict=True):
-            within[0, one], within[1, other] = True, True
-            barred = np.append(dual.inside(one, within[0]), dual.inside(other, within[1]))
-            overlaps.append(_Overlap(dual.crossed(*within), barred))
-            within[0, one], within[1, other] = False, False
-        return overlaps
-
-    def seam(self, overlaps: list[_Overlap]) -> IntArray:
-        """The shortest that has the two sheets of each overlap on different sides; no edge if none does."""
-        indptr, indices, edge = self._graph
-        flip, cost = np.zeros(len(self._cost), dtype=np.int64), self._cost.copy()
-        barred = np.concatenate([overlap.barred for overlap in overlaps])
-        cost[barred] = constants.BARRIER_COST * self._cost[barred]
-        for k, overlap in enumerate(overlaps):
-            flip[overlap.way] |= 1 << k
-        # A closed line separates two sheets if it crosses the way from one to the other an odd number of
-        # times. With a copy of the vertices for each combination of odd and even, and edges across a way
-        # leading from copy to copy, it goes from a point to that point's all-odd copy.
-        n, copies = len(indptr) - 1, 1 << len(overlaps)
-        walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
-        path = np.array(_pruned(walk, n, self._n), dtype=np.int64)
-        steps = np.column_stack((path[:-1], path[1:]))
-        return np.asarray(steps[(steps < self._n).all(axis=1)])
-
-
-def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
-    """The vertices of a walk over copies of n; `rim` and above are boundary loops.
-
-    Where an arc runs around a sheet and back to itself, a second way from there to the
-    boundary, of the same length as the first, is left out.
+    They are by the caller's vertices. Where the seam runs around a sheet, the shortest way from there to the
+    boundary is among them. `pairs` are of polygons.
     """
-    path, arc = [], []
-    for node in walk:
-        arc.append(node)
-        if node % n < rim or len(arc) == 1:
-            continue
-        first: dict[int, int] = {}
-        for end, vertex in enumerate(i % n for i in arc[1:-1]):
-            begin = first.setdefault(vertex, end)
-            if begin < end:
-                tails = arc[0] // n ^ arc[1 + begin] // n ^ arc[1 + end] // n ^ arc[-1] // n
-                if not tails:
-                    arc = [*arc[: end + 2], arc[-1]]
+    number, (between, length) = int(part.polygon_labels.max()) + 1, edges_between_polygons(part)
+    links, spoke = _links_along_rim(part), constants.PART_COST * np.linalg.norm(box_sides(part.V)) / 2
+    sides, price = np.hstack((between, links)), np.append(length, np.full(len(links[0]), spoke))
+    terminal, beyond = np.full(number, ON_EITHER), np.zeros(number, dtype=bool)
+    for one, other in _largest_overlaps(between, number, pairs, most):
+        cuts = list[tuple[float, IntArray, BoolArray]]()
+        for this, that in ((one, other), (other, one)):
+            if (terminal[this] != ON_THE_OTHER).all() and (terminal[that] != ON_ONE_SIDE).all():
+                joined = terminal.copy()
+                joined[this], joined[that] = ON_ONE_SIDE, ON_THE_OTHER
+                are_apart = beyond[that].all() and not beyond[this].any()
+                made = beyond if are_apart else sides_of_least_cut(sides, price, joined)
+                cuts.append((float(price[made[sides[0]] != made[sides[1]]].sum()), joined, made))
+                if are_apart or not beyond.any():  # of the first two, either may be on either side
                     break
-        path += [i % n for i in arc[:-1]]
-        if len(first) < len(arc) - 2:
-            path.append(rim)
-        arc = [node]
-    return [*path, walk[-1] % n]
+        if cuts:  # else a later seam separates them
+            _, terminal, beyond = min(cuts, key=lambda cut: cut[0])
+    crossed = part.cuttable_edges[beyond[between[0]] != beyond[between[1]]]
+    seam = part.vertices[part.topology.edges[crossed]]
+    if len(part.topology.loops) > 1:
+        return seam
+    rings = [ring for ring in part.cut_along(seam) if len(ring.topology.loops) > 1]
+    return np.concatenate([seam, *map(_between_loops, rings)])
 
 
-class _Dual(NamedTuple):
-    """The faces beside each face, as in CSR, with the edges between."""
+def _links_along_rim(part: Submesh) -> IntArray:
+    """The polygons at the boundary before and after each of its vertices, where a seam may end, (2, #B)."""
+    topology = part.topology
+    at = topology.sides[1] < 0
+    (start, end), polygon = topology.edges[at].T, part.polygon_labels[topology.sides[0, at] % len(part.F)]
+    before = np.empty(len(part.V), dtype=np.int64)
+    before[end] = polygon
+    return np.stack((before[start], polygon))
 
-    begin: IntArray
-    neighbour: IntArray
-    edge: IntArray
 
-    def crossed(self, one: BoolArray, other: BoolArray) -> IntArray:
-        """The edges that a way from one sheet to another crosses, both masks of faces."""
-        way = way_of_fewest(self.begin, self.neighbour, one, other)
-        at, of = self._around(way[:-1])
-        return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])
+def _between_loops(ring: Submesh) -> IntArray:
+    """The edges, by the caller's vertices, of the shortest ways between the boundary loops."""
+    closed = ClosedSurface.of(ring)
+    return ring.vertices[closed.edges[join_terminals(closed.graph, np.zeros(0, dtype=np.int64))]]
 
-    def inside(self, faces: IntArray, within: BoolArray) -> IntArray:
-        """The edges between two of some faces, which are also given as a mask; each twice."""
-        at, _ = self._around(faces)
-        return np.asarray(self.edge[at[within[self.neighbour[at]]]])
 
-    def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
-        """The entries of some faces, and of which face each is."""
-        number = self.begin[faces + 1] - self.begin[faces]
-        of = np.repeat(np.arange(len(faces)), number)
-        return (self.begin[faces] - np.cumsum(number) + number)[of] + np.arange(len(of)), of
+def _largest_overlaps(
+    sides: IntArray, number: int, pairs: IntArray, most: int
+) -> list[tuple[IntArray, IntArray]]:
+    """The two sheets of each of the largest overlaps, by their polygons, of so many in the part."""
+    begin, neighbour, _ = shortest_pairs(sides.T, np.zeros(len(sides[0])), number)
+    code = np.sort(np.concatenate((pairs @ [number, 1], pairs @ [1, number])))
+    upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], number)
+    polygons, start = overlap_sheets(upper, lower, begin, neighbour, most)
+    sheets = [polygons[i:j] for i, j in pairwise(start.tolist())]
+    return list(zip(sheets[::2], sheets[1::2], strict=True))

@@ -19,29 +19,6 @@ inline std::vector<Index> nodes_on_paths(View<const Index> before, View<const In
     return found;
 }
 
-// The nodes of a way of the fewest steps from one of the ends back to one of the sources, both masks.
-inline std::vector<Index> way_of_fewest(View<const Index> indptr, View<const Index> indices,
-                                        View<const bool> sources, View<const bool> ends) {
-    const Index n = indptr.size - 1;
-    std::vector<Index> before(n, -2), queue, way;
-    for (Index node = 0; node < n; ++node)
-        if (sources[node]) {
-            before[node] = -1;
-            queue.push_back(node);
-        }
-    for (std::size_t done = 0; done < queue.size() && way.empty(); ++done) {
-        const Index node = queue[done];
-        if (ends[node])
-            for (Index at = node; at >= 0; at = before[at]) way.push_back(at);
-        for (Index at = indptr[node]; at < indptr[node + 1]; ++at)
-            if (before[indices[at]] == -2) {
-                before[indices[at]] = node;
-                queue.push_back(indices[at]);
-            }
-    }
-    return way;
-}
-
 // The nodes that one takes in an order, leaving out those `hops` edges or less from taken ones over nodes that are
 // not closed; as a mask.
 template <class Int>

@@ -1,4 +1,4 @@
-// Shortest paths (Dijkstra 1959): to sources, towards targets, to where three meet, and around several ways.
+// Shortest paths (Dijkstra 1959): to sources, towards targets, and to where three meet.
 #pragma once
 #include <array>
 
@@ -22,9 +22,8 @@ class Heap {
     Index size = 0;
 
   public:
-    Heap(const double* key, Index most) : key(key), heap(most), place(most) {}
+    Heap(const double* key, Index n) : key(key), heap(n), place(n) { std::fill_n(place.data(), n, Index(-1)); }
 
-    void clear(Index first, Index last) { std::fill(place.data() + first, place.data() + last, Index(-1)); }
     bool empty() const { return size == 0; }
     bool knows(Index node) const { return place[node] >= 0; }
     Index first() const { return heap[0]; }
@@ -58,13 +57,9 @@ struct Search {
     Array<Index> before;
     Heap waiting;
 
-    // For up to `most` nodes, the first `n` of which are cleared.
-    Search(Index most, Index n) : distance(most), before(most), waiting(distance.data(), most) { clear(0, n); }
-
-    void clear(Index first, Index last) {
-        std::fill(distance.data() + first, distance.data() + last, INFINITY);
-        std::fill(before.data() + first, before.data() + last, Index(-1));
-        waiting.clear(first, last);
+    explicit Search(Index n) : distance(n), before(n), waiting(distance.data(), n) {
+        std::fill_n(distance.data(), n, INFINITY);
+        std::fill_n(before.data(), n, Index(-1));
     }
 
     void reach(Index node, double way, Index from) {
@@ -76,24 +71,15 @@ struct Search {
     // The least distance of a node that waits.
     double least() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
-    // Go over the edges of a node, which are those in a row of the graph. goes(edge, way) says which node is reached
-    // by an edge, -1 for none.
-    template <class Int, class Goes>
-    void relax(const Graph<Int>& graph, Index row, Index node, const Goes& goes) {
-        for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
-            const double way = distance[node] + graph.length[edge];
-            if (const Index there = goes(edge, way); there >= 0) reach(there, way, node);
-        }
-    }
-
     // Go on from the nearest node that waits. passes(node, there, way) says whether a way that is shorter is taken.
     template <class Int, class Passes>
     void step(const Graph<Int>& graph, const Passes& passes) {
         const Index node = waiting.take_first();
-        relax(graph, node, node, [&](Index edge, double way) {
+        for (Index edge = graph.indptr[node]; edge < graph.indptr[node + 1]; ++edge) {
+            const double way = distance[node] + graph.length[edge];
             const Index there = graph.indices[edge];
-            return way < distance[there] && passes(node, there, way) ? there : -1;
-        });
+            if (way < distance[there] && passes(node, there, way)) reach(there, way, node);
+        }
     }
 };
 
@@ -107,7 +93,7 @@ template <class Int>
 Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<const double> length,
                       View<const Index> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
-    Search search(graph.nodes(), graph.nodes());
+    Search search(graph.nodes());
     Array<Index> source = filled<Index>(graph.nodes(), -1);
     for (const Index node : sources)
         if (open[node] && !search.waiting.knows(node)) {
@@ -144,7 +130,7 @@ std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, Vie
         }
         return sum;
     };
-    Search search(graph.nodes(), graph.nodes());
+    Search search(graph.nodes());
     std::vector<double> ahead(graph.nodes());
     search.reach(source, 0, -1);
     while (!search.waiting.empty())
@@ -168,7 +154,7 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
              std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const Index n = graph.nodes();
-    Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
+    Search search[3] = {Search(n), Search(n), Search(n)};
     double apart[3] = {INFINITY, INFINITY, INFINITY};  // at least, the ways to the sets other than k
     const auto note = [&](int k, Index node, double way) {
         for (int j = 0; j < 3; ++j)
@@ -207,97 +193,6 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
         made.start.push_back(Index(made.nodes.size()));
     }
     return made;
-}
-
-// Of excursions, each the shortest that crosses the ways of its bits an odd number of times, the shortest set that
-// does so with all ways.
-inline std::vector<Index> shortest_set(const std::vector<double>& found) {
-    const Index all = Index(found.size()) - 1;
-    std::vector<double> best(all + 1, INFINITY);
-    std::vector<std::vector<char>> taken(all + 1, std::vector<char>(all + 1));
-    best[0] = 0;
-    for (Index ways = 1; ways <= all; ++ways) {
-        const std::vector<double> before = best;
-        for (Index odd = 0; odd <= all; ++odd)
-            if (before[odd ^ ways] + found[ways] < best[odd]) {
-                best[odd] = before[odd ^ ways] + found[ways];
-                taken[ways][odd] = true;
-            }
-    }
-    std::vector<Index> chosen;
-    Index left = all;
-    for (Index ways = all; ways > 0; --ways)
-        if (taken[ways][left]) {
-            chosen.push_back(ways);
-            left ^= ways;
-        }
-    return left == 0 ? chosen : std::vector<Index>();
-}
-
-// The shortest closed walk from a node that crosses each of some ways an odd number of times; bits of `flip` tell
-// which ways an edge crosses. The search is in copies of the graph, one for each combination of odd and even. The
-// walk is a set of excursions that pass the start at their ends only. Two ways from the start to one node are an
-// excursion, and none that is shorter than twice the least distance of those that wait is unknown.
-inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const Index> indices,
-                                            View<const double> length, View<const Index> flip, Index start,
-                                            Index copies) {
-    const Graph<Index> graph{indptr, indices, length};
-    const Index n = graph.nodes(), all = copies - 1;
-    Search search(copies * n, n);
-    const auto& distance = search.distance;
-    std::vector<char> begun(copies);  // most copies are never reached
-    std::vector<Index> first(n, -1);  // the first node that is reached of its copies; then the others in a list
-    Array<Index> other_label(copies * n);
-    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // of an excursion, of any number of them
-    std::vector<std::array<Index, 2>> ends(copies);
-    cost[0] = 0;
-    begun[0] = true;
-    search.reach(start, 0, -1);
-    first[start] = start;
-    other_label[start] = -1;
-    while (!search.waiting.empty() && 2 * search.least() < cost[all]) {
-        const Index node = search.waiting.take_first(), copy = node / n;
-        Index label = first[node % n];
-        while (label >= 0 && (label == node || distance[label] + cost[copy ^ (label / n)] > distance[node]))
-            label = other_label[label];
-        if (label >= 0) continue;  // another way there, with excursions, does as much
-        search.relax(graph, node - copy * n, node, [&](Index edge, double way) {
-            const Index vertex = graph.indices[edge], other = copy ^ flip[edge], there = other * n + vertex;
-            if (vertex != start) {
-                if (!begun[other]) {
-                    begun[other] = true;
-                    search.clear(other * n, other * n + n);
-                }
-                if (!(way < distance[there])) return Index(-1);
-                if (distance[there] == INFINITY) other_label[there] = std::exchange(first[vertex], there);
-            }
-            for (Index at = first[vertex]; at >= 0; at = other_label[at]) {
-                const Index ways = other ^ (at / n);
-                if (!ways || !(way + distance[at] < found[ways])) continue;
-                found[ways] = way + distance[at];
-                ends[ways] = {node, at};
-                for (Index odd = 0; odd < copies; ++odd)
-                    if (const Index rest = odd ^ ways; odd < rest) {
-                        const double before = cost[odd];
-                        cost[odd] = std::min(before, cost[rest] + found[ways]);
-                        cost[rest] = std::min(cost[rest], before + found[ways]);
-                    }
-            }
-            return vertex != start ? there : Index(-1);
-        });
-    }
-    std::vector<Index> walk{all * n + start};
-    Index copy = all;
-    for (const Index ways : shortest_set(found)) {
-        const auto outward = walk.size();
-        for (Index at = ends[ways][0]; search.before[at] >= 0; at = search.before[at])
-            walk.push_back((copy ^ (at / n)) * n + at % n);
-        std::reverse(walk.begin() + outward, walk.end());
-        copy ^= ways;
-        for (Index at = ends[ways][1]; at >= 0; at = search.before[at])
-            walk.push_back((copy ^ (at / n)) * n + at % n);
-    }
-    return walk;
 }
 
 }  // namespace graphs
