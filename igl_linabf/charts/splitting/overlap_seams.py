@@ -164,7 +164,7 @@ def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
         if cuts:  # else a later seam separates them
             _, terminal, beyond = min(cuts, key=lambda cut: cut[0])
     crossed = part.cuttable_edges[beyond[between[0]] != beyond[between[1]]]
-    seam = part.vertices[part.topology.edges[crossed]]
+    seam: IntArray = part.vertices[part.topology.edges[crossed]]
     if len(part.topology.loops) > 1:
         return seam
     rings = [ring for ring in part.cut_along(seam) if len(ring.topology.loops) > 1]
