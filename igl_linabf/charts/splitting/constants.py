@@ -9,7 +9,7 @@ MAX_SPLITS = 20
 
 # Overlaps, the largest ones, that one seam separates. More take two least cuts each; with fewer, seams that
 # would part several at once are found one by one. tests/measures/test_overlapping.py
-MAX_OVERLAPS = 12
+MAX_OVERLAPS = 8
 
 # Length of seam that one part less is worth, as a share of the diagonal of the bounding box. More takes
 # detours around a sheet; less makes more charts. tests/measures/test_overlapping.py
