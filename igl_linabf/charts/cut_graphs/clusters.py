@@ -21,7 +21,7 @@ from .closed_surface import ClosedSurface, EdgeFeatures
 from .graph import SurfaceGraph, without_stubs
 from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
-from .shortening import pull_tight
+from .shortening import shorten
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,14 +122,10 @@ class Contracted:
         return without_stubs(graph, graph.union(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """A seam of the coarse surface, pulled tight on the fine one; it still passes the roots of `kept`."""
-        if not len(seam):
-            return seam
-        graph, lifted = self.fine.graph, self.lift_along_trees(seam)
-        mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
+        """A seam of the coarse surface, shortened on the fine one; it still passes the roots of `kept`."""
+        mean = float(self.forest.distance.sum()) / max(self.fine.graph.n - self.coarse.graph.n, 1)
         width = constants.CORRIDOR_WIDTH * mean
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
+        return shorten(self.fine, self.lift_along_trees(seam), self.roots[kept], width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +161,7 @@ class Levels:
         return nodes
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """A seam of the coarse surface pulled tight on the surface, step by step; `leaves` stay roots."""
+        """A seam of the coarse surface shortened on the surface, step by step; `leaves` stay roots."""
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam

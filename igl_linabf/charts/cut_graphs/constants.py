@@ -62,7 +62,7 @@ MIN_PEAK_CURVATURE = 0.1
 # no simple mesh has; after these few such pairs are left. tests/charts/cut_graphs/test_clusters.py
 MAX_ROOT_ROUNDS = 4
 
-# Mean distances to a root that a seam of clusters may move to either side when it is pulled tight; a branch
+# Mean distances to a root that a seam of clusters may move to either side when it is shortened; a branch
 # point may move along its arcs by twice as many. Less keeps detours through roots; more takes longer.
 # tests/charts/cut_graphs/test_clusters.py
 CORRIDOR_WIDTH = 3.0
@@ -104,11 +104,10 @@ NEAREST_ARCS = 2
 # benchmarks/constants.py charts.cut_graphs
 MAX_MOVED_GROUPS = 12
 
-# Square roots of the area between points of a seam, which keep their places while it slides into valleys.
-# More lets it leave what it was grown for; less keeps it out of valleys nearby.
-# tests/charts/features/test_visibility.py
-STRAIGHTENING_STRIDE = 0.3
+# Square roots of the area that a seam may move while it slides into valleys. More lets it leave what it was
+# grown for; less keeps it out of valleys nearby. tests/charts/features/test_visibility.py
+VALLEY_REACH = 0.06
 
-# Share of its faces that a part keeps when seams are pulled tight. With less, arcs on both sides of it may
+# Share of its faces that a part keeps when seams are shortened. With less, arcs on both sides of it may
 # meet and leave slivers; at 1 no arc between two parts could move. tests/charts/cut_graphs/test_clusters.py
 MIN_KEPT_PART = 0.7

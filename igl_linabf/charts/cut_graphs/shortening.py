@@ -1,7 +1,5 @@
-"""Seams made shorter: straightened, moved into valleys nearby, and drawn tight around branch points."""
+"""Seams made shorter: arcs are straightened within a corridor, also into valleys, and branch points move."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +9,6 @@ from ..._types import BoolArray, IntArray
 from .branches import (
     ArcArrays,
     arc_from,
-    arcs_from,
     arcs_of,
     lengths_at,
     longest,
@@ -20,74 +17,7 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRAIGHTENING_STRIDE, STRICTLY_SHORTER
-from .graph import SurfaceGraph
-
-
-def slide_into_valleys(
-    closed: ClosedSurface, seam: IntArray, accepts: Callable[[IntArray], bool]
-) -> IntArray:
-    """The seam on the shortest paths between points on it, where valleys are shorter.
-
-    With points `STRAIGHTENING_STRIDE` apart, it reaches valleys nearby, and stays where its leaves are. If
-    not all arcs together are accepted, halves of them are tried, and so on.
-    """
-    graph, topology = closed.graph, closed.graph.topology_of(seam)
-    valleys = replace(graph, length=graph.length * closed.features.valley)
-
-    def move(arcs: list[IntArray], seam: IntArray) -> IntArray | None:
-        moved = seam
-        for arc in arcs:
-            moved = _straighten(valleys, moved, arc, STRAIGHTENING_STRIDE * closed.size)
-        if np.array_equal(np.sort(moved), np.sort(seam)):
-            return seam
-        return moved if graph.topology_of(moved) == topology and accepts(moved) else None
-
-    degree = np.bincount(graph.ends[seam].ravel(), minlength=graph.n)
-    degree[: graph.n_holes] = 0
-    starts = np.flatnonzero((degree == 1) | (degree >= 3)).tolist()
-    steps = steps_of(graph, seam)
-    arcs = [
-        arc
-        for start in starts
-        for arc, tip in arcs_from(graph, steps, start)
-        if tip > start or tip < graph.n_holes  # from one of its two ends
-    ]
-    return move_in_groups(longest(arcs, lambda k: graph.length_of(arcs[k])), seam, move)
-
-
-def _straighten(graph: SurfaceGraph, seam: IntArray, arc: IntArray, stride: float) -> IntArray:
-    """The seam with an arc on the shortest paths between points on it, then between points between these."""
-    rest = graph.difference(seam, arc)
-    taken = np.zeros(graph.n, dtype=bool)
-    taken[: graph.n_holes], taken[graph.ends[seam]] = True, True
-    for shift in (0.0, 0.5):
-        before = np.cumsum(graph.length[arc]) - graph.length[arc]
-        number = (before / stride + shift).astype(np.int64)
-        parts = np.split(arc, np.flatnonzero(np.diff(number)) + 1)
-        arc = np.concatenate([_shortest(graph, part, taken) for part in parts])
-    return np.concatenate((rest, arc))
-
-
-def _shortest(graph: SurfaceGraph, path: IntArray, taken: BoolArray) -> IntArray:
-    """The shortest path between the ends of a path, in its order; nodes that are taken by others stay so."""
-    if len(path) < 2:
-        return path
-    first, last = (
-        next((node for node in graph.ends[end].tolist() if node not in graph.ends[beside].tolist()), -1)
-        for end, beside in ((path[0], path[1]), (path[-1], path[-2]))
-    )
-    if first < 0 or last < 0 or first == last:
-        return path
-    length, avoid = graph.length_of(path), taken.copy()
-    avoid[graph.ends[path]] = False
-    distance, before, _ = graph.shortest_paths(np.array([last]), avoid, limit=length)
-    if not distance[first] < length * STRICTLY_SHORTER:
-        return path
-    found = graph.path_edges(before, [first])
-    taken[graph.ends[path]] = False
-    taken[graph.ends[found]] = True
-    return found
+from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRICTLY_SHORTER
 
 
 class _Corridor:
@@ -179,10 +109,8 @@ class _Corridor:
         return [self._nodes[nodes[i:j]] for i, j in pairwise(start.tolist())]
 
 
-def pull_tight(
-    closed: ClosedSurface, seam: IntArray, kept: IntArray, near: BoolArray, reach: float
-) -> IntArray:
-    """A seam of the same topology that is no longer, and passes the same points.
+def shorten(closed: ClosedSurface, seam: IntArray, kept: IntArray, width: float) -> IntArray:
+    """A seam of the same topology that is no longer, as edges in valleys count, and passes the same points.
 
     Parameters
     ----------
@@ -191,16 +119,19 @@ def pull_tight(
         Its edges.
     kept : (#K,) int64
         Nodes that it goes on to pass.
-    near : (n,) bool
-        The nodes that it may pass; those of the seam are among them.
-    reach : float
-        How far from a branch point its three arcs may move.
+    width : float
+        How far its arcs may move; a branch point may move along its arcs by twice as much.
     """
+    if not len(seam):
+        return seam
+    reached = closed.graph.shortest_paths(closed.graph.boundary_nodes(seam), limit=width)[0]
+    near, reach = np.isfinite(reached), 2 * width
     corridor, fixed = _Corridor(closed, near, seam), set(kept.tolist())
     straight = _straighten_arcs(corridor, seam, fixed, seam[:0])
     moved = _move_branch_points_by(corridor, straight, fixed, reach)
     moved = _straighten_arcs(corridor, moved, fixed, straight)
-    return moved if corridor.is_tree or corridor.has_parts or corridor.opens(moved) else seam
+    opens = len(moved) > 1 or closed.graph.n_holes > 0  # a single edge opens nothing
+    return moved if opens and (corridor.is_tree or corridor.has_parts or corridor.opens(moved)) else seam
 
 
 def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntArray) -> IntArray:

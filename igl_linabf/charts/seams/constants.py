@@ -6,7 +6,7 @@
 # Less leaves maps that shrink limbs; more cuts long seams for little. tests/charts/seams/test_search.py
 TRADE = 6.0
 
-# Factor on `trade` for seams of clusters, which get shorter when they are pulled tight. Less leaves out
+# Factor on `trade` for seams of clusters, which get shorter on the surface itself. Less leaves out
 # branches that pay on the surface; more keeps some that do not. tests/charts/cut_graphs/test_clusters.py
 CLUSTER_TRADE_FACTOR = 1.6
 

@@ -11,7 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
+from ..cut_graphs import MAX_DIRECT_NODES, VALLEY_REACH, ClosedSurface, Levels, log_scale, shorten
 from ..features import (
     PLANAR_SHARE,
     CreasedSurface,
@@ -322,8 +322,9 @@ def _cheapest_seam(
     if hard and (net := cheaper(seam)) is not None:
         return net
     seam, cost = shorter_seam(closed, seam, trade)
-    most = cost(seam) + constants.VALLEY_COST
-    seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
+    moved = shorten(closed, seam, seam[:0], VALLEY_REACH * closed.size)
+    if cost(moved) < cost(seam) + constants.VALLEY_COST:
+        seam = moved
     if trade > 0 and not closed.graph.genus:
         seam = symmetric_seam(component, closed, seam, trade, holes)
     return if_it_pays(closed, seam, trade, gain)

@@ -12,8 +12,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, MeshWarning, Seams, clean, find_seams, texture_seams, unwrap
-from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.shortening import slide_into_valleys
+from igl_linabf.charts.cut_graphs import VALLEY_REACH, ClosedSurface, shorten
 from igl_linabf.charts.seams import TRADE
 from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
 from igl_linabf.io import read_texture, write_mesh
@@ -174,7 +173,7 @@ def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path
 def test_valleys_attract_seams(name: str) -> None:
     piece = ClosedSurface.of(Submesh.checked_manifold(*load(name)))
     seam = shorter_seam(piece, grown_seam(piece, 6.0, holes=False)[0], 6.0)[0]
-    moved = slide_into_valleys(piece, seam, lambda _: True)
+    moved = shorten(piece, seam, seam[:0], VALLEY_REACH * piece.size)
     before, after = (
         piece.graph.length[s] @ (1 - piece.features.valley[s]) / piece.graph.length[s].sum()
         for s in (seam, moved)
