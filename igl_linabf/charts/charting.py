@@ -78,7 +78,7 @@ def pieces_of(
 def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
     """The seams that its components need, and those that are worth the stretch they save, on disks, too."""
     if not options.holes:
-        return options.seams_of(piece, disks=True, gain=constants.DISK_GAIN, part_overlaps=True, panels=True)
+        return options.seams_of(piece, disks=True, gain=constants.DISK_GAIN, part_overlaps=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [

@@ -154,13 +154,7 @@ class ChartOptions:
         )
 
     def seams_of(
-        self,
-        piece: Submesh,
-        *,
-        disks: bool = False,
-        gain: float = 0.0,
-        part_overlaps: bool = False,
-        panels: bool = False,
+        self, piece: Submesh, *, disks: bool = False, gain: float = 0.0, part_overlaps: bool = False
     ) -> IntArray:
         """The `seams_of` a piece by these options; `part_overlaps` only where overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
@@ -173,7 +167,6 @@ class ChartOptions:
             hidden=self.hidden,
             isometric=isometric,
             part_overlaps=part_overlaps and not (isometric or self.bijective),
-            panels=panels,
         )
 
     @property

@@ -7,14 +7,7 @@ atlas of the mesh and the polygons that the caller gave.
 from .atlas import Atlas, Chart
 from .constants import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
-from .pieces import (
-    flatten_piece,
-    flattening_of_part,
-    open_slivers,
-    scaled_to_surface,
-    sketched_distortion,
-    uv_of_part,
-)
+from .pieces import flatten_piece, flattening_of_part, open_slivers, scaled_to_surface, uv_of_part
 from .polygons import (
     atlas_of_polygons,
     mark_diagonals,

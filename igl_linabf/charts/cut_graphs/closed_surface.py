@@ -11,7 +11,7 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
-from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
+from ..features import Smoothing, dihedral_angles, hiding_factors, valley_factors
 from .constants import CREASE_DISCOUNT, MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
 from .graph import SurfaceGraph
 from .laplacians import SurfaceLaplacian
@@ -27,15 +27,12 @@ class EdgeFeatures:
         In space.
     hiding : (#E,) float64
         What the length is multiplied by where the caller wants seams, or does not: below and above 1.
-    sharpness : (#E,) float64
-        From 0 for no crease to 1 for a sharp one.
     valleys : callable
         Makes `valley`: few need it.
     """
 
     length: FloatArray
     hiding: FloatArray
-    sharpness: FloatArray
     valleys: Callable[[], FloatArray]
 
     @cached_property
@@ -61,8 +58,8 @@ class ClosedSurface:
     edges : (#E, 2) int64
         The vertices at each edge.
     features : EdgeFeatures
-    curvature, noise, area : (n,) float64
-        Angle defects, what rounding adds to them, and vertex areas.
+    curvature, area : (n,) float64
+        Angle defects and vertex areas.
     laplacian : SurfaceLaplacian
     size : float
         Square root of the area.
@@ -75,7 +72,6 @@ class ClosedSurface:
     edges: IntArray
     features: EdgeFeatures
     curvature: FloatArray
-    noise: FloatArray
     area: FloatArray
     laplacian: SurfaceLaplacian
     size: float
@@ -106,8 +102,7 @@ class ClosedSurface:
         if component.inner is not None:
             taken = np.searchsorted(every, inside)
             edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
-        every_length = lengths(V, topology.edges)
-        in_space = every_length[inside]
+        in_space = lengths(V, topology.edges[inside])
         double_area, dot = component.measured
         size = float(np.sqrt(double_area.sum() / 2))
         smoothing = cache(partial(Smoothing, component, edges, in_space))
@@ -128,13 +123,9 @@ class ClosedSurface:
             node=node,
             edges=edges,
             features=EdgeFeatures(
-                in_space,
-                seen,
-                sharpness(bend),
-                lambda: valley_factors(component, edges, in_space, bend, smoothing(), size),
+                in_space, seen, lambda: valley_factors(component, edges, in_space, bend, smoothing(), size)
             ),
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
-            noise=curvature_noise(component, every_length, node, n),
             area=sum_by(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
             size=size,

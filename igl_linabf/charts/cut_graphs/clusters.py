@@ -19,7 +19,6 @@ from ...surface import connected_labels, sum_by
 from . import constants
 from .closed_surface import ClosedSurface, EdgeFeatures
 from .graph import SurfaceGraph, without_stubs
-from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
@@ -86,11 +85,9 @@ class Contracted:
             features=EdgeFeatures(
                 features.length[edge] * graph.length / fine.graph.length[edge],
                 features.hiding[edge],
-                features.sharpness[edge],
                 lambda: features.valley[edge],
             ),
             curvature=sum_by(label, fine.curvature, graph.n),
-            noise=sum_by(label, fine.noise, graph.n),
             area=sum_by(label, fine.area, graph.n),
             laplacian=_finite_volumes(fine, label, roots, forest.distance),
             size=fine.size,
@@ -169,16 +166,6 @@ class Levels:
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
-
-
-def handles_of_clusters(closed: ClosedSurface) -> IntArray:
-    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
-    if closed.graph.n <= constants.MAX_DIRECT_NODES:
-        return open_handles(closed)
-    step = Contracted.simple(closed, constants.CLUSTER_HOPS + 1)
-    met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
-    most_met = np.argsort(-met, kind="stable")[: constants.FIRST_BASE_POINTS]
-    return shortest_loops(closed.graph, step.roots[most_met].tolist())[0]
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:

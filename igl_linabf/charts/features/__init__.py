@@ -7,9 +7,7 @@ from .constants import HIDING, PLANAR_SHARE, SHARP_CREASE_ANGLE, TIP_CURVATURE
 from .creased_surface import CreasedSurface
 from .curvature import (
     Smoothing,
-    apexes,
     box_sides,
-    curvature_noise,
     dihedral_angles,
     extent,
     face_normals,

@@ -45,8 +45,9 @@ FLAT_TURN = 0.1
 # side for corners; with more, narrow triangles lose theirs. tests/charts/panels/test_panels.py
 MIN_CORNER_TURN = 0.01
 
-# Share of the area that lies flat from which a body has planes, as machine parts do: nets are compared, and
-# it has no front. With less, smooth bodies wait for nets; with more, parts of planes and fillets get none.
+# Share of the area that lies flat from which a body has planes, as machine parts do: it is made of panels,
+# whatever they cost, and has no front. With less, rough bodies fall into facets; with more, boxes of many
+# creases are cut as smooth bodies.
 # tests/charts/panels/test_panels.py
 PLANAR_SHARE = 0.5
 
@@ -57,10 +58,10 @@ PLANAR_SHARE = 0.5
 CREASE_ANGLE = np.deg2rad(15.0)
 
 # Radians of bend from which shading shows an edge anyway, and it is a sharp crease. Less lets seams run where
-# they show; with more, bodies with blunt edges have no nets. tests/charts/panels/test_panels.py
+# they show; with more, bodies with blunt edges are pressed flat. tests/charts/panels/test_panels.py
 SHARP_CREASE_ANGLE = np.deg2rad(40.0)
 
-# Radians of curvature from which a vertex off all creases is a tip, as a cone's apex is. Less sends nets
+# Radians of curvature from which a vertex off all creases is a tip, as a cone's apex is. Less sends seams
 # through vertices of smooth parts; more presses the tips of blunt cones flat.
 # tests/charts/panels/test_panels.py
 TIP_CURVATURE = 0.2

@@ -137,9 +137,14 @@ class CreasedSurface:
     @cached_property
     def is_apex(self) -> BoolArray:
         """Which vertices off sharp creases are tips: `apexes`."""
-        on_soft = np.zeros(len(self.surface.V), dtype=bool)
-        on_soft[self.ends[self.crease_angle > constants.CREASE_ANGLE]] = True
-        return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
+        return apexes(self.curvature, self.ends, self.on_sharp, self.on_crease)
+
+    @cached_property
+    def on_crease(self) -> BoolArray:
+        """Which vertices are on creases."""
+        on_crease = np.zeros(len(self.surface.V), dtype=bool)
+        on_crease[self.ends[self.crease_angle > constants.CREASE_ANGLE]] = True
+        return on_crease
 
     @cached_property
     def double_area(self) -> FloatArray:
@@ -168,6 +173,13 @@ class CreasedSurface:
         """The number of boundary loops of each component."""
         first = np.array([loop[0] for loop in self.surface.topology.loops], dtype=np.int64)
         return np.asarray(np.bincount(self._of_vertex[first], minlength=len(self.extent)))
+
+    @cached_property
+    def is_disk(self) -> BoolArray:
+        """Which components are disks."""
+        edges = np.bincount(self._of_vertex[self.surface.topology.edges[:, 0]], minlength=len(self.extent))
+        vertices = self.per_component(np.ones(len(self.surface.V), dtype=bool))
+        return np.asarray(vertices - edges + np.bincount(self.label) == 1)
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:

@@ -171,16 +171,6 @@ def sharpness(bend: FloatArray) -> FloatArray:
     return np.asarray(np.clip((np.abs(bend) - constants.CREASE_ANGLE) / between, 0.0, 1.0))
 
 
-def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
-    """The curvature that rounding of coordinates may make at each node: more where edges are short.
-
-    `length` are the lengths of the topology's edges; `node` is the node, of n, of each vertex.
-    """
-    turned = constants.COORDINATE_NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
-    a, b = node[component.topology.edges].T
-    return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
-
-
 def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
     """Which vertices off sharp creases are tips, as a cone's apex is.
 

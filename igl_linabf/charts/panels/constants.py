@@ -4,60 +4,15 @@ import numpy as np
 
 # Costs are in units of L2 stretch: a seam as long as `trade` times the square root of the area costs 1.
 
-# --- which surfaces have nets ---
-
-# Share of the area that lies flat from which nets of large surfaces are compared, which takes long. With
-# less, smooth surfaces wait for them; with more, large parts get none. tests/charts/panels/test_panels.py
-FLAT_SHARE_OF_LARGE_NETS = 0.8
-
-# Handles up to which nets of large surfaces are compared: each has seams anyway. More take longer than the
-# net saves; with fewer, plates with bores get none. tests/charts/panels/test_panels.py
-MOST_HANDLES_OF_NETS = 8
-
-# Share of the curvature on sharp creases or at tips from which nets are compared. With less, subdivided
-# smooth surfaces are cut along facets; with more, parts with a curved face get no net.
-# tests/charts/panels/test_panels.py
-CREASED_CURVATURE_OF_NETS = 0.5
-
-# --- nets ---
-
-# Radians of curvature, a tuple, at a crease above which a net of each level goes through a vertex. Without 0
-# no net is exact; without larger ones nets of noisy creases are long. benchmarks/constants.py charts.panels
-NET_LEVELS = (0.0, 0.02, 0.2)
-
-# Vertices of a level over those of the last one, up to which it has a net of its own. Less skips shorter
-# nets; more compares nets that are nearly alike. benchmarks/constants.py charts.panels
-NEXT_LEVEL_SHARE = 0.9
+# --- what seams cost ---
 
 # Cost of a seam on a sharp crease over that of one elsewhere. Less cuts boxes to pieces; with more, bodies
-# with many creases have no nets. tests/charts/panels/test_panels.py
+# with many creases are cut as smooth ones. tests/charts/panels/test_panels.py
 SHARP_CREASE_PRICE = 0.15
 
-# Distortion up to which a net is exact; and the cost up to which such a net of a smooth body is not compared.
-# Less takes rounding for distortion; more leaves some. tests/charts/panels/test_panels.py
-EXACT_NET_DISTORTION = 1e-3
-
-# Distortion of a net above which the surface is smooth with some creases, and a net has to save more. Less
-# keeps nets from bodies with small fillets; more cuts smooth ones along creases.
-# benchmarks/constants.py charts.panels
-CREASED_NET_DISTORTION = 0.05
-
-# Cost that such a net has to save. Less cuts smooth surfaces along short creases; more leaves these to
-# longer seams. benchmarks/constants.py charts.panels
-MIN_SMOOTH_NET_GAIN = 0.1
-
-# Cost that a net saves of what is expected of the seam, from which the seam needs no map to compare: its
-# stretch is hardly less than expected. Less trusts that too far; more flattens seams in vain.
-# benchmarks/constants.py charts.panels
-SURE_NET_GAIN = 0.02
-
-# Cost within which an expected cost is no better than another one. Less compares no nets that may be better;
-# more flattens large surfaces in vain. benchmarks/constants.py charts.panels
-EXPECTED_COST_MARGIN = 0.05
-
 # Cost of a seam on creases alone up to which nothing else is sought. With less, boxes wait for a search; with
-# more, bodies of many creases are cut along all of them. tests/charts/panels/test_panels.py
-MAX_CREASED_COST = 0.5
+# more, rough bodies are cut along all of their creases. tests/charts/panels/test_panels.py
+MAX_CREASED_COST = 0.25
 
 # --- panels ---
 

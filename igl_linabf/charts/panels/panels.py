@@ -1,6 +1,6 @@
 """Panels: what lies between creases, each laid flat alone, and joined edge to edge.
 
-Where all that is curved is on sharp creases, panels are planes, cylinders and cones. Their net is found at
+Where all that is curved is on creases, panels are planes, cylinders and cones. Their net is found at
 once: two panels are joined along their common crease, the longest creases first, as long as no face lies
 over another one. A crease along which they are not joined is a seam.
 
@@ -24,7 +24,7 @@ from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import PLANAR_SHARE, TIP_CURVATURE, CreasedSurface
 from . import constants
-from .unfolding import joints, overlap_depths, unfolded, upright_turns
+from .unfolding import crease_prices, joints, overlap_depths, unfolded, upright_turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +38,11 @@ class Panels:
         Difference over the extent, and in radians, up to which two motions that join panels are one.
     opens_handles : bool
         Whether panels may have handles, which seams then open.
-    max_cost : float
-        Cost of a component's seams from which it is cut in another way.
     """
 
     creased: CreasedSurface
     same_motion: ClassVar[float] = constants.SAME_MOTION
     opens_handles: ClassVar[bool] = False
-    max_cost: ClassVar[float] = np.inf
 
     @cached_property
     def fold(self) -> BoolArray:
@@ -54,8 +51,8 @@ class Panels:
 
     @cached_property
     def terminals(self) -> BoolArray:
-        """Which vertices seams have to come to: those that are curved."""
-        return np.asarray(self.creased.curvature > 0)
+        """Which vertices seams have to come to: those that are curved, at creases, and tips."""
+        return np.asarray((self.creased.curvature > 0) & (self.creased.on_crease | self.creased.is_apex))
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
         """The gap between the two sides of such edges up to which these are joined."""
@@ -67,29 +64,40 @@ class Panels:
         return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH)
 
     def made(self, trade: float) -> BoolArray:
-        """Which components are made of panels: all that is curved is on sharp creases, or a tip.
+        """Which components are made of panels: all that is curved is on creases, or a tip.
 
         Seams there have to cost little, unless most of the area lies flat.
         """
         creased, bent = self.creased, self.creased.curvature
-        smooth = (bent > 0) & ~creased.on_sharp
-        made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
-        if made.any():
-            made &= creased.per_component(smooth & ~creased.is_apex) == 0
+        made = np.asarray(creased.per_component((bent > 0) & ~self.terminals) == 0)
         if not made.any():
             return made
         # no tree through these vertices costs less: each has an edge, and an edge has two vertices
         least = np.full(len(bent), np.inf)
-        price = creased.visible_length * np.where(creased.sharp, constants.SHARP_CREASE_PRICE, 1.0)
-        np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
+        np.minimum.at(least, creased.ends.ravel(), np.repeat(creased.length * self.price, 2))
         cheap = self.cost(creased.per_component(bent > 0, least) / 2, trade) < constants.MAX_CREASED_COST
         if not cheap[made].all():
             cheap |= creased.flat_share >= PLANAR_SHARE
         made &= cheap & creased.may_fall_apart
         return made & ((creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0))
 
+    @cached_property
+    def price(self) -> FloatArray:
+        """What a seam costs over its length, at each edge."""
+        return crease_prices(self.creased.crease_angle)
+
+    @cached_property
+    def max_cost(self) -> FloatArray:
+        """The cost of its seams from which a component is cut in another way.
+
+        Where all that is curved is on sharp creases, any other way presses corners flat.
+        """
+        creased = self.creased
+        soft = (creased.curvature > 0) & ~creased.on_sharp & ~creased.is_apex
+        return np.where(creased.per_component(soft) > 0, constants.MAX_CREASED_COST, np.inf)
+
     def cost(self, length: FloatArray, trade: float) -> FloatArray:
-        """What seams on sharp creases of this length, times their price, cost in each component."""
+        """What seams of this length, times their prices, cost in each component."""
         length = length / np.sqrt(self.creased.double_area / 2)
         return np.asarray(np.maximum(0.0, length - constants.SHARP_CREASE_PRICE * trade) / trade)
 
@@ -100,7 +108,6 @@ class RoundedPanels(Panels):
 
     same_motion: ClassVar[float] = constants.SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
-    max_cost: ClassVar[float] = constants.MAX_ROUNDED_COST
 
     @cached_property
     def _plane(self) -> IntArray:
@@ -144,6 +151,14 @@ class RoundedPanels(Panels):
     def terminals(self) -> BoolArray:
         return np.asarray(self.creased.curvature > TIP_CURVATURE)
 
+    @cached_property
+    def price(self) -> FloatArray:
+        return np.full(len(self.creased.crease_angle), constants.SHARP_CREASE_PRICE)
+
+    @cached_property
+    def max_cost(self) -> FloatArray:
+        return np.full(len(self.creased.extent), constants.MAX_ROUNDED_COST)
+
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
         extent, length = self.creased.edge_extent[rows], self.creased.length[rows]
         play = np.minimum(constants.ROUNDED_PLAY * extent, constants.ROUNDED_PLAY_OF_EDGE * length)
@@ -180,37 +195,39 @@ class FlatPanels(Panels):
         return overlap_depths(z, self.creased.extent[self.creased.label], 0.0)
 
 
-def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
+def panel_seams(panels: Panels, trade: float, whole: bool = False) -> tuple[IntArray, BoolArray]:
     """The seams, by the caller's vertices, of components that are made of panels.
 
-    Each chart is then a disk that its panels lay flat; but a panel may still lie over itself. A component
-    whose panels have handles, or whose seams cost too much, gets no seams: also tells which faces are its.
+    Each chart is then a disk that its panels lay flat; but a panel may still lie over itself. If components
+    are to stay `whole`, each is one chart, a net, whose panels may lie over each other. A component whose
+    panels have handles, or whose seams cost too much, gets no seams: also tells which faces are its.
     """
     creased, fold = panels.creased, panels.fold
     slit, handles = _slits(panels, fold)
-    seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade) if fold.any() else slit
+    seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade, whole) if fold.any() else slit
     if seam.any():
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
-    length = sum_by(body[seam], creased.visible_length[seam], len(creased.extent))
-    dear = panels.cost(constants.SHARP_CREASE_PRICE * length, trade) > panels.max_cost
+    length = sum_by(body[seam], (creased.length * panels.price)[seam], len(creased.extent))
+    dear = panels.cost(length, trade) > panels.max_cost
     dear[creased.label[handles]] = True
     return creased.surface.vertices[creased.ends[seam & ~dear[body]]], dear[creased.label]
 
 
-def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
+def unjoined(panels: Panels, z: ComplexArray, trade: float, whole: bool = False) -> BoolArray:
     """The folds along which panels are not joined.
 
     `z` are the corners of the faces, (#F, 3), where each panel lies flat. With a `trade` of 0 panels are
-    joined however they fill the page.
+    joined however they fill the page; if components are to stay `whole`, also where they lie over each other.
     """
     creased, fold = panels.creased, panels.fold
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z = z * upright_turns(z, order, panel)[panel, None]
-    joins = joints(creased, fold, panel, z, panels.same_motion, trade)
-    chart, turn, shift = merge_regions(z[order], panels.max_depths(z)[order], start, *joins)
+    depth = np.full(len(z), -1.0) if whole else panels.max_depths(z)
+    joins = joints(creased, fold, panel, z, panels.same_motion, 0.0 if whole else trade)
+    chart, turn, shift = merge_regions(z[order], depth[order], start, *joins)
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
     a, b = creased.faces[fold].T

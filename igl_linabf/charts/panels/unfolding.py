@@ -115,6 +115,11 @@ def _few_of_each(label: IntArray) -> IntArray:
     return np.sort(order[step > before])
 
 
+def crease_prices(crease_angle: FloatArray) -> FloatArray:
+    """What seams cost over their length, by the angles of edges: less on creases, which show anyway."""
+    return 1 - (1 - constants.SHARP_CREASE_PRICE) * sharpness(crease_angle)
+
+
 _Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # as `merge_regions` takes them
 
 
@@ -133,8 +138,7 @@ def joints(
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    price = 1 - (1 - constants.SHARP_CREASE_PRICE) * sharpness(creased.crease_angle[rows])
-    length = creased.visible_length[rows] * price
+    length = creased.visible_length[rows] * crease_prices(creased.crease_angle[rows])
     step = same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))

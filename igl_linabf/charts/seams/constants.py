@@ -54,19 +54,15 @@ MAX_FACES_OF_SMALL_BODY = 100
 # tests/charts/panels/test_panels.py
 MIN_SMALL_BODIES = 8
 
-# The same two for components that hardly have planes, and so no nets: faces, and components. Larger ones gain
+# The same two for components that hardly have planes: faces, and components. Larger ones gain
 # by a search of their own; with lower limits, hundreds of bodies take minutes.
 # benchmarks/constants.py charts.seams
 MAX_FACES_OF_MEDIUM_BODY = 2_000
 MIN_MEDIUM_BODIES = 100
 
-# Share of its area that lies flat, below which a component hardly has planes. More lays out boxes without
-# their nets; less searches for nets that smooth bodies do not have. benchmarks/constants.py charts.seams
+# Share of its area that lies flat, below which a component hardly has planes. More takes
+# parts of planes for smooth bodies; less searches each of these alone. benchmarks/constants.py charts.seams
 MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1
-
-# Radians of curvature at a vertex that a net need not pass. Less takes rounding for corners; more leaves
-# small tips uncut. tests/charts/panels/test_panels.py
-MAX_UNCUT_CURVATURE = 1e-9
 
 # --- mirror planes ---
 

@@ -12,19 +12,11 @@ from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
 from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
-from ..features import (
-    PLANAR_SHARE,
-    CreasedSurface,
-    Hiding,
-    dihedral_angles,
-    flat_share,
-    flat_shares,
-    hiding_weights,
-)
-from ..panels import FLAT_SHARE_OF_LARGE_NETS, MOST_HANDLES_OF_NETS, Nets, Panels, RoundedPanels, panel_seams
+from ..features import CreasedSurface, Hiding, dihedral_angles, flat_shares, hiding_weights
+from ..panels import Panels, RoundedPanels, panel_seams
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
 from . import constants
-from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam, with_branches
+from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam
 from .small_bodies import SmallBodies
 
 
@@ -94,9 +86,8 @@ def find_seams(
     straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
     done on clusters of vertices, and the seam is then drawn tight along the edges.
 
-    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
-    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
-    are for `unwrap` to split.
+    A body whose faces meet in creases is made of panels: planes, cylinders and cones. Its seam is then a net,
+    which lays panels flat exactly. Panels that lie over each other are for `unwrap` to part.
 
     Parameters
     ----------
@@ -110,7 +101,7 @@ def find_seams(
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
         stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
-        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
+        creases between panels are free up to a length of `trade`. 0: only what is needed to make disks.
         Large: branches grow as long as the expected stretch falls, at most 100 a component.
     holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes.
@@ -148,7 +139,7 @@ def find_seams(
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
-    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric, whole=True)
 
 
 def check_trade(trade: float) -> None:
@@ -167,7 +158,7 @@ def seams_of(
     hidden: FloatArray | None = None,
     isometric: bool = False,
     part_overlaps: bool = False,
-    panels: bool = False,
+    whole: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
@@ -175,11 +166,11 @@ def seams_of(
     `hidden` as of `hiding_weights`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
-    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
+    `whole`: each component stays in one piece, also one that is made of panels.
     """
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
-    if panels and trade > 0 and not holes:
-        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)
+    if trade > 0:
+        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade, holes, disks, whole)
         found += of_panels
         if creased is None:
             return np.concatenate(found)
@@ -196,7 +187,7 @@ def seams_of(
             else:
                 bend = dihedral_angles(component) if known is None or component is not surface else known
                 closed = ClosedSurface.of(component, hidden, isometric, bend)
-                seam = _cheapest_seam(component, closed, bend, gain if open_ else None, task)
+                seam = _cheapest_seam(component, closed, gain if open_ else None, task)
                 found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -204,17 +195,27 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
-    """The seams of the components that are made of panels; and the other components, if there are any."""
+def _of_panels(
+    creased: CreasedSurface, trade: float, holes: bool, disks: bool, whole: bool
+) -> tuple[list[IntArray], CreasedSurface | None]:
+    """The seams of the components that are made of panels; and the other components, if there are any.
+
+    With `holes` only those with one hole at most are cut; without `disks` no disks.
+    """
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
         panels = kind(creased)
-        made = panels.made(trade)[creased.label]
+        made = panels.made(trade)
+        if holes:
+            made &= creased.n_loops <= 1
+        if not disks:
+            made &= ~creased.is_disk
+        made = made[creased.label]
         if not made.any():
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
         own = panels if made.all() else kind(CreasedSurface(surface.of_faces(rows), creased.hidden))
-        seams, left = panel_seams(own, trade)
+        seams, left = panel_seams(own, trade, whole)
         found.append(seams)
         made[rows[left]] = False
         if made.all():
@@ -274,42 +275,16 @@ class _Task:
     max_direct_nodes: int
 
 
-def _cheapest_seam(
-    component: Submesh, closed: ClosedSurface, bend: FloatArray, gain: float | None, task: _Task
-) -> IntArray:
-    """The seam that grows by leaves, or a net, if there are creases and it costs less.
+def _cheapest_seam(component: Submesh, closed: ClosedSurface, gain: float | None, task: _Task) -> IntArray:
+    """The seam that grows by leaves.
 
     With a `gain`, no seam is needed, and one has to save this.
     """
-    none, trade, holes = np.zeros(0, dtype=np.int64), task.trade, task.holes
-    with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
-    nets = Nets(
-        closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
-    )
-    few = closed.graph.n <= MAX_DIRECT_NODES
-    # whether it is a hard-surface body; a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
-    least_flat = PLANAR_SHARE if few else FLAT_SHARE_OF_LARGE_NETS
-    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
-    # on a large surface without planes no net is free, and finding that out takes as long as all the rest
-    if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
-        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
-            return net
-        if not hard:
-            return none
-
-    def parts(seam: IntArray) -> list[Submesh]:
-        return component.cut_along(component.vertices[closed.edges[seam]])
-
-    def cheaper(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
-
+    trade, holes = task.trade, task.holes
     if closed.graph.n > task.max_direct_nodes:
         levels = Levels.of(closed, constants.MAX_CLUSTERS)
         coarse = levels.coarse
         seam, leaves = seam_of_clusters(coarse, trade, holes, gain)
-        if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
-            return net
         if not task.part_overlaps:
             return levels.lift(seam, leaves)
         mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
@@ -324,8 +299,6 @@ def _cheapest_seam(
         u = of_clusters[levels.label(np.arange(closed.graph.n))]
         return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
     seam = grown_seam(closed, trade, holes)[0]
-    if hard and (net := cheaper(seam)) is not None:
-        return net
     seam, cost = shorter_seam(closed, seam, trade)
     most = cost(seam) + constants.VALLEY_COST
     seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)

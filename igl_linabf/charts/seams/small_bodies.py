@@ -1,27 +1,14 @@
 """Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
 
-The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them. On
-bodies with creases, seams on these are cheap, as `Nets` has it.
+The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
 """
 
-from functools import cached_property
-
 import numpy as np
-from scipy import sparse
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
-from ..cut_graphs import ClosedSurface, join_terminals, log_scale, without_stubs
-from ..features import PLANAR_SHARE, flat_shares
-from ..panels import CREASED_CURVATURE_OF_NETS, SHARP_CREASE_PRICE
+from ..cut_graphs import ClosedSurface, join_terminals, log_scale
 from . import constants
-
-
-def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
-    """The minimum spanning tree of a graph, or forest, as entries of it."""
-    places = (graph.indices.astype(np.int32), graph.indptr.astype(np.int32))  # SciPy 1.15 takes no others
-    narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
-    return sparse.coo_array(sparse.csgraph.minimum_spanning_tree(narrow))
 
 
 class SmallBodies:
@@ -36,7 +23,7 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
-        self._surface, self.vertices = surface, surface.vertices
+        self.vertices = surface.vertices
         self.closed = closed = ClosedSurface.of(surface, hidden)
         self._of = connected_labels(closed.graph.ends, closed.graph.n)  # the body of each node
         self._n = int(self._of.max()) + 1
@@ -57,10 +44,6 @@ class SmallBodies:
         if trade > 0:
             seam = self._grown(seam, trade)
             cost = self._cost(seam, trade)
-            if not holes:
-                net = self._net()
-                costs = self._cost(net, trade)
-                seam, cost = self._either(net, seam, costs < cost), np.minimum(cost, costs)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
             seam = self._either(needed, seam, idle & (self._cost(needed, trade) - cost < gain))
         return self.vertices[self.closed.edges[seam]]
@@ -110,47 +93,14 @@ class SmallBodies:
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]]
 
-    def _net(self) -> IntArray:
-        """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
-        closed = self.closed
-        i, j = _spanning_tree(closed.graph.adjacency[0]).coords
-        tree = closed.graph.edges_between(i.astype(np.int64), j.astype(np.int64))
-        needed = np.abs(closed.curvature) > constants.MAX_UNCUT_CURVATURE
-        needed[: closed.graph.n_holes] = True
-        return without_stubs(closed.graph, tree, np.flatnonzero(needed))
-
     def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
         """For each body one seam or the other."""
         return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
 
-    @cached_property
-    def _hard(self) -> BoolArray:
-        """The bodies with planes, and most of their curvature on sharp creases."""
-        closed, of = self.closed, self._of
-        bent, sharp = np.abs(closed.curvature), np.zeros(closed.graph.n, dtype=bool)
-        bent[: closed.graph.n_holes] = 0
-        sharp[closed.graph.ends[closed.features.sharpness == 1]] = True
-        angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
-        flat = flat_shares(self._surface, of[closed.node[self._surface.F[:, 0]]])
-        return np.asarray(angular & (flat >= PLANAR_SHARE))
-
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
-        """The stretch and shear to expect of each body, and its seam's price."""
-        closed, of = self.closed, self._of
-        u = log_scale(closed, self._open_nodes(seam), closed.curvature)
-        pressed = np.abs(closed.curvature) / (2 * np.pi)
-        pressed[: closed.graph.n_holes] = 0
-        pressed[closed.graph.ends[seam]] = 0
-        shear = 3 * sum_by(of, closed.area * pressed, self._n) / self._area
-        body, features = self._body(seam), closed.features
-        length, sharp = (features.length * features.hiding)[seam], features.sharpness[seam]
-        soft, hard = (
-            np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
-        )
-        creased = soft + SHARP_CREASE_PRICE * np.maximum(hard - trade, 0)
-        return np.asarray(
-            self._stretch(u) + shear + np.where(self._hard, creased, self._length(seam)) / trade
-        )
+        """The stretch to expect of each body, and its seam's price."""
+        u = log_scale(self.closed, self._open_nodes(seam), self.closed.curvature)
+        return np.asarray(self._stretch(u) + self._length(seam) / trade)
 
     def _stretch(self, u: FloatArray) -> FloatArray:
         """The L2 stretch to expect of each body."""

@@ -12,7 +12,6 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.clusters import Contracted, Levels, shortest_path_trees
-from igl_linabf.charts.features import dihedral_angles
 from igl_linabf.charts.seams import search as seams
 from igl_linabf.charts.seams.constants import MAX_CLUSTERS
 from igl_linabf.charts.seams.growth import grown_seam, seam_cost
@@ -107,7 +106,7 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     for direct in (piece.graph.n, piece.graph.n - 1):
         monkeypatch.setattr(seams, "MAX_DIRECT_NODES", direct)
         task = seams._Task(6.0, False, False, direct)
-        seam = seams._cheapest_seam(part, piece, dihedral_angles(part), None, task)
+        seam = seams._cheapest_seam(part, piece, None, task)
         costs.append(seam_cost(piece, seam, 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
