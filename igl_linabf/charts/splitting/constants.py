@@ -114,7 +114,7 @@ MAX_RELAYOUT_RINGS = 3
 # beyond use; fewer widths shear more than is needed. tests/charts/splitting/test_splitting.py
 RELAYOUT_WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)
 
-# Mean angle distortion (F/3nt) of faces that got narrower. More shears textures visibly; less leaves more
+# Mean angle distortion (F/3nt) of faces laid out anew. More shears textures visibly; less leaves more
 # charts. tests/charts/splitting/test_splitting.py
 MAX_NARROWED_SHEAR = 0.25
 
@@ -128,34 +128,21 @@ MAX_DENSE_VERTICES = 64
 
 # --- small charts that join a neighbour ---
 
-# Faces of a small chart. More spoils the map of the neighbour; fewer leave chips.
-# tests/charts/splitting/test_splitting.py
-MAX_FACES_OF_SMALL_CHART = 16
-
 # Share of the area that a small chart, or faces laid out narrower, may have. More moves what is seen; less
 # leaves chips of coarse meshes. tests/charts/splitting/test_splitting.py
 MAX_AREA_OF_SMALL_CHART = 0.01
 
-# Share of the area up to which a chart of more faces is small, too; and these faces. More takes longer than
-# it saves charts; less leaves chips of fine meshes. benchmarks/constants.py charts.splitting
-NEGLIGIBLE_AREA = 1e-3
-MAX_FACES_OF_NEGLIGIBLE_CHART = 300
+# Faces of a small chart. More takes longer than it saves charts; fewer leave chips of fine meshes.
+# tests/charts/splitting/test_splitting.py
+MAX_FACES_OF_SMALL_CHART = 300
 
 # Share of its extent by which a chart may miss the neighbour's vertices when it is laid beside it unchanged.
 # More tears; with less, rounding lays it out anew. tests/charts/splitting/test_splitting.py
 FIT_TOL = 1e-5
 
-# Mean angle distortion (F/3nt) up to which a neighbour is isometric. More takes smooth maps for it; less
-# takes rounding for shear. tests/charts/splitting/test_splitting.py
-ISOMETRIC_SHEAR = 1e-12
-
-# Mean angle distortion that nobody sees. More shears what joins an isometric neighbour; less leaves chips at
-# it. tests/charts/splitting/test_splitting.py
+# Mean angle distortion (F/3nt) that nobody sees: of an isometric neighbour, and of what joins it. More shears
+# that; less leaves chips there. tests/charts/splitting/test_splitting.py
 INVISIBLE_SHEAR = 1e-8
-
-# Factor on the neighbour's mean angle distortion that a small chart may have at full width. More shears it
-# visibly; less leaves chips. tests/charts/splitting/test_splitting.py
-MAX_SHEAR_FACTOR = 10.0
 
 # Edges along a neighbour up to which parts of such a run are tried, too. More take quadratic time; fewer
 # leave chips. tests/charts/splitting/test_splitting.py

@@ -37,9 +37,12 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     if not any(split):
         return made
     area = [float(piece.measured[0].sum()) for _, _, piece in made]
-    whole = sum(area)
+    largest = constants.MAX_AREA_OF_SMALL_CHART * sum(area)
     small = [
-        parted and len(piece.topology.loops) == 1 and _is_small(len(piece.F), a, whole)
+        parted
+        and a < largest
+        and len(piece.F) <= constants.MAX_FACES_OF_SMALL_CHART
+        and len(piece.topology.loops) == 1
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
     if not any(small):
@@ -62,13 +65,6 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
         joined[i] = key, replace(chart, quality=quality), piece
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
-
-
-def _is_small(faces: int, area: float, whole: float) -> bool:
-    """Whether a chart of so many faces, and this part of the whole area, may join a neighbour."""
-    if faces <= constants.MAX_FACES_OF_SMALL_CHART:
-        return area < constants.MAX_AREA_OF_SMALL_CHART * whole
-    return faces <= constants.MAX_FACES_OF_NEGLIGIBLE_CHART and area < constants.NEGLIGIBLE_AREA * whole
 
 
 class _Run(NamedTuple):
@@ -188,11 +184,9 @@ class _Host:
 
     def most_shear(self, width: float) -> float:
         """The mean angle distortion that a chart joined to it may have at this width."""
-        own = self._chart.quality.angle_distortion
-        if own <= constants.ISOMETRIC_SHEAR:
-            return constants.INVISIBLE_SHEAR if width == 1 else -1.0  # narrower, it is not isometric
-        widest = max(constants.MAX_SHEAR_FACTOR * own, constants.INVISIBLE_SHEAR)
-        return widest if width == 1 else constants.MAX_NARROWED_SHEAR
+        if self._chart.quality.angle_distortion > constants.INVISIBLE_SHEAR:
+            return constants.MAX_NARROWED_SHEAR
+        return constants.INVISIBLE_SHEAR if width == 1 else -1.0  # narrower, it is not isometric
 
     def at(self, vertices: IntArray) -> ComplexArray:
         """Where these are in its map."""
