@@ -116,7 +116,10 @@ NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
     "Seams": (Seams, ("trade", "max_stretch")),
     "Packing": (Packing, ("margin", "resolution")),
-    "Packing for a texture": (partial(Packing, resolution=64), ("padding", "texel_density", "pages")),
+    "Packing for a texture": (
+        partial(Packing, resolution=64),
+        ("padding", "texel_density", "pages", "unseen"),
+    ),
     "Cones": (partial(Cones, 6, angles="quarter"), ("period",)),
     "find_seams": (partial(find_seams, *BALL), ("trade",)),
     "find_cones": (partial(find_cones, *BALL), ("n", "trade")),

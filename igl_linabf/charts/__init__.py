@@ -7,6 +7,7 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 
 from .atlas import Atlas, Chart, texture_seams
 from .cones import Cones, find_cones
+from .features import unseen_charts
 from .options import Seams, asked_for
 from .packing import UDIM_ROW, Packing, pack_together
 from .packing import pack_charts as pack_charts

@@ -129,6 +129,10 @@ def asked_for(
     asked = seams if isinstance(seams, Seams) else Seams(seams)
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
     wish = Wish.of(packing)
+    if coned is not None and wish.unseen != 1:
+        raise ValueError(
+            "unseen= does not go together with cones=, whose seams match at one scale: leave out one of them"
+        )
     if coned is not None and coned.period is not None and wish.spacing.aspect != 1:
         raise ValueError("period= is a share of a square page's side: give one number as the resolution")
     return asked, coned, wish

@@ -40,7 +40,7 @@ from .atlas import (
 )
 from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
-from .features import hiding_weights
+from .features import hiding_weights, unseen_charts
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -176,7 +176,8 @@ def unwrap(
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
             may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
-            charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
+            charts = made.charts if wish.unseen == 1 else _seen_or_not(surface, made.charts)
+            charts = cut_to_fit(charts, wish) if may_cut and wish.side is not None else charts
             if may_cut and wish.side is None:
                 atlas = _full(surface, charts, wish, options)
             elif period is None:
@@ -225,6 +226,14 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
         )
 
 
+def _seen_or_not(surface: Submesh, done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
+    """The charts, with those marked that no ray from outside reaches."""
+    faces = np.searchsorted(surface.faces, np.concatenate([piece.faces for _, piece in done]))
+    of = np.repeat(np.arange(len(done)), [len(piece.F) for _, piece in done])
+    unseen = unseen_charts(surface.V, surface.F, faces, of).tolist()
+    return [(replace(chart, unseen=is_), piece) for (chart, piece), is_ in zip(done, unseen, strict=True)]
+
+
 def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
     """The atlas, with charts of many limbs cut further if the fuller page is worth the seams.
 
@@ -247,7 +256,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     # the size of the page on which uncut charts cost as much
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
     if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
-        placed, moves = pack_quickly(_maps(done), wish)
+        placed, moves = pack_quickly(_maps(done, wish), wish)
     if placed is None or 1 / fill_of(placed) > worth:
         return _packed(surface, parts, wish, fuller)
     return _packed(surface, done, wish, None if moves else placed)
@@ -259,8 +268,8 @@ def _boundary(pieces: Iterable[Submesh]) -> float:
     return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
-def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
-    return [(chart.result.uv, piece.F) for chart, piece in done]
+def _maps(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[tuple[FloatArray, IntArray]]:
+    return [(wish.scale_of(chart) * chart.result.uv, piece.F) for chart, piece in done]
 
 
 def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
@@ -270,7 +279,7 @@ def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-    return pack_maps(_maps(done), replace(wish, spacing=closer))
+    return pack_maps(_maps(done, wish), replace(wish, spacing=closer))
 
 
 def _packed(
@@ -291,7 +300,8 @@ def _packed(
     seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
-        quality = quality_of(whole, flat, sum(chart.overlapping for chart in charts))
+        scale = vertices.repeat(np.array([wish.scale_of(chart) for chart in charts]))
+        quality = quality_of(whole, flat / scale[:, None], sum(chart.overlapping for chart in charts))
     else:  # it is known, but for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))

@@ -101,6 +101,12 @@ SHARED: Mapping[str, Argument] = {
         texels,
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
+    "unseen": value(
+        "SHARE",
+        "texel density of charts that no ray from outside reaches (inner cavities), over that of others",
+        float,
+        Packing.unseen,
+    ),
     "units": choice(
         ("square", "mesh"),
         help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "

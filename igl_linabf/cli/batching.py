@@ -48,7 +48,7 @@ BATCH = Command(
         "memory": value("SIZE", "what one mesh may take, like 2GiB"),
         **shared("trade", "holes", "bijective", "boundary", "units", "cones"),
         "cone-angles": choice(("quarter",), help="in quarter turns (default: of one scale)"),
-        **shared("resolution", "padding"),
+        **shared("resolution", "padding", "unseen"),
         "retry": switch("do again what died, ran out of memory or failed before"),
         "force": switch("replace files in OUT that no batch has written"),
     },

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import ComplexArray, FloatArray, IntArray
-from ..charts import Packing, pack_charts, page_size
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..charts import Packing, pack_charts, page_size, unseen_charts
 from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import complex_positions, coordinates
+from ..surface import complex_positions, coordinates, vertex_array
 from .constants import ROUNDING
 from .uv_charts import UVCharts
 
@@ -37,7 +37,10 @@ class PackedUV:
     fill : float
         Share of the pages that charts cover; of a stack one counts.
     scale : float
-        Page widths per unit of length of V, on average. Times the width in texels it is the texel density.
+        Page widths per unit of length of V, on average over charts that are not unseen. Times the width in
+        texels it is the texel density.
+    unseen : (#charts,) bool
+        Which charts were packed smaller since no ray from outside reaches them.
     """
 
     TC: FloatArray
@@ -46,6 +49,7 @@ class PackedUV:
     page: IntArray
     fill: float
     scale: float
+    unseen: BoolArray
 
     @property
     def pages(self) -> int:
@@ -58,7 +62,8 @@ class PackedUV:
     def __str__(self) -> str:
         charts, pages = len(self.page), self.pages
         said = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
-        return f"{said}, {self.fill:.0%} filled"
+        smaller = f", {np.count_nonzero(self.unseen):,} unseen from outside" * bool(self.unseen.any())
+        return f"{said}, {self.fill:.0%} filled{smaller}"
 
 
 def pack(
@@ -93,7 +98,8 @@ def pack(
         text in a texture needs.
     scale : {"keep", "even"}
         "keep": the charts' sizes relative to each other stay. "even": each gets as many texels per unit of
-        length of V as the others.
+        length of V as the others. `Packing.unseen` makes charts smaller than that, in both cases, and
+        stacks of which all charts are unseen.
 
     Returns
     -------
@@ -138,6 +144,10 @@ def pack(
     if scale == "even":
         even[solid] = np.sqrt(area[solid] / flat[solid])
     first = charts.overlaps[1]
+    unseen = np.zeros(charts.number, dtype=bool)
+    if packing is not None and packing.unseen != 1:
+        unseen = _unseen(V, charts, first)
+        even[unseen] *= packing.unseen
     own = np.flatnonzero(solid & (first == np.arange(charts.number)))
     z = complex_positions(charts.uv * [1, aspect])
     rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
@@ -159,7 +169,17 @@ def pack(
         warnings.warn(f"{said}: unwrap the mesh to give them one", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
     turned = z, turn[stack], shift[stack]
-    return _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
+    packed = _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
+    return replace(packed, unseen=unseen)
+
+
+def _unseen(V: ArrayLike, charts: UVCharts, first: IntArray) -> BoolArray:
+    """Which charts no ray from outside reaches, nor any of their stack; `first` is that of each."""
+    positions, faces = vertex_array(V), charts.split.F
+    there = np.isfinite(positions[faces]).all(axis=(1, 2))  # faces without texture coordinates hide, too
+    rows = np.cumsum(there)[charts.rows] - 1
+    seen = ~unseen_charts(positions, faces[there], rows, charts.chart)
+    return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 
 
 def _sizes(charts: UVCharts) -> FloatArray:
@@ -194,4 +214,5 @@ def _packed_uv(
     at[charts.rows_aside] = place[charts.F_aside]
     faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
     known = charts.split.at_corners(at)
-    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale)
+    none = np.zeros(charts.number, dtype=bool)
+    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale, none)

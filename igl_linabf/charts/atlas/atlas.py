@@ -34,6 +34,8 @@ class Chart:
         Pairs of its faces that still overlap.
     cost : float
         Increase of F/3nt from moving overlapping parts apart; 0 if that was not done.
+    unseen : bool
+        Whether it was packed smaller since no ray from outside reaches it; False if `Packing.unseen` is 1.
     """
 
     faces: IntArray
@@ -42,6 +44,7 @@ class Chart:
     splits: int
     overlapping: int
     cost: float
+    unseen: bool = False
 
     def __repr__(self) -> str:
         return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
@@ -77,8 +80,8 @@ class Atlas:
     fill : float
         Share of the pages that the charts cover.
     quality : Quality
-        Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
-        set aside do not count.
+        Of the whole: angles of all corners, stretch at the charts' common scale, as if `unseen` ones had
+        it, too. Faces that were set aside do not count.
     repairs : tuple of Repair
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
@@ -86,8 +89,8 @@ class Atlas:
     page : (#charts,) int64
         The page of each chart.
     scale : float
-        Page widths per unit of length of V, on average over a chart. Times the width in texels it is the
-        texel density.
+        Page widths per unit of length of V, on average over a chart that is not `unseen`. Times the width
+        in texels it is the texel density.
     cones : (#C,) int64
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
@@ -225,7 +228,11 @@ class Atlas:
         if len(self.cones):
             number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
             matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
-        return [filled, *matching, *map(str, self.repairs)]
+        unseen = sum(chart.unseen for chart in self.charts)
+        inside = (
+            [f"{unseen:,} chart{'s' * (unseen != 1)} unseen from outside, packed smaller"] if unseen else []
+        )
+        return [filled, *matching, *inside, *map(str, self.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:

@@ -17,4 +17,5 @@ from .curvature import (
     flat_shares,
     sharpness,
 )
+from .rays import unseen_charts
 from .visibility import Hiding, hiding_factors, hiding_weights, valley_factors

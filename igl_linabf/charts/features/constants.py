@@ -128,3 +128,14 @@ CLEAR_FRONT = 0.1
 # Share of that up to which there is no front. Less hides seams of balls by noise; more leaves the seams of
 # figures anywhere. tests/charts/features/test_visibility.py
 MIN_FRONT_SHARE = 0.1
+
+# --- what is seen from outside ---
+
+# Rays that leave a chart in each round in which none has escaped before. With fewer, deep bowls count as
+# closed; more take longer than the search of seams if there are many cavities.
+# tests/charts/features/test_rays.py
+RAYS_A_CHART = (32, 256, 2048)
+
+# Distance of a ray's origin from its face, over the surface's extent. With less, rounding lets rays hit their
+# own face; with more, they begin beyond thin walls. tests/charts/features/test_rays.py
+RAY_OFFSET = 1e-9

@@ -25,7 +25,8 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     atlases : sequence of Atlas
         As `unwrap` returns them.
     packing : Packing, optional
-        Its texel density is that of all surfaces.
+        Its texel density is that of all surfaces. Charts that are unseen keep the share that `unwrap` gave
+        them.
 
     Returns
     -------
@@ -37,7 +38,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     MeshError
         With a texel density: the charts do not fit on the pages.
     ValueError
-        `packing` is none.
+        `packing` is none, or its `unseen` is not 1: give it to `unwrap`, which has the surface.
 
     Examples
     --------
@@ -48,8 +49,10 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     >>> round(large.scale / small.scale, 9), round(large.fill / small.fill, 6)
     (1.0, 4.0)
     """
-    parted = [_charts_of(atlas) for atlas in atlases]
     wish = Wish.of(packing)
+    if wish.unseen != 1:
+        raise ValueError(f"unseen is {wish.unseen!r}: give it to unwrap; the charts keep the share they have")
+    parted = [_charts_of(atlas) for atlas in atlases]
     placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
     if not placed:
         return list(atlases)

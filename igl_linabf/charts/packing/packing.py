@@ -14,6 +14,7 @@ from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
+from ..atlas import Chart
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
@@ -55,7 +56,7 @@ def pack_charts(
         Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
         they shall keep (that of their 3-D areas).
     packing : Packing, optional
-        Its texel density is per unit of length of `uv`.
+        Its texel density is per unit of length of `uv`; `unseen` is for the caller, who has the surface.
     rotate : bool
         Turn charts; otherwise they are moved and scaled alone.
 
@@ -112,6 +113,8 @@ class Wish:
         Units of the charts to a unit of the caller.
     fixed : bool
         Do not turn charts.
+    unseen : float
+        Scale of charts that are unseen, over that of the others.
     """
 
     spacing: Spacing
@@ -121,6 +124,7 @@ class Wish:
     upright: bool = False
     unit: float = 1.0
     fixed: bool = False
+    unseen: float = 1.0
 
     @classmethod
     def of(cls, packing: Packing | None) -> Wish:
@@ -130,9 +134,16 @@ class Wish:
         if not isinstance(packing, Packing):
             raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
-        if packing.texel_density is None or size is None:
-            return cls(Spacing.of(packing), None, 1 if pages is None else pages, size)
-        return cls(Spacing.of(packing), size[0] / packing.texel_density, pages, size)
+        side = None
+        if packing.texel_density is not None and size is not None:
+            side = size[0] / packing.texel_density
+        elif pages is None:
+            pages = 1
+        return cls(Spacing.of(packing), side, pages, size, unseen=float(packing.unseen))
+
+    def scale_of(self, chart: Chart) -> float:
+        """Of a chart, over that of the charts that are seen."""
+        return self.unseen if chart.unseen else 1.0
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""

@@ -54,6 +54,8 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
     if trade == 0:
         return done, np.inf
     charts, others = _largest(_flat(done))
+    others += [chart for chart in charts if done[chart.parent][0].unseen]  # these go into gaps
+    charts = [chart for chart in charts if not done[chart.parent][0].unseen]
     if not charts:
         return done, np.inf
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
@@ -88,8 +90,8 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         turn = narrowest_turns(z, np.array([0, len(z)]))[0]
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
         along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
-        longest = max(wide, high)
-        fits = longest <= most_long and min(wide, high) <= most_short
+        longest, scale = max(wide, high), wish.scale_of(done[chart.parent][0])
+        fits = scale * longest <= most_long and scale * min(wide, high) <= most_short
         if not fits:
             along -= (along.min() + along.max()) / 2
             band = constants.HALVING_BAND * longest

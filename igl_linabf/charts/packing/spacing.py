@@ -97,6 +97,11 @@ class Packing:
         Distance between charts, and to the border, as a share of the unit square's side, without a
         `resolution`. If there are too many charts for it, `unwrap` takes a smaller one, with a warning.
 
+    unseen : float
+        Texel density of charts that no ray from outside reaches, as inner cavities, over that of the others:
+        above 0, and at most 1, as large as the others. `Chart.unseen` tells which ones these are, by a sample
+        of rays from both sides of their faces. Not with cones.
+
     Raises
     ------
     ValueError
@@ -109,6 +114,14 @@ class Packing:
     >>> atlas = igl_linabf.unwrap(V, F, packing=Packing(resolution=1024, texel_density=100))
     >>> round(atlas.scale * 1024, 6), atlas.pages
     (100.0, 1)
+
+    A ball with a cavity, which gets half as many texels per unit of length:
+
+    >>> import numpy as np
+    >>> V, F = np.concatenate((V, 0.5 * V)), np.concatenate((F, F[:, ::-1] + len(V)))
+    >>> atlas = igl_linabf.unwrap(V, F, packing=Packing(unseen=0.5))
+    >>> [chart.unseen for chart in atlas.charts]
+    [False, True]
     """
 
     resolution: int | tuple[int, int] | None = None
@@ -116,6 +129,7 @@ class Packing:
     texel_density: float | None = None
     pages: int | None = None
     margin: float = DEFAULT_MARGIN
+    unseen: float = 1.0
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
@@ -142,6 +156,10 @@ class Packing:
         pages = self.pages
         if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
             raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
+        if not is_number(self.unseen, 0, 1, above=True):
+            raise ValueError(
+                f"unseen is {self.unseen!r}: give a share of the texel density, above 0, up to 1"
+            )
         if density is not None:
             if resolution is None:
                 raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")

@@ -38,6 +38,7 @@ PACK = Command(
             "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
         ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
+        **shared("unseen"),
         "no-rotate": switch("move and scale charts, do not turn them"),
         "scale": choice(SCALES, "keep", "the charts' sizes relative to each other, or even texels on all"),
         **shared("force", "json", "quiet"),
