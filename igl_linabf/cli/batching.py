@@ -62,6 +62,7 @@ BATCH = Command(
         "bodies/ -o maps/ --cones auto --cone-angles quarter",
         "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
         "scans/ -o maps/ --trade 30 --holes --bijective",
+        "scans/ -o maps/ --resolution 1024 --unseen 0.5    # inner cavities at half the texel density",
         "$SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject",
         "scans/ -o maps/ --retry    # what died before",
         "scans/ -o maps/ --force    # replaces maps that something else has written",

@@ -284,6 +284,7 @@ UNWRAP = Command(
         "body.obj -o body.obj --cones auto --cone-angles quarter --period 0.02    # 50 repeats go on",
         "body.obj -o body.obj --resolution 2048 --padding 8    # for a texture of this size",
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
+        "scan.ply -o scan.glb --unseen 0.5    # inner cavities at half the texel density",
         "body.ply -o body.glb --bake colors    # with the texture in it",
         "house.glb -o atlas.glb --bake texture --resolution 4096x2048    # its images, in one atlas",
         "house.glb -o house_lit.glb --texcoord 1 --resolution 1024    # a second map, for lightmaps",

@@ -48,6 +48,7 @@ PACK = Command(
         "body.obj -o body_2k.obj --resolution 2048 --padding 8",
         "table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright",
         "body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet",
+        "scan.glb -o scan_2k.glb --scale even --unseen 0.5    # inner cavities at half the texel density",
         "body.obj -o there/body.obj --force    # also where there/body.mtl is there already",
         "wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square",
         "'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line a mesh",
