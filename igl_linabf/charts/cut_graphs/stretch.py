@@ -17,18 +17,16 @@ from .closed_surface import ClosedSurface
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
-    """L2 stretch of the map of a surface cut at the nodes `fixed`, and what a cut to each node helps, (n,).
+    """L2 stretch of the map of a surface cut at the nodes `fixed`, and the log scale that makes it, (n,).
 
-    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`. A cut helps a conformal
-    map where its log scale u is farthest from zero. It lets w of an isometric one be something else at the
-    node; how fast the integral of w^2 then falls is the solution of L x = w.
+    It is u of a conformal map, and w of an isometric one, whose stretch beyond 1 is multiplied by
+    `ISOMETRIC_STRETCH_WEIGHT`.
     """
     if not closed.isometric:
         u = log_scale(closed, fixed, closed.curvature)
-        return expected_stretch(closed, u), np.abs(u)
+        return expected_stretch(closed, u), u
     stretch, w = _isometric(closed, fixed)
-    slope = closed.laplacian.dirichlet.solve(fixed, closed.area / closed.area.sum() * w)
-    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), np.abs(slope)
+    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), w
 
 
 def isometric_stretch(closed: ClosedSurface, fixed: IntArray) -> float:

@@ -107,32 +107,33 @@ def with_branches(closed: ClosedSurface, seam: IntArray, trade: float, mirror: M
         if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # no stretch is less than 1
             break
         fixed = closed.graph.boundary_nodes(seam)
-        stretch, gain = expected(closed, fixed)
+        stretch, scale = expected(closed, fixed)
         cost = stretch + closed.graph.length_of(seam) / closed.size / trade
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
-        if in_vain == constants.MAX_LEAVES_IN_VAIN or not gain.any():
+        if in_vain == constants.MAX_LEAVES_IN_VAIN or not scale.any():
             break
         far, before, _ = closed.graph.shortest_paths(fixed)
-        leaf = int(np.argmax(gain_of_leaves(closed, gain, far)))
+        leaf = int(np.argmax(gain_of_leaves(closed, fixed, scale, far)))
         way = closed.graph.path_edges(before, [leaf])
         seam = np.append(seam, way) if mirror is None else mirror.with_both(closed.graph, seam, leaf, way)
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
-def gain_of_leaves(closed: ClosedSurface, gain: FloatArray, far: FloatArray) -> FloatArray:
-    """What a branch to each node would save, (n,), from `expected` and how `far` the node is from the seam.
+def gain_of_leaves(closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray) -> FloatArray:
+    """What a branch to each node would save, (n,), from the log scale that is `expected`.
 
-    It is compared by the length of the branch where many small ones help, as on the bumps that an isometric
-    map stretches. A conformal map shrinks tips, and each takes a whole branch.
+    A conformal map shrinks tips: a branch helps most where u is farthest from zero. A branch lets w of an
+    isometric map be something else at its node. How fast the integral of w^2 then falls is the solution of
+    L x = w; many small bumps stretch that map, so it is compared by how `far` the node is from the seam.
     """
-    hidden = gain / closed.node_hiding
     if not closed.isometric:
-        return hidden
-    return np.divide(hidden, far, out=np.zeros(len(far)), where=far > 0)
+        return np.abs(scale) / closed.node_hiding
+    slope = closed.laplacian.dirichlet.solve(fixed, closed.area / closed.area.sum() * scale)
+    return np.divide(np.abs(slope) / closed.node_hiding, far, out=np.zeros(len(far)), where=far > 0)
 
 
 def if_it_pays(closed: ClosedSurface, seam: IntArray, trade: float, gain: float | None) -> IntArray:

@@ -89,10 +89,11 @@ def find_seams(
     Erickson, Whittlesey 2005). Holes are joined by a tree of shortest paths. Then branches grow on
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
-    first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
-    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
-    done on clusters of vertices, and the seam is then drawn tight along the edges.
+    first flattening); or with "isometric" from where the stretch falls most for the branch's length.
+    Branches are kept as long as the lower stretch is worth their length. Finally, branch points move if a
+    shorter seam is worth the change of stretch, and the seam is straightened and slides into valleys
+    nearby. On surfaces of more than 10,000 vertices all this is done on clusters of vertices, and the seam
+    is then drawn tight along the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net

@@ -72,7 +72,7 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
     closed = ClosedSurface.of(Submesh.checked_manifold(*bumpy()), isometric=True)
     boundary = np.array([0])
     far, before, _ = closed.graph.shortest_paths(boundary)
-    whole, gain = expected(closed, boundary)
+    whole, scale = expected(closed, boundary)
 
     def saved(leaf: int) -> float:
         """Of the stretch, for the length of the way to a node."""
@@ -80,6 +80,6 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
         return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 
     every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])
-    taken = int(np.argmax(gain_of_leaves(closed, gain, far)))
+    taken = int(np.argmax(gain_of_leaves(closed, boundary, scale, far)))
     assert every[taken - 1] > np.quantile(every, 0.9)
     assert every[taken - 1] > 0.5 * every.max()
