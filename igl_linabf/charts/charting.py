@@ -81,16 +81,12 @@ def pieces_of(
 
 def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
     """The seams that its components need, and those that are worth the stretch they save, on disks, too."""
+    gain = options.worth(constants.DISK_SEAM)
     if not options.holes:
-        return options.seams_of(
-            piece, disks=True, gain=options.worth(constants.DISK_SEAM), part_overlaps=True, panels=True
-        )
+        return options.seams_of(piece, disks=True, gain=gain, part_overlaps=True, panels=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
-    found = [
-        options.seams_of(part, disks=disk, gain=options.worth(constants.DISK_SEAM))
-        for part, disk in zip(parts, disks, strict=True)
-    ]
+    found = [options.seams_of(part, disks=disk, gain=gain) for part, disk in zip(parts, disks, strict=True)]
     return np.concatenate(found)
 
 
@@ -405,13 +401,12 @@ def _worth_of_map(
     """Seams that are worth the stretch that they save of a map, which may be more than was expected."""
     most_faces = MAX_FACES_OF_MEDIUM_BODY / TRADE * options.trade
     if splits < options.most_splits and len(piece.F) <= most_faces:
-        seams, gain = _NO_SEAM, options.worth(constants.DISK_SEAM)
-        if not splits and stretch > 1 + options.worth(constants.SOUGHT_SEAM):  # it was one of many
-            seams = options.seams_of(piece, disks=True, gain=gain)
-        elif splits and stretch > 1 + options.worth(
-            constants.SOUGHT_SEAM_OF_PART
-        ):  # a part of a chart, whose seams were not for it
-            seams = _seams_worth(piece, options)
+        seams = _NO_SEAM
+        if splits:  # a part of a chart, whose seams were not for it
+            if stretch > 1 + options.worth(constants.SOUGHT_SEAM_OF_PART):
+                seams = _seams_worth(piece, options)
+        elif stretch > 1 + options.worth(constants.SOUGHT_SEAM):  # it was one of many
+            seams = options.seams_of(piece, disks=True, gain=options.worth(constants.DISK_SEAM))
         if len(seams):
             return seams
     return _to_tips(piece, change, splits, options) if stretch > TIP_STRETCH else _NO_SEAM

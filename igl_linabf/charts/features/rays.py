@@ -22,24 +22,24 @@ def are_unseen(surface: Submesh, charts: Sequence[IntArray]) -> BoolArray:
     tree, directions = igl.AABB(), _directions(constants.RAYS_OF_FACE)
     tree.init(V, F)
     off = constants.RAY_START * float(np.ptp(V, axis=0).max())
-    area = np.cumsum(surface.measured[0])
+    shares = (np.arange(constants.FACES_WITH_RAYS) + 0.5) / constants.FACES_WITH_RAYS
+    sampled = np.array([_faces_at(surface.measured[0], faces, shares) for faces in charts])
     unseen = np.ones(len(charts), dtype=bool)
-    for share in (np.arange(constants.FACES_WITH_RAYS) + 0.5) / constants.FACES_WITH_RAYS:
+    for face in sampled.T:
         left = np.flatnonzero(unseen)
         if not len(left):
             break
-        face = np.array([_face_at(area, charts[i], share) for i in left.tolist()])
-        start = V[F[face]].mean(axis=1)[:, None] + off * directions
-        rays = np.broadcast_to(directions, start.shape).reshape(-1, 3)
-        hit = tree.intersect_ray_first(V, F, np.ascontiguousarray(start.reshape(-1, 3)), rays.copy())[0]
+        start = V[F[face[left]]].mean(axis=1)[:, None] + off * directions
+        rays = np.tile(directions, (len(left), 1))
+        hit = tree.intersect_ray_first(V, F, start.reshape(-1, 3), rays)[0]
         unseen[left] = (hit.reshape(len(left), -1) >= 0).all(axis=1)
     return unseen
 
 
-def _face_at(area: FloatArray, faces: IntArray, share: float) -> int:
-    """The face of a chart at that share of its area; `area` is summed up over the surface's faces."""
-    own = np.cumsum(area[faces] - np.where(faces > 0, area[faces - 1], 0.0))
-    return int(faces[np.searchsorted(own[:-1], share * own[-1])])
+def _faces_at(area: FloatArray, faces: IntArray, shares: FloatArray) -> IntArray:
+    """The faces of a chart at these shares of its area."""
+    own = np.cumsum(area[faces])
+    return np.asarray(faces[np.searchsorted(own[:-1], shares * own[-1])])
 
 
 def _directions(n: int) -> FloatArray:
