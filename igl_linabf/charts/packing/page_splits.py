@@ -89,7 +89,8 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
         along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)
-        fits = longest <= most_long and min(wide, high) <= most_short
+        scale = done[chart.parent][0].scale
+        fits = scale * longest <= most_long and scale * min(wide, high) <= most_short
         if not fits:
             along -= (along.min() + along.max()) / 2
             band = constants.HALVING_BAND * longest

@@ -49,6 +49,18 @@ def test_what_shows_from_anywhere_keeps_its_texels() -> None:
     assert scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
 
 
+def test_a_chart_that_fits_at_its_share_is_not_cut() -> None:
+    V, F = together(sphere(1.0), sphere(0.9, inward=True))
+    page = {"resolution": 512, "texel_density": 512 / 3}
+
+    def inside(**more: float) -> int:
+        """The charts of the inner sphere."""
+        atlas = unwrap(V, F, packing=Packing(**page, **more))
+        return len(np.unique(atlas.chart[len(F) // 2 :]))
+
+    assert inside(unseen=0.25) < inside()
+
+
 def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     assert {chart.scale for chart in unwrap(V, F).charts} == {1.0}
