@@ -79,7 +79,7 @@ class Bff:
             path = os.path.join(folder, "mesh.obj")
             write_obj(path, V, F, V[:, :2])
             command = [self.program, path, *["cpu"] * cpu]
-            done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+            done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=300)
         rows = [[float(word) for word in row.split()] for row in done.stdout.splitlines()]
         core, whole = np.median(rows, axis=0)
         return float(core), float(whole)

@@ -127,7 +127,7 @@ def main() -> int:
             np.savez(paths[-1], V=V, F=F)
         command = [python, __file__, "--repeat", str(options.repeat), "--in-blender", archive, *paths]
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
         table = [line for line in done.stderr.splitlines() if line.startswith("|")]
         print("\n".join(table) if done.returncode == 0 else done.stderr)
         return done.returncode

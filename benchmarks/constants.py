@@ -176,7 +176,7 @@ def in_a_process(*words: object) -> dict[str, list[object]] | None:
     }
     try:
         process = subprocess.run(
-            command, capture_output=True, text=True, timeout=SECONDS, env=environment, check=True
+            command, capture_output=True, encoding="utf-8", timeout=SECONDS, env=environment, check=True
         )
     except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
         return None

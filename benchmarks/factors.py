@@ -78,7 +78,9 @@ def row(name: str, times: int, solver: str, repeat: int) -> str:
     """The row of a matrix and a solver."""
     code = f"import factors; factors.measured({name!r}, {times}, {solver!r}, {repeat})"
     command, folder = [sys.executable, "-c", code], Path(__file__).parent
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True, env=os.environ)
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, encoding="utf-8", check=True, env=os.environ
+    )
     triangles, *figures = json.loads(done.stdout.splitlines()[-1])
     return f"| {triangles:,} | {NAMES[solver]} | {' | '.join(f'{value:.3g}' for value in figures)} |"
 

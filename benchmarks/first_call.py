@@ -62,7 +62,9 @@ def first_and_second(python: Path, path: str) -> list[float]:
     """Seconds of two isometric atlases in a process of their own."""
     code = READ.format(path=path) + TWO
     command = [python, "-c", code]
-    told = subprocess.run(command, check=True, capture_output=True, text=True, cwd=python.parent, env=OWN)
+    told = subprocess.run(
+        command, check=True, capture_output=True, encoding="utf-8", cwd=python.parent, env=OWN
+    )
     return list(map(float, told.stdout.split()))
 
 

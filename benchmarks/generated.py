@@ -106,7 +106,7 @@ def measured(of: str, path: str) -> dict[str, float]:
     made = make(V, F)
     seconds = process_time() - start
     # not ru_maxrss, which begins with the peak of the parent
-    most = int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+    most = int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="utf-8"))[1]) / 1024
     TC, charts, flipped = upright(made)
     q = quality(V[made.origin], made.FTC[~flipped], TC)
     fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
@@ -135,7 +135,7 @@ def table(sizes: list[str], seed: int) -> None:
             triangles.append(len(F))
             for of in rows:
                 command = [sys.executable, __file__, "--one", of, path]
-                done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
+                done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, env=env)
                 rows[of].append(json.loads(done.stdout.splitlines()[-1]))
                 print(line(f"{kind}, {noise}, {size}", f"{len(F):,}", of, rows[of][-1]), flush=True)
     for of, made in rows.items():

@@ -67,7 +67,7 @@ def by_peer(program: str, name: str) -> str:
 def in_a_child(*which: str) -> str:
     command = [sys.executable, "-W", "ignore", __file__, *which]
     pipe = subprocess.PIPE
-    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, encoding="utf-8", start_new_session=True)
     try:
         printed, said = process.communicate(timeout=LIMIT)
     except subprocess.TimeoutExpired:

@@ -108,7 +108,12 @@ def peak(name: str, what: str) -> tuple[int, float, float, int]:
     code = f"import performance; performance.grown({name!r}, {what!r})"
     folder = Path(__file__).parent
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True, env=os.environ
+        [sys.executable, "-c", code],
+        cwd=folder,
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+        env=os.environ,
     )
     triangles, cpu, wall, grown = done.stdout.split()[-4:]
     return int(triangles), float(cpu), float(wall), int(grown)

@@ -69,7 +69,7 @@ def lost(old: str, new: str) -> list[str]:
 def section(title: str, command: str) -> str:
     script, *options = command.split()
     path = ROOT / "benchmarks" / script
-    done = subprocess.run([sys.executable, path, *options], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, path, *options], capture_output=True, encoding="utf-8", check=True)
     return f"\n## {title}\n\n`python benchmarks/{command}`\n\n{done.stdout}"
 
 

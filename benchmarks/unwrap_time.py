@@ -165,7 +165,7 @@ def main() -> None:
     env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     for name in files or models():
         command = [sys.executable, __file__, "--one", name]
-        done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, env=env)
         row = json.loads(done.stdout.splitlines()[-1])
         cells = [
             Path(name).stem if files else name,

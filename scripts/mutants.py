@@ -120,7 +120,7 @@ def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
             cwd=ROOT,
             env=environment,
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             timeout=SECONDS,
             check=False,
         )

@@ -95,7 +95,7 @@ def run(*command: object, cwd: Path | None = None) -> str:
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
     )
     print(process.stdout, end="", flush=True)
     if process.returncode:

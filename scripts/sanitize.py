@@ -33,7 +33,9 @@ def build() -> None:
 
 
 def runtime(name: str) -> str:
-    found = subprocess.run(["c++", f"-print-file-name={name}"], stdout=subprocess.PIPE, text=True, check=True)
+    found = subprocess.run(
+        ["c++", f"-print-file-name={name}"], stdout=subprocess.PIPE, encoding="utf-8", check=True
+    )
     return os.path.realpath(found.stdout.strip())
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 def run(*arguments: object) -> subprocess.CompletedProcess:
     command = [sys.executable, "-m", "igl_linabf", *map(str, arguments)]
-    process = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120)
     # where the tests run without CHOLMOD, that is said first
     lines = process.stderr.splitlines(keepends=True)
     process.stderr = "".join(line for line in lines if "warning: scikit-sparse is not" not in line)

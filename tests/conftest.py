@@ -138,7 +138,7 @@ def built_wheel(folder: Path) -> Path:
     how = ("--no-build-isolation", "-C", "build-dir=build/{wheel_tag}") if warm else ()
     command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", *how, "-w", str(folder), str(ROOT)]
     with one_at_a_time(ROOT / "build"):
-        process = subprocess.run(command, capture_output=True, text=True, timeout=500)
+        process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     if "No matching distribution found for" in process.stderr:
         pytest.skip("what builds the wheel cannot be fetched")
     assert process.returncode == 0, process.stderr

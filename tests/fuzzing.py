@@ -78,7 +78,7 @@ def run_all(
                 [sys.executable, script, str(todo), str(done), str(LIMIT)],
                 cwd=ROOT,
                 capture_output=True,
-                text=True,
+                encoding="utf-8",
                 errors="replace",
             )
             said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []

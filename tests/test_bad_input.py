@@ -46,7 +46,9 @@ def apart() -> dict[str, subprocess.CompletedProcess]:
     """Every case in a process of its own."""
 
     def run(name: str) -> subprocess.CompletedProcess:
-        return subprocess.run([sys.executable, SCRIPT, name], capture_output=True, text=True, timeout=60)
+        return subprocess.run(
+            [sys.executable, SCRIPT, name], capture_output=True, encoding="utf-8", timeout=60
+        )
 
     names = [*REFUSED, *WARNED]
     with ThreadPoolExecutor(2) as pool:

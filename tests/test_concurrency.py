@@ -74,7 +74,7 @@ def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
             [sys.executable, "-W", "ignore", "-c", code],
             env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": path},
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             timeout=300,
         )
         assert process.stdout.split() == in_turn(), process.stderr

@@ -41,7 +41,7 @@ def in_a_process(code: str, *arguments: object, **environment: str) -> str:
     done = subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         env={**os.environ, **environment},
         check=False,
     )

@@ -62,7 +62,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
             [*ENTRY, *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            text=True,
+            encoding="utf-8",
             env={**os.environ, "TMPDIR": str(temporary)},
             start_new_session=True,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),

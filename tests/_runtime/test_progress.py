@@ -148,7 +148,9 @@ def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
 
 
 def test_nothing_in_a_log() -> None:
-    process = subprocess.run([sys.executable, "-c", SCRIPT, "0"], capture_output=True, text=True, timeout=60)
+    process = subprocess.run(
+        [sys.executable, "-c", SCRIPT, "0"], capture_output=True, encoding="utf-8", timeout=60
+    )
     assert process.returncode == 0
     lines = process.stderr.splitlines()
     assert [line for line in lines if "scikit-sparse" not in line and "warn" not in line] == []

@@ -298,7 +298,7 @@ def command(*arguments: object, entry: list[str] = ENTRY, **options: object) -> 
         [*entry, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         start_new_session=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
         **options,

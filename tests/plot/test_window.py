@@ -56,7 +56,7 @@ class Window:
 
         command = [sys.executable, "-m", "igl_linabf", "view", str(mesh), *options]
         self.process = subprocess.Popen(
-            command, env={**os.environ, "DISPLAY": display}, stderr=subprocess.PIPE, text=True
+            command, env={**os.environ, "DISPLAY": display}, stderr=subprocess.PIPE, encoding="utf-8"
         )
         self.display = Display(display)
         self.window = self._find(f"igl_linabf: {mesh.name}")
@@ -338,7 +338,9 @@ def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))
     kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-m", "igl_linabf", "view", str(tmp_path / "mesh.ply")]
-    process = subprocess.run(command, env=kept | display, capture_output=True, text=True, timeout=PATIENCE)
+    process = subprocess.run(
+        command, env=kept | display, capture_output=True, encoding="utf-8", timeout=PATIENCE
+    )
     assert process.returncode == 2
     said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
     assert len(said) == 1

@@ -26,7 +26,9 @@ def archive(tmp_path_factory) -> Path:
     """The extension, built from these sources."""
     into = tmp_path_factory.mktemp("extension")
     code = "import sys; print('%d.%d' % sys.version_info[:2])"
-    asked = subprocess.run([python_of_blender(), "-c", code], capture_output=True, text=True, check=True)
+    asked = subprocess.run(
+        [python_of_blender(), "-c", code], capture_output=True, encoding="utf-8", check=True
+    )
     options = ["--python", asked.stdout.strip(), "--into", str(into)]
     if asked.stdout.strip() == "{}.{}".format(*sys.version_info):
         built_wheel(into)
@@ -54,7 +56,7 @@ def test_every_scene_in_blender(archive: Path) -> None:
     process = subprocess.run(
         [python_of_blender(), ROOT / "tests" / "blender_scenes.py", archive],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         env=environment,
         timeout=280,
     )

@@ -109,7 +109,7 @@ def test_an_old_python_is_refused(tmp_path) -> None:
         [sys.executable, str(ROOT / "scripts" / "bootstrap")],
         env={**os.environ, "PYTHON": str(old)},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=60,
     )
     assert process.returncode == 1

@@ -49,7 +49,7 @@ def test_memory_at_the_peak_is_that_of_the_call() -> None:
     code += "print(p.most_used() - a)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", code]  # a process that has not used more before
-    told = subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout
+    told = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=True).stdout
     assert 0.9 < int(told.split()[-1]) / 160e6 < 1.5
 
 

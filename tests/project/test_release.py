@@ -83,7 +83,7 @@ def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
         [sys.executable, "-m", "mypy", *options, "use.py"],
         cwd=tmp_path,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=600,
         env={**os.environ, "MYPYPATH": str(ROOT)},
     )
@@ -120,7 +120,9 @@ COMP_CWORD={len(words)}
 _shtab_igl_linabf igl-linabf "${{COMP_WORDS[-1]}}"
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
-    process = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    process = subprocess.run(
+        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=60
+    )
     assert set(process.stdout.split()) == expected, process.stderr
 
 
