@@ -1,11 +1,12 @@
-"""Atlases of meshes like those of generative models and scanners, beside xatlas and uvunwrap.
+"""Atlases of meshes like those of generative models and scanners, beside xatlas, uvunwrap and Blender.
 
     python benchmarks/generated.py [--size 50k] [--seed 1] [--picture docs/images/generated.png]
 
 The meshes come by marching cubes from distance fields with noise: limbs or boxes, with bumps of two sizes,
 and a dozen floaters and cavities. `--size` takes only those of about 50,000, 150,000 or 320,000 triangles.
-Each atlas is made in a process of its own, with one thread; MB is the peak of that process. Stretch and
-texels are those of the faces that do not flip. Peers are added if they are installed. Prints Markdown; with
+Each atlas is made in a process of its own, with one thread; MB is the peak of that process. Blender is another
+program: its seconds are those that it took by its clock, and its memory is not measured. Stretch and texels
+are those of the faces that do not flip. Peers are added if they are installed. Prints Markdown; with
 `--picture`, only draws one mesh with its seams, by `unwrap` and by uvunwrap.
 """
 
@@ -35,6 +36,7 @@ from igl_linabf import overlaps, quality, texture_seams
 
 SIZES = {"50k": 96, "150k": 144, "320k": 200}  # points of the grid along an axis
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)
+PEERS = ("xatlas", "uvunwrap", "Blender")
 HEADS = (
     "charts",
     "seam / sqrt(area)",
@@ -83,9 +85,9 @@ def generated(kind: str, n: int, noise: float, seed: int) -> tuple[np.ndarray, n
 
 
 def makers() -> dict[str, Maker]:
-    """`unwrap` by its two methods, as it is, and the installed peers but Blender."""
+    """`unwrap` by its two methods, as it is, and the installed peers."""
     mine: dict[str, Maker] = {"linabf": ours, "isometric": partial(ours, method="isometric")}
-    return mine | {name: make for name, make in programs().items() if name in ("xatlas", "uvunwrap")}
+    return mine | {name: make for name, make in programs().items() if name in PEERS}
 
 
 def upright(made: Made) -> tuple[np.ndarray, int, np.ndarray]:
@@ -106,7 +108,9 @@ def measured(of: str, path: str) -> dict[str, float]:
     made = make(V, F)
     seconds = process_time() - start
     # not ru_maxrss, which begins with the peak of the parent
-    most = int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="utf-8"))[1]) / 1024
+    most: float = int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="utf-8"))[1]) / 1024
+    if of == "Blender":
+        seconds, most = made.seconds, np.nan
     TC, charts, flipped = upright(made)
     q = quality(V[made.origin], made.FTC[~flipped], TC)
     fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
@@ -117,7 +121,8 @@ def measured(of: str, path: str) -> dict[str, float]:
 
 def line(name: str, triangles: str, of: str, row: dict[str, float]) -> str:
     kinds = (",.0f", ".1f", ".3f", ".2f", ".2f", ",.0f", ",.0f", ".1f", ",.0f")
-    figures = " | ".join(format(row[head], kind) for head, kind in zip(HEADS, kinds, strict=True))
+    cells = (format(row[head], kind) for head, kind in zip(HEADS, kinds, strict=True))
+    figures = " | ".join("" if cell == "nan" else cell for cell in cells)
     return f"| {name} | {triangles} | {of} | {figures} |"
 
 
