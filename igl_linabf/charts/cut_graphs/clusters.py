@@ -309,7 +309,7 @@ def _finite_volumes(
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
         hole = i < graph.n_holes  # which has no place of its own
         if hole.any():
-            edge = np.asarray(graph.adjacency[0][a[hole], b[hole]]).ravel()
+            edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()  # a hole has a long row
             share[hole] = edge / (edge + distance[b[hole]])
     weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), constants.MIN_BOND_WEIGHT, 1)
     return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)
