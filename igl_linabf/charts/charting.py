@@ -345,7 +345,7 @@ def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, options: C
     `few` says whether few of its faces overlap: then its tips have been looked at.
     """
     result, pairs = made.result, made.pairs
-    parts = [disk for part in split_at_creases(piece, result.uv, pairs) for disk in _disks(part, options)]
+    parts = [disk for part in split_at_creases(piece, result.uv) for disk in _disks(part, options)]
     parts = parts or split_overlaps(piece, piece.faces[pairs])
     if len(parts) <= 1:
         return []

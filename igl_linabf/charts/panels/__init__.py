@@ -11,5 +11,5 @@ from .constants import (
     SHARP_CREASE_PRICE,
 )
 from .nets import Nets
-from .panels import Panels, RoundedPanels, panel_seams
+from .panels import FlatPanels, Panels, RoundedPanels, panel_seams, unjoined
 from .unfolding import overlap_depths

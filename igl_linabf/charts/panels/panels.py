@@ -169,6 +169,17 @@ class RoundedPanels(Panels):
         return made
 
 
+class FlatPanels(Panels):
+    """The panels between sharp creases of an isometric map."""
+
+    @cached_property
+    def fold(self) -> BoolArray:
+        return self.creased.sharp
+
+    def max_depths(self, z: ComplexArray) -> FloatArray:
+        return overlap_depths(z, self.creased.extent[self.creased.label], 0.0)
+
+
 def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     """The seams, by the caller's vertices, of components that are made of panels.
 
@@ -177,7 +188,7 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     """
     creased, fold = panels.creased, panels.fold
     slit, handles = _slits(panels, fold)
-    seam = slit | _not_joined(panels, slit, trade) if fold.any() else slit
+    seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
@@ -187,14 +198,17 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     return creased.surface.vertices[creased.ends[seam & ~dear[body]]], dear[creased.label]
 
 
-def _not_joined(panels: Panels, slit: BoolArray, trade: float) -> BoolArray:
-    """The folds along which panels are not joined."""
+def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
+    """The folds along which panels are not joined.
+
+    `z` are the corners of the faces, (#F, 3), where each panel lies flat. With a `trade` of 0 panels are
+    joined however they fill the page.
+    """
     creased, fold = panels.creased, panels.fold
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
-    z = unfolded(creased, ~fold & ~slit)
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
-    z *= upright_turns(z, order, panel)[panel, None]
+    z = z * upright_turns(z, order, panel)[panel, None]
     joins = joints(creased, fold, panel, z, panels.same_motion, trade)
     chart, turn, shift = merge_regions(z[order], panels.max_depths(z)[order], start, *joins)
     z = turn[panel, None] * z + shift[panel, None]

@@ -124,7 +124,7 @@ def joints(
     """Where panels may be joined across edges that part them, the dearest creases first.
 
     Edges at which one motion joins two panels, up to `same`, are one crease. Joining is worth as much area of
-    the page as a seam of the crease's length costs.
+    the page as a seam of the crease's length costs: with a `trade` of 0, any.
     """
     rows = np.flatnonzero(fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]
@@ -152,6 +152,8 @@ def joints(
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     squared_length = _longest(creased, z, panel) ** 2
     page = np.maximum(constants.PAGE_OVER_AREA * area, constants.PAGE_OVER_SQUARED_LENGTH * squared_length)
-    sharp_length = total[by_length] / constants.SHARP_CREASE_PRICE
-    worth = sharp_length * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
+    worth = np.full(len(chosen), np.inf)
+    if trade > 0:
+        sharp_length = total[by_length] / constants.SHARP_CREASE_PRICE
+        worth = sharp_length * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

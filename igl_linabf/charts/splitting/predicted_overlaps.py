@@ -167,7 +167,7 @@ def _parts(
     if not len(pairs) or len(np.unique(pairs)) < constants.MIN_PREDICTED_SHARE * len(disk.F) or uv is None:
         return [], uv, False
     most = constants.MAX_PREDICTED_OVERLAPS
-    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], most)
+    parts = split_at_creases(disk, uv) or split_overlaps(disk, disk.faces[pairs], most)
     _, squared = size_and_stretch(change_of(disk, uv))
     if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one
