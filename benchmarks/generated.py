@@ -108,7 +108,8 @@ def measured(of: str, path: str) -> dict[str, float]:
     made = make(V, F)
     seconds = process_time() - start
     # not ru_maxrss, which begins with the peak of the parent
-    most: float = int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text(encoding="utf-8"))[1]) / 1024
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    most: float = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
     if of == "Blender":
         seconds, most = made.seconds, np.nan
     TC, charts, flipped = upright(made)
