@@ -11,7 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
+from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, slide_into_valleys
 from ..features import (
     PLANAR_SHARE,
     CreasedSurface,
@@ -22,7 +22,7 @@ from ..features import (
     hiding_weights,
 )
 from ..panels import FLAT_SHARE_OF_LARGE_NETS, MOST_HANDLES_OF_NETS, Nets, Panels, RoundedPanels, panel_seams
-from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
+from ..splitting import coarse_mesh, predicted_seams
 from . import constants
 from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam, with_branches
 from .small_bodies import SmallBodies
@@ -318,12 +318,7 @@ def _cheapest_seam(
             more, ends = predicted_seams(coarse.graph, mesh, seam, trade * constants.CLUSTER_TRADE_FACTOR)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
-        drawn = levels.lift(seam, leaves)
-        if trade == 0:
-            return drawn
-        of_clusters = log_scale(coarse, coarse.graph.boundary_nodes(seam), coarse.curvature)
-        u = of_clusters[levels.label(np.arange(closed.graph.n))]
-        return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
+        return levels.lift(seam, leaves)
     seam = grown_seam(closed, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net

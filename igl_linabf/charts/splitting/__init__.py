@@ -13,4 +13,4 @@ from .predicted_overlaps import coarse_mesh, predicted_seams
 from .reused_maps import KnownMap, reuse_maps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import MapMeasure, seams_to_fine_tips, seams_to_tips
+from .tips import MapMeasure, seams_to_tips

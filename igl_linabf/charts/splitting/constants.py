@@ -60,23 +60,6 @@ TIP_AREA_SHARE = 1 / 16
 # more leaves tips. tests/charts/splitting/test_predicted_overlaps.py
 MIN_TIP_GAIN = 0.008
 
-# Change of the logarithmic scale by a step of conjugate gradients that is the last one. More misses tips;
-# less takes steps that change none. tests/charts/splitting/test_predicted_overlaps.py
-LAST_LOG_SCALE_CHANGE = 0.06
-
-# Steps of these, at most. Fewer leave high spikes unseen; more are rarely needed.
-# tests/charts/splitting/test_predicted_overlaps.py
-MAX_LOG_SCALE_STEPS = 40
-
-# Distance in space to the boundary, times this, is the reach within which a path to a tip is sought first.
-# Less seeks most paths twice; more seeks them among too many vertices.
-# tests/charts/splitting/test_predicted_overlaps.py
-FIRST_REACH = 2.0
-
-# Share of the vertices within reach from which on all are searched. More collects nearly all of them in vain;
-# less searches charts whose tips are near the boundary. benchmarks/constants.py charts.splitting
-MAX_SHARE_WITHIN_REACH = 0.4
-
 # --- overlaps and tips predicted on clusters ---
 
 # Share of the faces of a coarse mesh that is small: of overlapping ones, below which the surface is not cut

@@ -19,7 +19,7 @@ from . import constants
 from .crease_cuts import split_at_creases
 from .overlap_seams import split_overlaps
 from .reused_maps import keeps_map
-from .tips import size_and_stretch, tips_of, worth_a_seam
+from .tips import seams_worth, size_and_stretch, tips_of
 
 
 def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
@@ -119,12 +119,11 @@ def _seams_to_coarse_tips(
     faces, saved = tips_of(part.F, len(part.V), changed, 2 * constants.TIP_AREA_SHARE)
     if not len(faces):
         return faces, faces
-    distance, before, _ = graph.shortest_paths(sources)
+    distance = graph.shortest_paths(sources)[0]
     corners = part.vertices[part.F[faces]]
-    tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
+    leaves = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
     size, total = size_and_stretch(changed)
-    chosen = tip[worth_a_seam(saved, distance[tip] / size / trade, total)]
-    return chosen, graph.path_edges(before, chosen)
+    return seams_worth(graph, sources, leaves, saved, total, size * trade)[:2]
 
 
 def _with_small_parts_joined(label: IntArray, sides: IntArray) -> IntArray:

@@ -6,17 +6,12 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import flatten, unwrap
+from igl_linabf import unwrap
 from igl_linabf.charts.atlas.pieces import flatten_piece
-from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Levels
-from igl_linabf.charts.cut_graphs.stretch import log_scale
 from igl_linabf.charts.seams import search as seams
-from igl_linabf.charts.seams.constants import MAX_CLUSTERS
-from igl_linabf.charts.splitting import constants, predicted_overlaps, tips
-from igl_linabf.charts.splitting.tips import seams_to_fine_tips
+from igl_linabf.charts.splitting import predicted_overlaps
 from igl_linabf.flattening import Sketch
-from igl_linabf.measures import change_of, overlapping_pairs
+from igl_linabf.measures import overlapping_pairs
 from igl_linabf.surface import Submesh
 
 
@@ -66,43 +61,3 @@ def test_tall_fins_of_a_large_plate_are_predicted_until_none_is_worth_a_seam() -
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.stretch_l2 <= 4
-
-
-@pytest.mark.parametrize("height", [0.0, 0.8])
-def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: float) -> None:
-    """A ball of 20,480 triangles with a spike of some hundreds of them, cut from its back to four sides."""
-    V, F = igl.upsample(*igl.icosahedron(), 5)
-    V = V / np.linalg.norm(V, axis=1)[:, None]
-    spiked = Submesh.checked(V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None], F)
-    piece = ClosedSurface.of(spiked)
-    poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
-    start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
-    seam = piece.graph.path_edges(piece.graph.shortest_paths(np.array([start]))[1], ends)
-    coarse = Levels.of(piece, MAX_CLUSTERS)
-    on = coarse.label(piece.graph.boundary_nodes(seam))
-    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.graph.n))]
-    more = seams_to_fine_tips(piece, seam, u, 6.0)
-    exact = seams_to_fine_tips(
-        piece, seam, log_scale(piece, piece.graph.boundary_nodes(seam), piece.curvature), 6.0
-    )
-    assert bool(len(more)) is bool(len(exact)) is bool(height)
-    if height:
-        out = np.linalg.norm(piece.graph.position, axis=1)
-        assert all(out[piece.graph.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
-        assert piece.graph.topology_of(np.append(seam, more)) == piece.graph.topology_of(seam) == (1, 0, 1)
-
-
-@pytest.mark.parametrize("tip", [[0, 0, 1.0], [0.9, 0, 0.43], [0.97, 0, -0.24]])
-def test_ways_to_tips_that_are_sought_nearby_are_the_shortest(
-    monkeypatch: pytest.MonkeyPatch, tip: list[float]
-) -> None:
-    """A ball with a spike, open at the bottom: near the spike only, and among all vertices."""
-    V, F = igl.upsample(*igl.icosahedron(), 4)
-    V = V / np.linalg.norm(V, axis=1)[:, None]
-    F = F[V[F][:, :, 2].max(axis=1) > -0.7]
-    spiked = Submesh.checked(V * (1 + 0.8 * np.exp((V @ tip - 1) / 0.005))[:, None], F)
-    uv = flatten(spiked.V, spiked.F).uv
-    near = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
-    monkeypatch.setattr(constants, "MAX_SHARE_WITHIN_REACH", 0.0)
-    everywhere = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
-    assert len(near) and sorted(near.tolist()) == sorted(everywhere.tolist())

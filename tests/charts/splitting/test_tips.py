@@ -1,29 +1,51 @@
-"""Seams end where a map would shrink most."""
+"""Seams lead to what a map shrinks."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from nasty_meshes import sphere
 
-from igl_linabf.charts.cut_graphs import ClosedSurface, log_scale
-from igl_linabf.charts.splitting import constants
-from igl_linabf.charts.splitting.tips import seams_to_fine_tips
-from igl_linabf.surface import Submesh, connected_labels
+from igl_linabf import flatten, unwrap
+from igl_linabf.charts.splitting.tips import seams_to_tips
+from igl_linabf.measures import change_of
+from igl_linabf.surface import Submesh, compact
+
+LIMBS = np.array([[1, 0, 0], [0, 1, 0], [0, 0.3, 1.0], -np.ones(3) / np.sqrt(3)])
+LIMBS /= np.linalg.norm(LIMBS, axis=1)[:, None]
 
 
-def test_a_seam_ends_at_the_most_shrunk_node_of_each_limb() -> None:
+def limbed(height: float) -> Submesh:
+    """A ball with four limbs, open at the bottom."""
     V, F = sphere(5)
-    limbs = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1.0], -np.ones(3) / np.sqrt(3)])
-    height = np.exp((V @ limbs.T - 1) / 0.03).max(axis=1)
-    closed = ClosedSurface.of(Submesh.checked(V * (1 + 2 * height)[:, None], F))
-    body = np.flatnonzero((height < 1e-3)[closed.edges].all(axis=1))  # is cut everywhere: limbs alone shrink
-    u = log_scale(closed, closed.graph.boundary_nodes(body), closed.curvature)
-    ends = closed.graph.ends
-    nodes, times = np.unique(ends[seams_to_fine_tips(closed, body, u, 10.0)], return_counts=True)
-    found = set(nodes[times == 1].tolist()) - set(ends[body].ravel().tolist())
-    share = closed.area / closed.area.sum()
-    shrunk = np.exp(2 * u) < constants.TIP_AREA_SHARE * float(share @ np.exp(2 * u))
-    limb = connected_labels(ends[shrunk[ends].all(axis=1)], closed.graph.n)
-    rows = [np.flatnonzero(shrunk & (limb == of)) for of in np.unique(limb[shrunk])]
-    assert len(rows) == len(limbs)
-    assert found == {int(of[np.argmin(u[of])]) for of in rows}
+    out = 1 + height * np.exp((V @ LIMBS.T - 1) / 0.03).max(axis=1)
+    kept, F = compact(F[V[F][:, :, 2].max(axis=1) > -0.9], len(V))
+    return Submesh.checked((V * out[:, None])[kept], F)
+
+
+def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
+    piece = limbed(2.0)
+    seam = seams_to_tips(piece, change_of(piece, flatten(piece.V, piece.F).uv), 10.0, None)
+    nodes, times = np.unique(seam, return_counts=True)
+    ends = piece.V[nodes[times == 1]]
+    out = ends[np.linalg.norm(ends, axis=1) > 2]
+    assert sorted(np.argmax(out @ LIMBS.T, axis=1).tolist()) == [0, 1, 2, 3]
+    (part,) = piece.cut_along(seam)
+    assert len(part.topology.loops) == 1
+
+
+def test_a_flat_ball_gets_none() -> None:
+    piece = limbed(0.0)
+    uv = flatten(piece.V, piece.F).uv
+    assert not len(seams_to_tips(piece, change_of(piece, uv), 1.0, None))
+
+
+@pytest.mark.parametrize("height", [0.0, 0.8])
+def test_a_spike_that_clusters_do_not_show_gets_its_seam_from_the_map(height: float) -> None:
+    """A ball of 20,480 triangles with a spike of some hundreds of them."""
+    V, F = sphere(5)
+    V = V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None]
+    atlas = unwrap(V, F)
+    reached = np.linalg.norm(V[atlas.seams], axis=2).max()
+    assert (reached > 0.95 * np.linalg.norm(V, axis=1).max()) or not height
+    assert atlas.good and atlas.quality.texel_spread < 20
