@@ -75,6 +75,11 @@ UNEVEN_STRETCH = 0.03
 # it so; more halve what halves do not help. tests/charts/test_unwrapping.py
 MAX_SPLITS_FOR_STRETCH = 64
 
+# Share of a chart's extent, to either side of its middle, within which the shortest seam that halves it is
+# sought. Less finds longer seams; with more, halves differ in size, and are cut again.
+# tests/charts/packing/test_packing.py
+HALVING_BAND = 0.15
+
 # --- the page ---
 
 # Share of the page that the margins of all charts may take; they are narrowed else. Less narrows margins

@@ -191,10 +191,6 @@ SEAM_BAND = 0.04
 
 # --- charts larger than a page ---
 
-# The same share where such a chart is halved. Less finds longer seams; with more, parts differ in size, and
-# are cut again. tests/charts/packing/test_packing.py
-HALVING_BAND = 0.15
-
 # Share of a page's side that a chart may have: cells of the grid lose the rest. With more, charts that were
 # not cut do not fit; with less, charts are cut in vain. tests/charts/packing/test_packing.py
 MAX_CHART_SIDE = 0.98

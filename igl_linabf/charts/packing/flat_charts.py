@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core import lengths, narrowest_turns
+from ..._core import narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import scaled_to_surface, uv_of_part
+from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
 from .constants import HULL_DIRECTIONS, MIN_MAP_AREA
 from .outlines import Outline, rectangles
 
@@ -46,20 +47,23 @@ class FlatChart:
         return centres(self.piece.polygon_labels, (a + b + c) / 3)
 
     @cached_property
+    def _between(self) -> tuple[IntArray, FloatArray]:
+        return edges_between_polygons(self.piece)
+
+    @property
     def sides(self) -> IntArray:
         """The polygons on both sides of each edge between two of them, (2, #E)."""
-        polygon, inside = self.piece.polygon_labels, self.piece.cuttable_edges
-        return np.asarray(polygon[self.piece.topology.sides[:, inside] % len(self.piece.F)])
+        return self._between[0]
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Of these edges on the surface, (#E,)."""
+        return self._between[1]
 
     @cached_property
     def ends(self) -> IntArray:
         """The vertices of these edges, (#E, 2); the first polygon is on the left."""
         return np.asarray(self.piece.topology.edges[self.piece.cuttable_edges])
-
-    @cached_property
-    def lengths(self) -> FloatArray:
-        """Of these edges on the surface, (#E,)."""
-        return lengths(self.piece.V, self.ends)
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
@@ -91,6 +95,10 @@ class FlatChart:
     def diagonal(self) -> float:
         """Of the upright rectangle around the map."""
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
+
+    def divided_near(self, along: FloatArray, band: float) -> BoolArray:
+        """The polygons on one side of the shortest seam near a line, by signed distances from it, (#P,)."""
+        return sides_of_least_cut(self.sides, self.lengths, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
         """The chart cut between its polygons of two sides, (#P,); each part at the scale of its own area.

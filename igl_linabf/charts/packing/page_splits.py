@@ -10,11 +10,12 @@ from itertools import groupby
 
 import numpy as np
 
-from ..._core import behind_least_cut, divisions, narrowest_turns
+from ..._core import divisions, narrowest_turns
 from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ...surface import Submesh, complex_positions
 from ..atlas import Chart, flattening_of_part
+from ..constants import HALVING_BAND
 from . import constants
 from .flat_charts import OUTWARDS, FlatChart, whole_outlines
 from .packing import Wish
@@ -93,8 +94,7 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         fits = scale * longest <= most_long and scale * min(wide, high) <= most_short
         if not fits:
             along -= (along.min() + along.max()) / 2
-            band = constants.HALVING_BAND * longest
-            parts = chart.parts(_shortest_between(along, band, chart.sides, chart.lengths))
+            parts = chart.parts(chart.divided_near(along, HALVING_BAND))
         if fits or len(parts) == 1:
             small.append(chart)
         else:
@@ -171,7 +171,7 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: b
     k = int(np.argmax(_expected_page(hulls, diagonals) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))
     groups = chart.groups(constants.LINE_GRID)
-    normal, at, bands = _lines_across(groups.centre)
+    normal, at = _lines_across(groups.centre)
     hull, diagonal, crossed = divisions(
         groups.centre, groups.sides.T, groups.lengths, groups.outer, normal, at, OUTWARDS
     )
@@ -192,7 +192,7 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: b
         return None
     sides = np.stack(
         [
-            _shortest_between(chart.centre @ normal[i] - at[i], bands[i], chart.sides, chart.lengths)
+            chart.divided_near(chart.centre @ normal[i] - at[i], constants.SEAM_BAND)
             for i in lines[chosen].tolist()
         ]
     )
@@ -216,15 +216,15 @@ def _expected_page(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(constants.PAGE_PER_HULL * hulls, square))
 
 
-def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Normals and offsets of lines across points; half the widths of the bands in which seams are sought."""
+def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Normals and offsets of lines across points."""
     directions, number = constants.LINE_DIRECTIONS, constants.LINES_ACROSS
     angle = np.pi * np.arange(directions) / directions
     normal = np.column_stack((np.cos(angle), np.sin(angle)))
     along = points @ normal.T
     low, width = along.min(axis=0), np.ptp(along, axis=0)
     at = low[:, None] + width[:, None] * (np.arange(number) + 1) / (number + 1)
-    return np.repeat(normal, number, axis=0), at.ravel(), np.repeat(constants.SEAM_BAND * width, number)
+    return np.repeat(normal, number, axis=0), at.ravel()
 
 
 def _cheapest(
@@ -246,29 +246,3 @@ def _cheapest(
                 costs = sorted([*costs, (cost, i)])[:number]
     found, which = np.array(costs).reshape(-1, 2).T
     return which.astype(np.int64), found
-
-
-def _shortest_between(along: FloatArray, band: float, sides: IntArray, length: FloatArray) -> BoolArray:
-    """Polygons on one side of the shortest seam in a band around a line: a minimum cut.
-
-    Parameters
-    ----------
-    along : (#P,) float64
-        Signed distances of the polygons from the line.
-    band : float
-        Distance up to which a polygon may come to either side.
-    sides, length
-        As of `FlatChart`: polygons on both sides of each edge, and its length.
-    """
-    within = np.abs(along) <= band
-    m = int(np.count_nonzero(within))
-    node = np.where(along < 0, m, m + 1)  # what is beyond the band is one node on each side
-    outside = node[~within]
-    if not len(outside) or (outside == outside[0]).all():
-        return along > 0
-    node[within] = np.arange(m)
-    ends = node[sides]
-    apart = ends[0] != ends[1]
-    # flows are integers: a millionth of the longest edge is their unit
-    capacity = np.maximum(np.rint(length[apart] / length.max() * (1 << 20)).astype(np.int64), 1)
-    return np.asarray(behind_least_cut(ends[:, apart].T, capacity, m + 2, m, m + 1)[node])

@@ -4,19 +4,23 @@ import numpy as np
 from scipy import sparse
 
 from ...surface import Submesh, centres
+from ..constants import HALVING_BAND
+from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
 
 
 def bisect(piece: Submesh) -> list[Submesh]:
-    """The faces of a piece nearer to one or to the other of two far from each other; nothing of one face."""
-    cell, inside = piece.polygon_labels, piece.cuttable_edges
-    if not cell.any():
+    """The parts on both sides of a short seam about halfway between two faces far from each other.
+
+    There is none of one face.
+    """
+    polygon = piece.polygon_labels
+    if not polygon.any():
         return []
-    m, sides = int(cell.max()) + 1, piece.topology.sides[:, inside]
-    a, b = cell[sides % len(piece.F)]
-    centre = centres(cell, piece.V[piece.F].mean(axis=1))
-    step = np.linalg.norm(centre[a] - centre[b], axis=1)
+    sides, length = edges_between_polygons(piece)
+    centre = centres(polygon, piece.V[piece.F].mean(axis=1))
+    step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
     # two faces may share two edges: the graph then has the sum of equal steps, which does not matter
-    graph = sparse.csr_array((np.maximum(step, np.finfo(float).tiny), (a, b)), shape=(m, m))
+    graph = sparse.csr_array((step, tuple(sides)), shape=(len(centre), len(centre)))
 
     def distance(face: int) -> np.ndarray:
         return np.asarray(sparse.csgraph.dijkstra(graph, directed=False, indices=face))
@@ -24,6 +28,5 @@ def bisect(piece: Submesh) -> list[Submesh]:
     first = int(np.argmax(distance(0)))
     from_first = distance(first)
     second = int(np.argmax(from_first))
-    label = from_first <= distance(second)
-    label[second] = False
-    return piece.divided(label[cell])
+    terminal = terminals_beside_line(from_first - distance(second), HALVING_BAND)
+    return piece.divided(sides_of_least_cut(sides, length, terminal)[polygon])
