@@ -4,9 +4,9 @@
 
 The meshes come by marching cubes from distance fields with noise: limbs or boxes, with bumps of two sizes,
 and a dozen floaters and cavities. `--size` takes only those of about 50,000, 150,000 or 320,000 triangles.
-Each atlas is made in a process of its own, with one thread; MB is the peak of that process. Blender is another
-program: its seconds are those that it took by its clock, and its memory is not measured. Stretch and texels
-are those of the faces that do not flip. Peers are added if they are installed. Prints Markdown; with
+Each atlas is made in a process of its own, with one thread; MB is the peak of that process. Blender is a
+program beside: its seconds are those that it took by its clock, and its memory is not measured. Stretch and
+texels are those of the faces that do not flip. Peers are added if they are installed. Prints Markdown; with
 `--picture`, only draws one mesh with its seams, by `unwrap` and by uvunwrap.
 """
 

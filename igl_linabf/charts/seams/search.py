@@ -11,7 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, slide_into_valleys
+from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
 from ..features import (
     PLANAR_SHARE,
     CreasedSurface,
