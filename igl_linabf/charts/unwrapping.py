@@ -313,7 +313,8 @@ def _packed(
     seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
-        quality = quality_of(whole, flat, sum(chart.overlapping for chart in charts))
+        scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
+        quality = quality_of(whole, flat / scale, sum(chart.overlapping for chart in charts))
     else:  # it is known, but for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))

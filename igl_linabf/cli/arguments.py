@@ -101,6 +101,12 @@ SHARED: Mapping[str, Argument] = {
         texels,
     ),
     "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
+    "unseen": value(
+        "SHARE",
+        "of the texel density, for charts that no ray from outside reaches, as of cavities",
+        float,
+        Packing.unseen,
+    ),
     "units": choice(
         ("square", "mesh"),
         help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "

@@ -255,12 +255,7 @@ UNWRAP = Command(
             "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
         ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
-        "unseen": value(
-            "SHARE",
-            "of the texel density, for charts that no ray from outside reaches, as of cavities",
-            float,
-            Packing.unseen,
-        ),
+        **shared("unseen"),
         "bake": choice(
             ("colors", "texture", "normals", "position"),
             help=f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, "

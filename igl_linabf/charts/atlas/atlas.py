@@ -81,8 +81,8 @@ class Atlas:
     fill : float
         Share of the pages that the charts cover.
     quality : Quality
-        Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
-        set aside do not count.
+        Of the whole: angles of all corners, stretch at the charts' common scale, as if those of another
+        `scale` had it, too. Faces that were set aside do not count.
     repairs : tuple of Repair
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None

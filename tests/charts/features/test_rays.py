@@ -61,6 +61,15 @@ def test_a_chart_that_fits_at_its_share_is_not_cut() -> None:
     assert inside(unseen=0.25) < inside()
 
 
+def test_the_quality_is_that_of_charts_at_one_scale() -> None:
+    V, F = together(sphere(1.0), sphere(0.6, inward=True))
+    even, smaller = (unwrap(V, F, packing=Packing(unseen=share)) for share in (1, 0.25))
+    assert [chart.scale for chart in smaller.charts] == [1.0, 0.25]
+    for figure in ("stretch_l2", "texel_spread", "angle_distortion"):
+        assert np.isclose(getattr(smaller.quality, figure), getattr(even.quality, figure), rtol=1e-6), figure
+    assert np.isclose(smaller.cost.stretch, even.cost.stretch, rtol=1e-6)
+
+
 def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     assert {chart.scale for chart in unwrap(V, F).charts} == {1.0}
