@@ -29,6 +29,7 @@ SECTIONS = [
     ("Boundaries to order", "boundaries.py"),
     ("Any surface, beside other programs", "unwrap.py"),
     ("What trade buys", "trade.py"),
+    ("What each mechanism is for", "mechanisms.py"),
     ("Nasty meshes", "nasty.py"),
     ("Hard surfaces", "parts.py"),
     ("Time of an atlas", "unwrap_time.py"),
