@@ -22,7 +22,7 @@ from peers import relative_seams
 
 from igl_linabf import unwrap
 from igl_linabf.charts import charting
-from igl_linabf.charts.seams import search
+from igl_linabf.charts.seams import growth, search
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -41,6 +41,7 @@ SHARED = (
     "optcuts_duck1",
 )
 Patch = tuple[Any, str, Callable[..., Any]]  # a module or class, a name in it, and what stands there instead
+_NONE = np.zeros(0, dtype=np.int64)
 MECHANISMS: dict[str, Patch] = {
     "panels, rounded ones too": (search, "_of_panels", lambda creased, trade: ([], creased)),
     "rounded panels": (
@@ -50,6 +51,12 @@ MECHANISMS: dict[str, Patch] = {
     ),
     "crease cuts of isometric maps": (charting, "split_at_creases", lambda *_: []),
     "small charts": (charting, "merge_small_charts", lambda made, *_: made),
+    "tips of maps": (charting, "seams_to_tips", lambda *_: np.zeros((0, 2), dtype=np.int64)),
+    "predicted overlaps and tips": (search, "predicted_seams", lambda *_: (_NONE, _NONE)),
+    "faces laid out narrower": (charting, "relayout_locally", lambda piece, made, pairs: (made, pairs)),
+    "reused maps": (charting, "reuse_maps", lambda piece, made, parts, *_: [None] * len(parts)),
+    "slides into valleys": (search, "slide_into_valleys", lambda closed, seam, *_: seam),
+    "moved branch points": (growth, "move_branch_points", lambda graph, seam, cost: seam),
 }
 
 
