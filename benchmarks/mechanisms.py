@@ -43,11 +43,16 @@ SHARED = (
 Patch = tuple[Any, str, Callable[..., Any]]  # a module or class, a name in it, and what stands there instead
 _NONE = np.zeros(0, dtype=np.int64)
 MECHANISMS: dict[str, Patch] = {
-    "panels, rounded ones too": (search, "_of_panels", lambda creased, trade: ([], creased)),
+    "panels, rounded ones too": (search, "_of_panels", lambda creased, *_: ([], creased)),
     "rounded panels": (
         search.RoundedPanels,
         "made",
         lambda panels, trade: np.zeros(len(panels.creased.extent), dtype=bool),
+    ),
+    "nets": (
+        search,
+        "Nets",
+        type("NoNets", (search.Nets,), {"settled": lambda *_: None, "cheaper": lambda *_: None}),
     ),
     "crease cuts of isometric maps": (charting, "split_at_creases", lambda *_: []),
     "small charts": (charting, "merge_small_charts", lambda made, *_: made),
