@@ -2,9 +2,9 @@
 
     python benchmarks/mechanisms.py [MECHANISM ...]
 
-The models are the parts of parts.py, a limb, the bunny, and meshes in IGL_LINABF_MESHES, each unwrapped
-with the methods "linabf" and "isometric". A mechanism is turned off by another function in its place.
-Prints Markdown.
+The models are the parts of parts.py, a limb, the bunny, a generated box of 60,000 triangles, and meshes in
+IGL_LINABF_MESHES, one of them stretched 20 : 1 as well, each unwrapped with the methods "linabf" and
+"isometric". A mechanism is turned off by another function in its place. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from generated import generated
 from meshes import Mesh, shared, stanford
 from parts import parts
 from peers import relative_seams
@@ -57,6 +58,12 @@ MECHANISMS: dict[str, Patch] = {
     "crease cuts of isometric maps": (charting, "split_at_creases", lambda *_: []),
     "small charts": (charting, "merge_small_charts", lambda made, *_: made),
     "tips of maps": (charting, "seams_to_tips", lambda *_: np.zeros((0, 2), dtype=np.int64)),
+    "tips of a map, in its parts": (
+        charting,
+        "_cut_to_tips",
+        lambda piece, made, part, known, *_: [(part, known)],
+    ),
+    "walks between overlaps": (charting, "split_overlaps", lambda *_: []),
     "predicted overlaps and tips": (search, "predicted_seams", lambda *_: (_NONE, _NONE)),
     "faces laid out narrower": (charting, "relayout_locally", lambda piece, made, pairs: (made, pairs)),
     "reused maps": (charting, "reuse_maps", lambda piece, made, parts, *_: [None] * len(parts)),
@@ -79,7 +86,12 @@ def models() -> Iterator[Mesh]:
     yield from parts([])
     yield "limb", *limb()
     yield stanford()
-    yield from (mesh for mesh in shared("closed", "handles", "holes", "multi", "stress") if mesh[0] in SHARED)
+    yield "generated box", *generated("box", 96, 0.03, 1)
+    for name, V, F in shared("closed", "handles", "holes", "multi", "stress"):
+        if name in SHARED:
+            yield name, V, F
+        if name == "optcuts_male_body_i_f10000":
+            yield "male body, stretched", V * [1, 20, 1], F
 
 
 def figures(V: np.ndarray, F: np.ndarray, method: str) -> Figures:
