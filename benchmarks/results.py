@@ -34,7 +34,7 @@ SECTIONS = [
     ("Hard surfaces", "parts.py"),
     ("Time of an atlas", "unwrap_time.py"),
     ("Even texels", "isometric.py"),
-    ("Generated meshes", "generated.py --size 50k"),
+    ("Generated meshes", "generated.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
     ("Time", "timing.py --large --repeat 3"),
