@@ -50,17 +50,13 @@ MAX_MOVED_CHARTS = 24
 # instead of one. More charts take longer; a lower limit leaves gaps. benchmarks/constants.py charts.packing
 MAX_REORDERED_CHARTS = 40
 
-# Number of charts up to which all are placed by their shapes. More take time, since small ones fill gaps as
-# rectangles, too; fewer leave gaps. tests/charts/packing/test_packing.py
+# Number of charts, the largest ones, that are placed by their shapes. More take time, since small ones fill
+# gaps as rectangles, too; fewer leave gaps. tests/charts/packing/test_packing.py
 MAX_SHAPED_CHARTS = 100
-
-# Number of charts that are placed by their shapes where there are more: the largest ones. Fewer leave gaps;
-# more take time. tests/charts/packing/test_packing.py
-SHAPED_OF_MANY = 60
 
 # Share of the area of all charts below which one of many only fills gaps: it is placed as a rectangle, and
 # not cut. Less takes time for small charts; more leaves gaps. tests/charts/packing/test_packing.py
-MIN_SHAPED_AREA = 1 / 400
+MIN_SHAPED_AREA = 1 / 1600
 
 # Share of the narrowest rectangle around it that a chart fills, from which on it is turned as a rectangle,
 # by quarters only. Less misses turns of others; more tries turns in vain.
@@ -88,10 +84,6 @@ TRIAL_GRID = 96
 # Of the grid on which charts come to their places. Fewer leave up to a cell between charts; the time grows
 # with their square. benchmarks/constants.py charts.packing
 FINE_GRID = 448
-
-# The same where a page's side is given, several are, or charts are many: one place after another is found
-# at each trial of the side. tests/charts/packing/test_packing.py
-PAGES_GRID = 384
 
 # --- the layout on one page ---
 

@@ -80,7 +80,7 @@ class Charts:
         areas: FloatArray = self.areas
         if len(areas) <= constants.MAX_SHAPED_CHARTS:
             return np.arange(len(areas))
-        largest = np.argsort(-areas, kind="stable")[: constants.SHAPED_OF_MANY]
+        largest = np.argsort(-areas, kind="stable")[: constants.MAX_SHAPED_CHARTS]
         return np.asarray(largest[areas[largest] > constants.MIN_SHAPED_AREA * areas.sum()])
 
 
@@ -376,7 +376,7 @@ def _on_pages(
 
     The rectangles lie on their longer sides, and stand on shelves, the highest ones first.
     """
-    n, grid = len(charts.outlines), constants.PAGES_GRID
+    n, grid = len(charts.outlines), constants.FINE_GRID
     gap, cells = spacing.gap * grid, grid / side
     inner = int(spacing.inner * grid + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
