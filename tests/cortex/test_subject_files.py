@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import nibabel
 import numpy as np
 import pytest
 
 pytest.importorskip("nilearn")
+nibabel = pytest.importorskip("nibabel")
 from PIL import Image
 from subjects import made_up_subject
 
