@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("nilearn")
-nibabel = pytest.importorskip("nibabel")
+pytest.importorskip("nibabel")
+import nibabel
 from PIL import Image
 from subjects import made_up_subject
 

@@ -111,7 +111,8 @@ def test_glb_is_as_its_standard_says(tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # surfaces lose numbers of vertices at seams
 @pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
 def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip({"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel", "surf": "nibabel"}.get(suffix, "numpy"))
+    needs = {"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel", "surf": "nibabel"}
+    pytest.importorskip(needs.get(suffix, "numpy"))
     path = tmp_path / f"atlas.{suffix}"
     path.write_text("old")
     with pytest.raises(MeshError, match=r"faces 7 have corners .* in TC are NaN"):

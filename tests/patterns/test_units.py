@@ -30,6 +30,7 @@ def icosahedron(path: Path, unit: str | None) -> Path:
 
 def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
     """What the command says of the pattern, whose seams run along edges."""
+    pytest.importorskip("svgwrite")
     assert main(["pattern", str(path), "-o", str(path.with_suffix(".svg")), "--json", *more]) == 0
     return json.loads(capsys.readouterr().out)
 
