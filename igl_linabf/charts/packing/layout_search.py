@@ -76,12 +76,10 @@ class Charts:
         return turns_of(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
     def placed_by_shape(self) -> IntArray:
-        """All charts; of many the largest ones, and the others are placed as rectangles in the gaps."""
+        """All charts; of many the large ones, and the others are placed as rectangles in the gaps."""
         areas: FloatArray = self.areas
-        if len(areas) <= constants.MAX_SHAPED_CHARTS:
-            return np.arange(len(areas))
-        largest = np.argsort(-areas, kind="stable")[: constants.MAX_SHAPED_CHARTS]
-        return np.asarray(largest[areas[largest] > constants.MIN_SHAPED_AREA * areas.sum()])
+        few = len(areas) <= constants.MAX_SHAPED_CHARTS
+        return np.flatnonzero(few | (areas > constants.MIN_SHAPED_AREA * areas.sum()))
 
 
 def turns_of(

@@ -285,6 +285,12 @@ def test_many_charts_and_a_fine_one() -> None:
     assert pack_charts([]) == []
 
 
+def test_a_crowd_fills_the_page_as_well_as_a_hundred() -> None:
+    fine = Packing(resolution=2048)
+    hundred, *more = (sum(new.area for new in pack_charts(stars(np.ones(n)), fine)) for n in (100, 130, 200))
+    assert min(more) > 0.97 * hundred
+
+
 def test_vertices_without_a_face_keep_no_place() -> None:
     uv, F = SETS["one"][0]
     (new,) = pack_charts([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
