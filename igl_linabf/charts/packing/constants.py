@@ -50,14 +50,10 @@ MAX_MOVED_CHARTS = 24
 # instead of one. More charts take longer; a lower limit leaves gaps. benchmarks/constants.py charts.packing
 MAX_REORDERED_CHARTS = 40
 
-# Number of charts up to which all are placed by their shapes. More take time, since small ones fill gaps as
-# rectangles, too; fewer leave gaps. tests/charts/packing/test_packing.py
-MAX_SHAPED_CHARTS = 100
-
-# Share of the area of all charts below which one of many only fills gaps: it is placed as a rectangle, and
-# not cut. Less loses what its shape gains to rounding, since it has but few cells of FINE_GRID, and takes
-# time; more leaves gaps. tests/charts/packing/test_packing.py
-MIN_SHAPED_AREA = 1 / 800
+# Share of the area of all charts up to which one only fills gaps: it is placed as a rectangle, and one of
+# many is not cut. Less loses what its shape gains to rounding, since it has but few cells of FINE_GRID, and
+# takes time; more leaves gaps. tests/charts/packing/test_packing.py
+MIN_SHAPED_AREA = 1 / 1200
 
 # Share of the narrowest rectangle around it that a chart fills, from which on it is turned as a rectangle,
 # by quarters only. Less misses turns of others; more tries turns in vain.

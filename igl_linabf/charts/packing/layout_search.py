@@ -4,6 +4,7 @@ Charts are placed one after another, mostly the largest first. Each comes to whe
 of them grows least, and there nearest to the corner. This is tried on a coarse grid, in several orders, with
 many turns of each chart. The best layouts are found again on a fine grid, with the turns that they have. A
 few charts are also moved before, if there is time: one comes earlier or later, or keeps one of its turns.
+Tiny charts come last, as rectangles, into the gaps that the others leave.
 """
 
 from __future__ import annotations
@@ -75,11 +76,15 @@ class Charts:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
         return turns_of(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
-    def placed_by_shape(self) -> IntArray:
-        """All charts; of many the large ones, and the others are placed as rectangles in the gaps."""
-        areas: FloatArray = self.areas
-        few = len(areas) <= constants.MAX_SHAPED_CHARTS
-        return np.flatnonzero(few | (areas > constants.MIN_SHAPED_AREA * areas.sum()))
+    def some(self, which: IntArray) -> Charts:
+        """These alone."""
+        outlines = [self.outlines[i] for i in which.tolist()]
+        return replace(self, outlines=outlines, sizes=self.sizes[which], areas=self.areas[which])
+
+
+def large_ones(areas: FloatArray) -> IntArray:
+    """The charts that are placed by their shapes; the others come as rectangles into the gaps."""
+    return np.flatnonzero(areas > constants.MIN_SHAPED_AREA * areas.sum())
 
 
 def turns_of(
@@ -104,7 +109,7 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     if charts.least_side(spacing.aspect) > side * spacing.inner:
         return None
     turns = charts.turns(constants.COARSE_TURNS)
-    return _raised(_on_pages(charts, charts.placed_by_shape(), turns, side, spacing, pages), spacing)
+    return _raised(_on_pages(charts, large_ones(charts.areas), turns, side, spacing, pages), spacing)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
@@ -129,17 +134,35 @@ def _largest(charts: Charts, spacing: Spacing, pages: int, thorough: bool) -> La
     if n == 1:
         side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
-    shaped, turns = charts.placed_by_shape(), np.ones((n, 1), dtype=np.complex128)
+    shaped, turns = large_ones(charts.areas), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
-        found = _coarse(charts, shaped, spacing)
-        if pages == 1 and len(shaped) == n:
-            close = sum(entry.needed <= constants.CLOSE_SIDE * found[0].needed for entry in _different(found))
-            number = min(close, 2 if n <= constants.MAX_REORDERED_CHARTS else 1)
-            if thorough and n <= constants.MAX_MOVED_CHARTS:
-                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, number + 1)
-            return _fine(charts, found, spacing, number)
-        turns[shaped] = found[0].layout.turn[shaped, None]
+        large = charts.some(shaped)
+        found = _coarse(large, spacing)
+        best = _searched(large, found, spacing, thorough) if pages == 1 else None
+        layout = None if best is None else _in_gaps(charts, shaped, best, spacing)
+        if layout is not None:
+            return layout
+        turns[shaped] = (best or found[0]).layout.turn[:, None]
     return _shortest_side(charts, shaped, turns, spacing, pages)
+
+
+def _searched(
+    charts: Charts, found: list[_SquareLayout], spacing: Spacing, thorough: bool
+) -> _SquareLayout | None:
+    """The best layout on a fine grid, of coarse ones; None if none fits its page."""
+    n = len(charts.areas)
+    close = sum(entry.needed <= constants.CLOSE_SIDE * found[0].needed for entry in _different(found))
+    number = min(close, 2 if n <= constants.MAX_REORDERED_CHARTS else 1)
+    if thorough and n <= constants.MAX_MOVED_CHARTS:
+        found, number = [_moved(charts, found[0], spacing), *found], number + 1
+    return _fine(charts, found, spacing, number)
+
+
+def _in_gaps(charts: Charts, shaped: IntArray, best: _SquareLayout, spacing: Spacing) -> Layout | None:
+    """The layout of the large charts with the others in its gaps; None if these have no room."""
+    placed, order = replace(best.placed, n=len(charts.areas)), shaped[best.order]
+    layout = _with_rectangles(charts, placed, order, best.side, spacing, best.cells, 1)
+    return None if layout is None else replace(layout, side=best.needed)
 
 
 def _shortest_side(
@@ -211,26 +234,22 @@ class _SquareLayout:
         return self.needed <= self.side
 
 
-def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
+def _coarse(charts: Charts, spacing: Spacing) -> list[_SquareLayout]:
     """Layouts on a coarse grid, the best one first: charts in the order of areas, lengths or rectangles."""
-    n, grid = len(shaped), constants.COARSE_GRID
+    n, grid = len(charts.areas), constants.COARSE_GRID
     turns = charts.turns(constants.COARSE_TURNS * (2 if n <= constants.MAX_MOVED_CHARTS else 1))
-    areas, sizes = charts.areas[shaped], charts.sizes[shaped]
+    areas, sizes = charts.areas, charts.sizes
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    all_shaped = n == len(charts.outlines)  # else rectangles fill the gaps that these leave
-    number = 1 if not all_shaped else 3 if n <= constants.MAX_REORDERED_CHARTS else 2
+    number = 3 if n <= constants.MAX_REORDERED_CHARTS else 2
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:number]}
     orders = [np.array(order) for order in sorted(order_by)]
     found: list[_SquareLayout] = []
     expected = float(np.sqrt(areas.sum() / spacing.aspect / constants.EXPECTED_FILL))
     side = max(expected, charts.least_side(spacing.aspect))
-    for _ in range(2 if all_shaped else 1):
-        masks = _masks(charts, shaped, turns, side, grid, spacing)  # for all orders
+    for _ in range(2):
+        masks = _masks(charts, np.arange(n), turns, side, grid, spacing)  # for all orders
         found += [
-            _square_layout(
-                len(charts.outlines), shaped[order], masks, masks.spans[order], side, grid, spacing
-            )
-            for order in orders
+            _square_layout(n, order, masks, masks.spans[order], side, grid, spacing) for order in orders
         ]
         least = min(entry.needed for entry in found)
         # the page that they need; or, if that is this one, a slightly other grid, which rounds otherwise
@@ -288,7 +307,7 @@ def _unchanged(best: _SquareLayout, spans: IntArray, order: IntArray, now: IntAr
     return places[: len(same) if same.all() else int(same.argmin())]
 
 
-def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number: int) -> Layout | None:
+def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number: int) -> _SquareLayout | None:
     """The best of the first coarse layouts, found again on a fine grid; None if none fits its page.
 
     There a chart may just miss the bay of another one, and the square is far larger. If this happens to all
@@ -309,10 +328,7 @@ def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number:
                 break
             side = max(side, found[-1].needed) * (1 + constants.FINE_SLACK * 2**trial)
     fitting = [entry for entry in (*found, *coarse) if entry.fits]
-    if not fitting:
-        return None
-    best = min(fitting, key=lambda entry: entry.needed)
-    return replace(best.layout, side=best.needed)
+    return min(fitting, key=lambda entry: entry.needed, default=None)
 
 
 def _different(layouts: list[_SquareLayout]) -> list[_SquareLayout]:
@@ -370,24 +386,38 @@ def _place(
 def _on_pages(
     charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Charts on pages of this side: some by their shapes, and the others as rectangles in the gaps.
-
-    The rectangles lie on their longer sides, and stand on shelves, the highest ones first.
-    """
+    """Charts on pages of this side: some by their shapes, and the others as rectangles in the gaps."""
     n, grid = len(charts.outlines), constants.FINE_GRID
-    gap, cells = spacing.gap * grid, grid / side
-    inner = int(spacing.inner * grid + gap)
+    inner = int((spacing.inner + spacing.gap) * grid)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
     masks = _masks(charts, order, turns, side, grid, spacing)
-    placed = _place(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
+    placed = _place(n, masks, masks.spans, grid / side, inner, len(order) if pages is None else pages)
     if placed is None:
         return None
-    layout = placed.layout(order, side)
-    small = np.setdiff1d(np.arange(n), shaped)
+    return _with_rectangles(charts, placed, order, side, spacing, inner, pages)
+
+
+def _with_rectangles(
+    charts: Charts,
+    placed: _PlacedCharts,
+    order: IntArray,
+    side: float,
+    spacing: Spacing,
+    inner: int,
+    pages: int | None,
+) -> Layout | None:
+    """The charts that were placed in this order, and the others as rectangles in the gaps, if they have room.
+
+    The rectangles lie on their longer sides, and stand on shelves, the highest ones first. Pages have `inner`
+    cells along a side.
+    """
+    layout, cells = placed.layout(order, side), placed.cells
+    gap = spacing.gap * side * cells
+    small = np.setdiff1d(np.arange(placed.n), order)
     if not len(small):
         return layout
     turn, number, corner = layout.turn, layout.page, layout.corner
-    taken = masks.taken(inner, placed.places)
+    taken = placed.masks.taken(inner, placed.places)
     width, height = charts.sizes[small].T
     lies = (width >= height) | charts.fixed
     boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1])

@@ -22,7 +22,7 @@ from ...surface import (
     times_power_of_two,
 )
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
-from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .layout_search import Charts, Layout, fixed_layout, large_ones, largest_layout
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, given_packing, page_size
 
@@ -191,8 +191,9 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
 
 
 def pack_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[PackedChart], bool]:
-    """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
-    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= MAX_MOVED_CHARTS
+    """`pack_maps` by a search without moves; and whether a search has any for so many large charts."""
+    placed = pack_maps(maps, replace(wish, resolution=None))
+    return placed, len(large_ones(np.array([chart.area for chart in placed]))) <= MAX_MOVED_CHARTS
 
 
 def fill_of(placed: Sequence[PackedChart]) -> float:
@@ -282,16 +283,7 @@ def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
     short = side * spacing.inner * min(1, spacing.aspect)
     long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # others do as they are
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
-    alone = (
-        replace(
-            charts,
-            outlines=[charts.outlines[i]],
-            sizes=charts.sizes[i : i + 1],
-            areas=charts.areas[i : i + 1],
-        )
-        for i in long.tolist()
-    )
-    fits = [fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
+    fits = [fixed_layout(charts.some(long[[k]]), side, spacing, 1) is not None for k in range(len(long))]
     return np.asarray(long[~np.array(fits, dtype=bool)])
 
 

@@ -44,6 +44,7 @@ SETS = {
     "six": stars(RANDOM.uniform(0.5, 2, 6)),
     "lognormal": stars(RANDOM.lognormal(0, 1, 40)),
     "tiny": stars([1, 1, 1e-4, 0.5]),
+    "specks": stars([1, 0.7, 1.3, *[0.02] * 50]),
     "thin": stars(np.ones(12), thin=5),
     "equal": stars(np.ones(16) * 1e-6),
 }
@@ -289,6 +290,16 @@ def test_a_crowd_fills_the_page_as_well_as_a_hundred() -> None:
     fine = Packing(resolution=2048)
     hundred, *more = (sum(new.area for new in pack_charts(stars(np.ones(n)), fine)) for n in (100, 130, 200))
     assert min(more) > 0.97 * hundred
+
+
+@pytest.mark.parametrize("large", [5, 20, 30])
+@pytest.mark.parametrize("tiny", [40, 150])
+def test_tiny_charts_go_into_gaps_and_cost_the_others_nothing(large: int, tiny: int) -> None:
+    fine = Packing(resolution=2048)
+    charts = stars(np.random.default_rng(0).uniform(0.5, 1.5, large))
+    specks = stars(np.full(tiny, 0.02))
+    alone, beside = (pack_charts(given, fine) for given in (charts, charts + specks))
+    assert abs(beside[0].ratio) > 0.995 * abs(alone[0].ratio)
 
 
 def test_vertices_without_a_face_keep_no_place() -> None:
