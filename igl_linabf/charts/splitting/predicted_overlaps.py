@@ -119,11 +119,12 @@ def _seams_to_coarse_tips(
     faces, saved = tips_of(part.F, len(part.V), changed, 2 * constants.TIP_AREA_SHARE)
     if not len(faces):
         return faces, faces
-    distance = graph.shortest_paths(sources)[0]
+    distance, before, _ = graph.shortest_paths(sources)
     corners = part.vertices[part.F[faces]]
     leaves = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
     size, total = size_and_stretch(changed)
-    return seams_worth(graph, sources, leaves, saved, total, size * trade)[:2]
+    chosen = leaves[seams_worth(distance[leaves] / (size * trade), saved, total)[0]]
+    return chosen, graph.path_edges(before, chosen)
 
 
 def _with_small_parts_joined(label: IntArray, sides: IntArray) -> IntArray:

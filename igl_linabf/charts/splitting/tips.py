@@ -8,7 +8,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
-from ..cut_graphs import ClosedSurface, SurfaceGraph
+from ..cut_graphs import ClosedSurface
 from . import constants
 
 
@@ -50,24 +50,19 @@ def size_and_stretch(changed: Change) -> tuple[float, float]:
     return float(np.sqrt(changed.double_area.sum() / 2)), changed.mean(changed.squared_stretch)
 
 
-def seams_worth(
-    graph: SurfaceGraph, sources: IntArray, leaves: IntArray, saved: FloatArray, total: float, unit: float
-) -> tuple[IntArray, IntArray, float]:
-    """The leaves to which a seam from the sources is worth its length; the edges of these seams; their gain.
+def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
+    """Which of the seams to tips save more stretch than they cost; and what they gain together.
 
-    A seam to a leaf saves its part of the squared L2 stretch, which is `total`; a length of `unit` costs a
-    stretch of 1.
+    A seam saves its part of the squared L2 stretch, which is `total`. Prices are in units of L2 stretch.
     """
-    # of what is left of a map, no stretch is less than 1
-    distance, before, _ = graph.shortest_paths(sources, limit=(np.sqrt(total) - 1) * unit)
-    price, left, chosen = distance[leaves] / unit, total, list[int]()
-    for k in range(len(leaves)):
-        less = max(left - saved[k], 1.0)
+    left, chosen = total, list[int]()
+    for k in range(len(price)):
+        less = max(left - saved[k], 1.0)  # which is a map without stretch
         if np.sqrt(left) - np.sqrt(less) > price[k] > 0:
             chosen.append(k)
             left = less
     gain = float(np.sqrt(total) - np.sqrt(left) - price[chosen].sum())
-    return leaves[chosen], graph.path_edges(before, leaves[chosen]), gain
+    return np.array(chosen, dtype=np.int64), gain
 
 
 def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
@@ -83,7 +78,11 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     if not saved.sum() / (np.sqrt(total) + 1) >= constants.MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
-    is_inside, closed = leaves >= 0, ClosedSurface.of(piece, hidden)
+    is_inside, closed, unit = leaves >= 0, ClosedSurface.of(piece, hidden), size * trade
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
-    _, seam, gain = seams_worth(closed.graph, holes, nodes, saved[is_inside], total, size * trade)
-    return piece.vertices[closed.edges[seam]] if gain >= constants.MIN_TIP_GAIN else none
+    # a seam whose price is more than all stretch beyond 1 is worth nothing
+    distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
+    chosen, gain = seams_worth(distance[nodes] / unit, saved[is_inside], total)
+    if gain < constants.MIN_TIP_GAIN:
+        return none
+    return piece.vertices[closed.edges[closed.graph.path_edges(before, nodes[chosen])]]
