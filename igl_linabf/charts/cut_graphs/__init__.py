@@ -7,7 +7,7 @@ expect of the map that a cut leaves.
 from .branches import Cost, move_branch_points, prune_branches
 from .closed_surface import ClosedSurface, seam_lengths
 from .clusters import Levels, handles_of_clusters
-from .constants import CREASE_DISCOUNT, ISOMETRIC_STRETCH_WEIGHT, MAX_DIRECT_NODES, MAX_LOG_SCALE
+from .constants import ISOMETRIC_STRETCH_WEIGHT, MAX_DIRECT_NODES, MAX_LOG_SCALE
 from .graph import SurfaceGraph, join_terminals, without_stubs
 from .handles import open_handles
 from .laplacians import DirichletSolver

@@ -3,7 +3,7 @@
 In: a surface. Out: dihedral angles, creases, curvature without noise; factors of the lengths of hidden seams.
 """
 
-from .constants import HIDING, PLANAR_SHARE, SHARP_CREASE_ANGLE, TIP_CURVATURE
+from .constants import PLANAR_SHARE, TIP_CURVATURE
 from .creased_surface import CreasedSurface
 from .curvature import (
     Smoothing,
