@@ -29,14 +29,13 @@ from time import process_time
 import igl
 import numpy as np
 import pyvista as pv
-from peers import Made, Maker, charts_of, ours, programs, relative_seams
+from peers import Made, Maker, charts_of, ours, peers, relative_seams
 from scipy.ndimage import zoom
 
 from igl_linabf import overlaps, quality, texture_seams
 
 SIZES = {"50k": 96, "150k": 144, "320k": 200}  # points of the grid along an axis
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)
-PEERS = ("xatlas", "uvunwrap", "Blender")
 HEADS = (
     "charts",
     "seam / sqrt(area)",
@@ -87,7 +86,7 @@ def generated(kind: str, n: int, noise: float, seed: int) -> tuple[np.ndarray, n
 def makers() -> dict[str, Maker]:
     """`unwrap` by its two methods, as it is, and the installed peers."""
     mine: dict[str, Maker] = {"linabf": ours, "isometric": partial(ours, method="isometric")}
-    return mine | {name: make for name, make in programs().items() if name in PEERS}
+    return mine | peers()
 
 
 def upright(made: Made) -> tuple[np.ndarray, int, np.ndarray]:

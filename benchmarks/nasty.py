@@ -19,7 +19,7 @@ from pathlib import Path
 from textwrap import shorten
 
 import numpy as np
-from peers import charts_of, programs
+from peers import charts_of, peers
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -56,7 +56,7 @@ def ours(name: str) -> str:
 def by_peer(program: str, name: str) -> str:
     """What another program makes of it. It puts faces that it leaves out of its charts at (0, 0)."""
     V, F = NASTY[name]()
-    made = programs()[program](V, F)
+    made = peers()[program](V, F)
     corner = made.TC[made.FTC]
     kept = made.FTC[np.isfinite(corner).all(axis=(1, 2)) & (corner != 0).any(axis=(1, 2))]
     charts = int(charts_of(kept).max()) + 1 if len(kept) else 0
@@ -89,11 +89,11 @@ def main() -> None:
         "pairs of faces, of the same chart or of two. `ended with -11`: the process crashed.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
-    peers = [program for program in programs() if not program.startswith("unwrap")]
-    heads += "".join(f" | {program}: charts | lost | overlaps" for program in peers)
+    programs = list(peers())
+    heads += "".join(f" | {program}: charts | lost | overlaps" for program in programs)
     print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
     with ThreadPoolExecutor(2) as pool:
-        made = {name: [pool.submit(in_a_child, program, name) for program in peers] for name in NASTY}
+        made = {name: [pool.submit(in_a_child, program, name) for program in programs] for name in NASTY}
         for name, others in made.items():
             cells = [
                 f"{name} | {len(NASTY[name]()[1]):,} | {ours(name)}",

@@ -112,7 +112,13 @@ def by_blender(V: np.ndarray, F: np.ndarray) -> Made:
 
 def programs() -> dict[str, Maker]:
     """What makes atlases here, by name: `unwrap` and the installed peers."""
-    found: dict[str, Maker] = {"unwrap": ours, "unwrap, isometric": partial(ours, method="isometric")}
+    mine: dict[str, Maker] = {"unwrap": ours, "unwrap, isometric": partial(ours, method="isometric")}
+    return mine | peers()
+
+
+def peers() -> dict[str, Maker]:
+    """The other programs that are installed."""
+    found: dict[str, Maker] = {}
     if find_spec("xatlas"):
         found["xatlas"] = by_xatlas
     if find_spec("uvunwrap"):

@@ -21,7 +21,7 @@ import igl
 import numpy as np
 from generated import generated, upright
 from meshes import Mesh, shared, stanford
-from peers import programs, relative_seams
+from peers import peers, relative_seams
 
 from igl_linabf import Seams, quality, unwrap
 
@@ -68,9 +68,7 @@ def by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
 def by_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
     """The atlases of other programs; stretch is that of the faces that do not flip."""
     found = {}
-    for name, make in programs().items():
-        if name.startswith("unwrap"):
-            continue
+    for name, make in peers().items():
         made = make(V, F)
         TC, charts, flipped = upright(made)
         keep = ~flipped & (igl.doublearea(TC, made.FTC) > 0)
