@@ -7,8 +7,10 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 
 from .atlas import Atlas, AtlasCost, Chart, texture_seams
 from .cones import Cones, find_cones
+from .features import are_unseen as are_unseen
 from .options import Seams, asked_for
 from .packing import UDIM_ROW, Packing, pack_together
+from .packing import given_packing as given_packing
 from .packing import pack_charts as pack_charts
 from .packing import page_size as page_size
 from .panels import overlap_depths as overlap_depths

@@ -214,7 +214,7 @@ def _scaled(
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
-    hidden = are_unseen(surface, rows).tolist()
+    hidden = are_unseen(surface.V, surface.F, rows).tolist()
     return [
         (replace(chart, scale=unseen) if inside else chart, piece)
         for (chart, piece), inside in zip(done, hidden, strict=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import ComplexArray, FloatArray, IntArray
-from ..charts import Packing, pack_charts, page_size
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..charts import Packing, are_unseen, given_packing, pack_charts, page_size
 from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import complex_positions, coordinates
+from ..surface import complex_positions, coordinates, vertex_array
 from .constants import ROUNDING
 from .uv_charts import UVCharts
 
@@ -37,7 +37,10 @@ class PackedUV:
     fill : float
         Share of the pages that charts cover; of a stack one counts.
     scale : float
-        Page widths per unit of length of V, on average. Times the width in texels it is the texel density.
+        Page widths per unit of length of V, on average over charts that are not `unseen`. Times the width in
+        texels it is the texel density.
+    unseen : (#charts,) bool
+        Which charts are smaller as no ray from outside reaches them; none if `Packing.unseen` is 1.
     """
 
     TC: FloatArray
@@ -46,6 +49,7 @@ class PackedUV:
     page: IntArray
     fill: float
     scale: float
+    unseen: BoolArray
 
     @property
     def pages(self) -> int:
@@ -58,7 +62,8 @@ class PackedUV:
     def __str__(self) -> str:
         charts, pages = len(self.page), self.pages
         said = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
-        return f"{said}, {self.fill:.0%} filled"
+        inside = f", {np.count_nonzero(self.unseen):,} unseen and smaller" * bool(self.unseen.any())
+        return f"{said}, {self.fill:.0%} filled{inside}"
 
 
 def pack(
@@ -93,7 +98,8 @@ def pack(
         text in a texture needs.
     scale : {"keep", "even"}
         "keep": the charts' sizes relative to each other stay. "even": each gets as many texels per unit of
-        length of V as the others.
+        length of V as the others. `Packing.unseen` makes charts smaller than that in both cases, and
+        stacks of which all charts are unseen.
 
     Returns
     -------
@@ -126,7 +132,8 @@ def pack(
     if scale not in SCALES:
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
     charts = UVCharts.of(V, F, TC, FTC)
-    width, height = page_size((packing and packing.resolution) or 1)
+    packing = given_packing(packing)
+    width, height = page_size(packing.resolution or 1)
     aspect = height / width
     flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number) * aspect
     area = np.bincount(charts.chart, charts.area, charts.number)
@@ -138,15 +145,17 @@ def pack(
     if scale == "even":
         even[solid] = np.sqrt(area[solid] / flat[solid])
     first = charts.overlaps[1]
+    rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
+    unseen = _unseen(V, charts, rows, first) if packing.unseen != 1 else np.zeros(charts.number, dtype=bool)
+    even[unseen] *= packing.unseen
     own = np.flatnonzero(solid & (first == np.arange(charts.number)))
     z = complex_positions(charts.uv * [1, aspect])
-    rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
     maps = []
     for i in own.tolist():
         used, local = np.unique(charts.upright[rows[i]], return_inverse=True)
         corner = z[used].real.min() + 1j * z[used].imag.min()
         maps.append((coordinates(even[i] * (z[used] - corner)), local.reshape(-1, 3), corner))
-    placed = pack_charts([(uv, faces) for uv, faces, _ in maps], packing, rotate=rotate)
+    placed = pack_charts([(uv, faces) for uv, faces, _ in maps], replace(packing, unseen=1.0), rotate=rotate)
     turn, shift = np.zeros((2, charts.number), dtype=np.complex128)
     page = np.zeros(charts.number, dtype=np.int64)
     stack = np.where(solid, first, np.arange(charts.number))
@@ -159,7 +168,13 @@ def pack(
         warnings.warn(f"{said}: unwrap the mesh to give them one", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
     turned = z, turn[stack], shift[stack]
-    return _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio))
+    return _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio), unseen)
+
+
+def _unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
+    """Which charts no ray from outside reaches, nor any of their stack, of which `first` is the first."""
+    seen = ~are_unseen(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
+    return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 
 
 def _sizes(charts: UVCharts) -> FloatArray:
@@ -176,6 +191,7 @@ def _packed_uv(
     page: IntArray,
     fill: float,
     scale: float,
+    unseen: BoolArray,
 ) -> PackedUV:
     """The charts moved; a row of `TC` is of one chart, and of one place in the map.
 
@@ -194,4 +210,4 @@ def _packed_uv(
     at[charts.rows_aside] = place[charts.F_aside]
     faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
     known = charts.split.at_corners(at)
-    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale)
+    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale, unseen)

@@ -68,6 +68,8 @@ def test_even_charts_have_one_texel_density() -> None:
     spreads = [check_uv(*MAPS[:2], p.TC, p.FTC) for p in (kept, even)]
     assert spreads[0].most_density > 2 * spreads[0].least_density
     assert spreads[1].most_density == pytest.approx(spreads[1].least_density)
+    with pytest.raises(ValueError, match="packing is 1024"):
+        pack(*MAPS, 1024)
     with pytest.raises(ValueError, match="scale is 'same'"):
         pack(*MAPS, scale="same")
 

@@ -90,8 +90,8 @@ class Atlas:
     page : (#charts,) int64
         The page of each chart.
     scale : float
-        Page widths per unit of length of V, on average over a chart. Times the width in texels it is the
-        texel density.
+        Page widths per unit of length of V, on average over a chart of scale 1. Times the width in
+        texels it is the texel density.
     cones : (#C,) int64
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64

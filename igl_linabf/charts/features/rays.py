@@ -8,22 +8,21 @@ import igl
 import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import Submesh
 from . import constants
 
 
-def are_unseen(surface: Submesh, charts: Sequence[IntArray]) -> BoolArray:
+def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
     """Of which charts no ray from the centres of some faces leaves the surface, to either side.
 
-    `charts` has the faces of each, as rows of the surface's `F`. The faces are at equal shares of the chart's
-    area, and the rays go in the same directions from each: so the answer is the same each time.
+    `charts` has the faces of each, as rows of `F`. The faces are at equal shares of the chart's area, and the
+    rays go in the same directions from each: so the answer is the same each time.
     """
-    V, F = surface.V, surface.F
     tree, directions = igl.AABB(), _directions(constants.RAYS_OF_FACE)
     tree.init(V, F)
-    off = constants.RAY_START * float(np.ptp(V, axis=0).max())
+    off = constants.RAY_START * float(np.ptp(V[F], axis=(0, 1)).max())
     shares = (np.arange(constants.FACES_WITH_RAYS) + 0.5) / constants.FACES_WITH_RAYS
-    sampled = np.array([_faces_at(surface.measured[0], faces, shares) for faces in charts])
+    area = igl.doublearea(V, F)
+    sampled = np.array([_faces_at(area, faces, shares) for faces in charts])
     unseen = np.ones(len(charts), dtype=bool)
     for face in sampled.T:
         left = np.flatnonzero(unseen)

@@ -7,4 +7,4 @@ from .common_pages import pack_together
 from .constants import MOST_TRIAL_CHARTS, UDIM_ROW
 from .packing import PackedChart, Wish, fill_of, pack_charts, pack_maps, pack_quickly
 from .page_splits import cut_for_fill, cut_to_fit
-from .spacing import Packing, page_size
+from .spacing import Packing, given_packing, page_size

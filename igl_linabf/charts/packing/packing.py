@@ -24,7 +24,7 @@ from ...surface import (
 from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
-from .spacing import Packing, Spacing, page_size
+from .spacing import Packing, Spacing, given_packing, page_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,17 +138,14 @@ class Wish:
         wish = cls.of(packing)
         if wish.unseen != 1:
             raise ValueError(
-                "unseen is for unwrap, which has the surface: leave it out, what it made small stays"
+                "unseen is for unwrap and pack, which have the surface: leave it out, small charts stay small"
             )
         return wish
 
     @classmethod
     def of(cls, packing: Packing | None) -> Wish:
         """What the caller asks for; by default one page with a margin."""
-        if packing is None:
-            packing = Packing()
-        if not isinstance(packing, Packing):
-            raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
+        packing = given_packing(packing)
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
         if packing.texel_density is None or size is None:
             side, pages = None, 1 if pages is None else pages

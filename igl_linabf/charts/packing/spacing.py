@@ -98,7 +98,8 @@ class Packing:
         `resolution`. If there are too many charts for it, `unwrap` takes a smaller one, with a warning.
     unseen : float
         Texel density of charts that no ray from outside reaches, as of cavities, over that of the others:
-        above 0, up to 1. For `unwrap` without cones. Each chart is tried at 8 of its faces in 100 directions.
+        above 0, up to 1. For `unwrap` without cones, and `pack`. Each chart is tried at 8 of its faces in 100
+        directions.
 
     Raises
     ------
@@ -155,3 +156,18 @@ class Packing:
                 raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
             if not is_number(density, 0, np.finfo(float).max, above=True):
                 raise ValueError(f"texel_density is {density!r}: give texels per unit of length, above 0")
+
+
+def given_packing(packing: Packing | None) -> Packing:
+    """What a caller gives; by default one page with a margin.
+
+    Raises
+    ------
+    ValueError
+        It is something else.
+    """
+    if packing is None:
+        return Packing()
+    if not isinstance(packing, Packing):
+        raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
+    return packing

@@ -38,6 +38,7 @@ PACK = Command(
             "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
         ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
+        **shared("unseen"),
         "no-rotate": switch("move and scale charts, do not turn them"),
         "scale": choice(SCALES, "keep", "the charts' sizes relative to each other, or even texels on all"),
         **shared("force", "json", "quiet"),
@@ -47,6 +48,7 @@ PACK = Command(
         "body.obj -o body_2k.obj --resolution 2048 --padding 8",
         "table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright",
         "body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet",
+        "scan.glb -o scan_2k.glb --scale even --unseen 0.25    # fewer texels for cavities",
         "body.obj -o there/body.obj --force    # also where there/body.mtl is there already",
         "wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square",
         "'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line a mesh",

@@ -1,4 +1,4 @@
-"""Charts that nobody sees share less of the page, if that is asked for."""
+"""Charts that nobody sees share less of the page, if that is asked for: by `unwrap` and by `pack`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from igl_linabf import Cones, Packing, pack, pack_together, unwrap
+from igl_linabf.charts.features import are_unseen
 
 
 def sphere(radius: float, centre: float = 0.0, inward: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -70,6 +71,59 @@ def test_the_quality_is_that_of_charts_at_one_scale() -> None:
     assert np.isclose(smaller.cost.stretch, even.cost.stretch, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("scale", "share"), [("even", 0.25), ("keep", 0.125)])
+def test_maps_are_packed_with_less_for_cavities(scale: str, share: float) -> None:
+    V, F = together(sphere(1.0), sphere(0.4, inward=True))
+    V, F = np.concatenate(([[np.nan] * 3], V)), F + 1  # unused vertices do no harm
+    n = len(F) // 2
+    atlas = unwrap(V, F, packing=Packing(unseen=0.5))
+    packed = pack(V, F, atlas.TC, atlas.FTC, Packing(resolution=256, unseen=0.25), scale=scale)
+    assert packed.unseen.tolist() == [False, True]
+    texels = igl.doublearea(packed.TC, packed.FTC) / igl.doublearea(V, F)
+    outer, inner = (
+        np.sqrt(np.average(texels[part], weights=igl.doublearea(V, F)[part]))
+        for part in (slice(n), slice(n, None))
+    )
+    assert np.isclose(inner / outer, share)
+    assert np.isclose(outer, packed.scale) if scale == "even" else outer > packed.scale
+    assert "1 unseen" in str(packed)
+    assert not pack(V, F, atlas.TC, atlas.FTC).unseen.any()
+
+
+def test_a_stack_shows_if_one_of_its_charts_does() -> None:
+    V, F = together(sphere(1.0), sphere(0.4, inward=True))
+    one = unwrap(*sphere(1.0))
+    shared = np.concatenate((one.FTC, one.FTC[:, ::-1]))  # ball and cavity have the same texels
+    assert not pack(V, F, one.TC, shared, Packing(unseen=0.25)).unseen.any()
+    within = sphere(0.4, inward=True), sphere(0.3)
+    V, F = together(sphere(1.0), *within)
+    moved = one.TC + np.array([2, 0])
+    apart = np.concatenate((one.TC, moved))
+    shared = np.concatenate((one.FTC, shared[len(one.FTC) :] + len(one.TC), one.FTC + len(one.TC)))
+    assert pack(V, F, apart, shared, Packing(unseen=0.25)).unseen.tolist() == [False, True, True]
+
+
+def test_faces_without_a_map_hide_what_is_in_them() -> None:
+    V, F = together(sphere(1.0), sphere(0.4))
+    one = unwrap(*sphere(0.4))
+    FTC = np.concatenate((np.full_like(one.FTC, -1), one.FTC))
+    assert pack(V, F, one.TC, FTC, Packing(unseen=0.25)).unseen.tolist() == [True]
+
+
+def test_deep_bowls_show_and_lids_hide_them() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 4)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    middle = V[F].mean(axis=1)
+    opening = (np.linalg.norm(middle[:, :2], axis=1) < 0.2) & (middle[:, 2] > 0)
+    vase = together((V, F[~opening]), (0.9 * V, F[~opening][:, ::-1]))
+    closed = together((V, F), (0.9 * V, F[~opening][:, ::-1]))
+    for (points, faces), inner in ((vase, False), (closed, True)):
+        outside = np.arange(len(faces)) < len(faces) - np.count_nonzero(~opening)
+        charts = [np.flatnonzero(outside), np.flatnonzero(~outside)]
+        for moved in (0, 1e6):
+            assert are_unseen(points + moved, faces, charts).tolist() == [False, inner]
+
+
 def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     assert {chart.scale for chart in unwrap(V, F).charts} == {1.0}
@@ -91,7 +145,5 @@ def test_it_needs_a_surface_and_no_cones() -> None:
     with pytest.raises(ValueError, match="cones"):
         unwrap(V, F, cones=Cones("auto"), packing=Packing(unseen=0.5))
     atlas = unwrap(V, F)
-    with pytest.raises(ValueError, match="unseen is for unwrap"):
-        pack(V, F, atlas.TC, atlas.FTC, Packing(unseen=0.5))
     with pytest.raises(ValueError, match="unseen is for unwrap"):
         pack_together([atlas], Packing(unseen=0.5))
