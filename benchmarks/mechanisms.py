@@ -58,11 +58,6 @@ MECHANISMS: dict[str, Patch] = {
     "crease cuts of isometric maps": (charting, "split_at_creases", lambda *_: []),
     "small charts": (charting, "merge_small_charts", lambda made, *_: made),
     "tips of maps": (charting, "seams_to_tips", lambda *_: np.zeros((0, 2), dtype=np.int64)),
-    "tips of a map, in its parts": (
-        charting,
-        "_cut_to_tips",
-        lambda piece, made, part, known, *_: [(part, known)],
-    ),
     "walks between overlaps": (charting, "split_overlaps", lambda *_: []),
     "predicted overlaps and tips": (search, "predicted_seams", lambda *_: (_NONE, _NONE)),
     "faces laid out narrower": (charting, "relayout_locally", lambda piece, made, pairs: (made, pairs)),

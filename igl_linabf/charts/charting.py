@@ -24,14 +24,13 @@ from ..measures import (
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
-from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
+from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned
 from .costing import priced_seams, stretch_weight
 from .cut_graphs import ClosedSurface, isometric_stretch
 from .features import CreasedSurface, extent
 from .options import ChartOptions
 from .seams import MAX_FACES_OF_MEDIUM_BODY, TRADE
 from .splitting import (
-    REUSED_STRETCH,
     TIP_STRETCH,
     KnownMap,
     MapMeasure,
@@ -316,7 +315,7 @@ def _without_overlaps(
             made = made.moved(piece, narrower, left)
         if not len(left):
             return made
-    return _cut_apart(piece, made, few, splits, options) or made
+    return _cut_apart(piece, made, options) or made
 
 
 def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
@@ -339,22 +338,14 @@ def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flat
     return relayout_locally(piece, result, pairs)
 
 
-def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, options: ChartOptions) -> list[_Cut]:
-    """The parts of a piece, cut where its map overlaps itself; nothing if it cannot be cut there.
-
-    `few` says whether few of its faces overlap: then its tips have been looked at.
-    """
+def _cut_apart(piece: Submesh, made: _Mapped, options: ChartOptions) -> list[_Cut]:
+    """The parts of a piece, cut where its map overlaps itself; nothing if it cannot be cut there."""
     result, pairs = made.result, made.pairs
     parts = [disk for part in split_at_creases(piece, result.uv) for disk in _disks(part, options)]
     parts = parts or split_overlaps(piece, piece.faces[pairs])
     if len(parts) <= 1:
         return []
-    cuts = list(zip(parts, reuse_maps(piece, result, parts, pairs, made.without_tips), strict=True))
-    if not options.weighs_stretch or few or not result.outcome.good:
-        return cuts
-    return [
-        tipped for part, known in cuts for tipped in _cut_to_tips(piece, result, part, known, splits, options)
-    ]
+    return list(zip(parts, reuse_maps(piece, result, parts, pairs, made.without_tips), strict=True))
 
 
 @dataclass(eq=False)
@@ -414,25 +405,9 @@ def _worth_of_map(
 
 def _to_tips(piece: Submesh, change: MapMeasure, splits: int, options: ChartOptions) -> IntArray:
     """Seams to tips that the map shrinks; none after some rounds."""
-    if splits >= constants.MAX_TIP_ROUNDS:
+    if splits >= constants.MAX_LEAF_ROUNDS:
         return _NO_SEAM
     return seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
-
-
-def _cut_to_tips(
-    piece: Submesh,
-    result: Flattening,
-    part: Submesh,
-    known: KnownMap | None,
-    splits: int,
-    options: ChartOptions,
-) -> list[_Cut]:
-    """A part of a piece; if it is to be flattened anew, cut to the tips that the piece's map shrinks."""
-    if known is None and len(part.F) >= constants.FEW_OVERLAPPING * len(piece.F):
-        change = MapMeasure(part, uv_of_part(result.uv, piece, part))
-        if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, options)):
-            return _anew(part.cut_along(seams))
-    return [(part, known)]
 
 
 def _anew(parts: list[Submesh]) -> list[_Cut]:

@@ -34,8 +34,8 @@ NEEDLE_AREA = 1e-13
 # and its map is a sketch. Less halves charts early; more grows seams in vain. tests/charts/test_unwrapping.py
 MAX_TIP_FLIPS = 0.05
 
-# Rounds of more seams for flips or stretch, after which a chart is halved. Fewer part limbs; more cut a
-# chart to fringes. tests/charts/test_unwrapping.py
+# Rounds of more seams for flips, stretch or shrunk tips, after which a chart is halved or stays. Fewer part
+# limbs and leave tips shrunk; more cut a chart to fringes. tests/charts/test_unwrapping.py
 MAX_LEAF_ROUNDS = 8
 
 # The same where more flips than tips are to blame for. Fewer halve a chart at once; more grow seams that do
@@ -57,13 +57,8 @@ SOUGHT_SEAM = 0.9
 # stretched. tests/charts/test_unwrapping.py
 SOUGHT_SEAM_OF_PART = 1.2
 
-# Rounds of seams to tips that the map shrinks. Fewer leave tips of tips shrunk; more find none that is worth
-# it. tests/charts/splitting/test_splitting.py
-MAX_TIP_ROUNDS = 3
-
-# Share of a chart's faces up to which few overlap: tips or single faces are to blame, and come first. And the
-# share from which a part that is cut off has tips of its own. Less splits charts for single faces; more waits
-# for what does not help. tests/charts/splitting/test_splitting.py
+# Share of a chart's faces up to which few overlap: tips or single faces are to blame, and come first. Less
+# splits charts for single faces; more waits for what does not help. tests/charts/splitting/test_splitting.py
 FEW_OVERLAPPING = 0.02
 
 # L2 stretch beyond 1 that an isometric map of a piece is expected to have by the default `trade`, above which
