@@ -65,14 +65,20 @@ def distance(kind: str, at: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(-1), 0)
 
 
-def generated(kind: str, n: int, noise: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """V and F of a surface, several closed components of any genus, from a grid of n points an axis."""
-    rng = np.random.default_rng(seed)
+def generated(
+    kind: str, n: int, noise: float, seed: int, shape: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """V and F of a surface, several closed components of any genus, from a grid of n points an axis.
+
+    The bumps get finer with the grid, as a generator shows more detail on a finer one; with `shape`, they are
+    those of a grid of so many points.
+    """
+    rng, bumpy = np.random.default_rng(seed), shape or n
     at = np.stack(np.meshgrid(*[np.linspace(-1, 1, n)] * 3, indexing="ij"), axis=-1)
     d = np.full((n, n, n), 10.0)
     for _ in range(9 if kind == "blob" else 10):
         d = np.minimum(d, distance(kind, at, rng))
-    d += noise * bumps(n, rng, n // 6) + noise / 2 * bumps(n, rng, n // 3)
+    d += noise * bumps(n, rng, bumpy // 6) + noise / 2 * bumps(n, rng, bumpy // 3)
     for _ in range(12):  # floaters and cavities
         centre, r = rng.uniform(-0.9, 0.9, 3), rng.uniform(0.01, 0.04)
         ball = np.linalg.norm(at - centre, axis=-1) - r
