@@ -28,7 +28,7 @@ from scipy.ndimage import zoom
 from igl_linabf import flatten, pack, quality, unwrap
 
 SHAPE = SIZES["50k"]  # points of the grid whose bumps the sampled shape has
-SAMPLED, FINEST = (96, 144, 200, 282, 396), 348  # points of the grid along an axis
+SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # points of the grid along an axis
 DISKS, REPEAT = (20_000, 100_000, 500_000), 3
 FLOATER = 1e-3  # of the whole area: smaller components are floaters
 

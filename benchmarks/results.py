@@ -35,6 +35,7 @@ SECTIONS = [
     ("Time of an atlas", "unwrap_time.py"),
     ("Even texels", "isometric.py"),
     ("Generated meshes", "generated.py"),
+    ("Large meshes", "large.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
     ("Time", "timing.py --large --repeat 3"),

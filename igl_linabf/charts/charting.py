@@ -242,7 +242,7 @@ def _chart(
     piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None
 ) -> Chart | _Worth | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further, or that seems to be worth it."""
-    if splits < constants.MAX_LEAF_ROUNDS and len(seams := _to_even_texels(piece, options)):
+    if splits < constants.MAX_EVEN_ROUNDS and len(seams := _to_even_texels(piece, options)):
         return _anew(piece.cut_along(seams))
     made = _mapped(piece, splits, options, known)
     if isinstance(made, _Mapped) and len(made.pairs):
@@ -441,7 +441,8 @@ def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[
 def _to_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
     """More seams for a piece that its isometric map would stretch too much; the more, the longer they may be.
 
-    That map takes far longer than to expect its stretch.
+    Seams of `trade` t leave a stretch beyond 1 that falls about like the root of t: hence the square. That
+    map takes far longer than to expect its stretch.
     """
     if options.even_stretch == np.inf or not piece.topology.loops:
         return _NO_SEAM
@@ -450,7 +451,7 @@ def _to_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
     uneven = (stretch - 1) / (options.even_stretch - 1)
     if uneven <= 1:
         return _NO_SEAM
-    return replace(options, trade=uneven * options.trade).seams_of(piece, disks=True)
+    return replace(options, trade=uneven**2 * options.trade).seams_of(piece, disks=True)
 
 
 def _more_leaves(piece: Submesh, options: ChartOptions) -> IntArray:

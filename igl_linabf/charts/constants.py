@@ -66,6 +66,10 @@ FEW_OVERLAPPING = 0.02
 # uneven. benchmarks/generated.py
 UNEVEN_STRETCH = 0.03
 
+# Rounds of more seams for even texels. Fewer leave texels uneven; more take as long again for bumps that are
+# too small for a seam. benchmarks/generated.py
+MAX_EVEN_ROUNDS = 3
+
 # Halvings of a chart that is stretched more than is asked for, or beyond use, and of its parts. Fewer leave
 # it so; more halve what halves do not help. tests/charts/test_unwrapping.py
 MAX_SPLITS_FOR_STRETCH = 64
