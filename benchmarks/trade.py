@@ -124,12 +124,8 @@ def table() -> None:
     steps = number * (len(TRADES) - 1)
     print(f"\nOf {steps} steps from one trade to the next, those the wrong way by more than a thousandth:\n")
     for figure, (_, sign) in MONOTONE.items():
-        wrong = "; ".join(broken[figure])
-        print(
-            f"- {figure} {'rises' if sign > 0 else 'falls'} in all but {len(broken[figure])}. {wrong}".rstrip(
-                ". "
-            )
-        )
+        way, wrong = "rises" if sign > 0 else "falls", broken[figure]
+        print(f"- {figure} {way} in all but {len(wrong)}{': ' * bool(wrong)}{'; '.join(wrong)}")
 
 
 def draw(path: str) -> None:

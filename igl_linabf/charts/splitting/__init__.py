@@ -5,7 +5,7 @@ SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .bisection import bisect
-from .constants import MAX_SPLITS, REUSED_STRETCH, TIP_STRETCH
+from .constants import MAX_SPLITS, TIP_STRETCH
 from .crease_cuts import is_isometric, split_at_creases
 from .local_relayout import relayout_locally
 from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
