@@ -58,6 +58,18 @@ def test_a_map_of_a_disk_doubles_no_vertex(library: str) -> None:
     assert np.array_equal(G, F)
 
 
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_vertices_at_one_place_are_not_merged(library: str) -> None:
+    """Two sheets that lie on one another, in the page as in space."""
+    pytest.importorskip(library)
+    V, F = load("bumps")
+    uv = np.tile(flatten(V, F).uv, (2, 1))
+    V, F = np.tile(V, (2, 1)), np.vstack([F, F + len(V)])
+    W, G = getattr(adapters, f"from_{library}")(getattr(adapters, f"to_{library}")(V, F, uv))
+    assert np.array_equal(W, V)
+    assert np.array_equal(G, F)
+
+
 def shades(count: int, columns: int = 4) -> np.ndarray:
     return np.random.default_rng(count).integers(0, 256, (count, columns), dtype=np.uint8)
 
