@@ -182,7 +182,7 @@ def of_peers(V: np.ndarray, F: np.ndarray, bff: Bff | None, cpu: bool) -> dict[s
 
 
 def of_other_program(name: str, V: np.ndarray, F: np.ndarray) -> tuple[float]:
-    return (other_programs.run(name, V, F)[1],)
+    return (other_programs.run_program(name, V, F)[1],)
 
 
 def mouette_seconds(V: np.ndarray, F: np.ndarray) -> float:

@@ -119,7 +119,7 @@ def row(name: str, mesh: Mesh, repeat: int, others: list[str]) -> tuple[float, f
     ]
     cells += [f"{exact:.4g}", f"{one:.4g}", percent(one / exact - 1)]
     for other in others:
-        uv, seconds = peers.run(other, checked.V, checked.faces)
+        uv, seconds = peers.run_program(other, checked.V, checked.faces)
         cells.append(f"{seconds / lscm:.1f}, {quality(V, F, uv).angle_distortion:.4g}")
     paper = BY_MODEL.get(SAME_MODEL.get(name, ""))
     if paper is None:

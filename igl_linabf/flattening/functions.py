@@ -20,6 +20,7 @@ from ..measures import Distances, quality_of
 from ..surface import (
     Mesh,
     Pins,
+    Ragged,
     Submesh,
     complex_positions,
     coordinates,
@@ -446,17 +447,17 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
         )
 
 
-def least_stretch(area: FloatArray, flat: FloatArray) -> float:
-    """The L2 stretch of a map, by areas on the surface and in it: what it is if no angle changes."""
+def least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArray:
+    """The L2 stretch of each map, by areas on the surface and in it: what it is if no angle changes."""
     with np.errstate(all="ignore"):
-        return float(np.sqrt(area @ (area / flat) * flat.sum()) / area.sum())
+        return np.asarray(np.sqrt(faces.sum(area * (area / flat)) * faces.sum(flat)) / faces.sum(area))
 
 
 def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     """Warn of a valid map that is of no use: most of the surface shrinks to a point beside the rest."""
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
-    if not least_stretch(area, flat) > MOST_STRETCH:
+    if not least_stretch(area, flat, Ragged.of_sizes([len(area)])) > MOST_STRETCH:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)

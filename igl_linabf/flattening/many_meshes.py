@@ -11,19 +11,13 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import products
 from .._runtime import Progress, advance, in_threads, progress_part, reporting, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
 from ..linalg import NotPositiveDefiniteError
-from ..surface import (
-    complex_positions,
-    face_array,
-    of_size_one,
-    signed_double_areas,
-    sound_disks,
-    vertex_array,
-)
+from ..surface import Ragged, complex_positions, face_array, signed_double_areas, sound_disks, vertex_array
 from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
 from .constants import LARGEST_TOGETHER, MOST_STRETCH
@@ -95,8 +89,7 @@ def flatten_many(
         together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
-        done = [(i, arrays[i], result) for i, result in enumerate(made) if result is not None]
-        _warn_of_stretched([i for i, array, result in done if array and _is_stretched(*array, result)])
+        _warn_of_stretched(arrays, made)
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with progress_part("alone", (k + 1) / len(left)):
@@ -104,23 +97,26 @@ def flatten_many(
     return [result for result in made if result is not None]
 
 
-def _is_stretched(V: FloatArray, F: IntArray, result: Flattening | MeshError) -> bool:
-    """Whether a map is of no use, though it is valid."""
-    if isinstance(result, MeshError) or not result.outcome.good:
-        return False
-    a, b, c = V[F.T]
-    with np.errstate(all="ignore"):
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    at_corners = complex_positions(of_size_one(result.uv[F.T.ravel()]))
-    flat = signed_double_areas(at_corners, np.arange(F.size).reshape(3, -1))
-    return least_stretch(area, flat) > MOST_STRETCH
-
-
-def _warn_of_stretched(meshes: list[int]) -> None:
-    """One warning of those that were flattened together; `flatten` warns of the others."""
-    if meshes:
+def _warn_of_stretched(
+    meshes: Sequence[Arrays | None], maps: Sequence[Flattening | MeshError | None]
+) -> None:
+    """One warning of valid maps that are of no use; `flatten` warns of those that it makes alone."""
+    valid = [
+        (i, *mesh, made.uv)
+        for i, (mesh, made) in enumerate(zip(meshes, maps, strict=True))
+        if mesh is not None and isinstance(made, Flattening) and made.outcome.good
+    ]
+    if not valid:
+        return
+    index, V, F, uv = zip(*valid, strict=True)
+    vertices, faces = (Ragged.of_sizes([len(array) for array in arrays]) for arrays in (V, F))
+    corner = np.ascontiguousarray(np.concatenate(F).T) + faces.repeat(vertices.start[:-1])
+    area, _, _ = products(np.concatenate(V), corner)
+    flat = signed_double_areas(complex_positions(np.concatenate(uv)), corner)
+    stretched = np.array(index)[least_stretch(area, flat, faces) > MOST_STRETCH]
+    if len(stretched):
         warnings.warn(
-            f"the maps of meshes {some(meshes)} have an L2 stretch of more than {MOST_STRETCH:g} (1 is "
+            f"the maps of meshes {some(stretched)} have an L2 stretch of more than {MOST_STRETCH:g} (1 is "
             "best): parts of them are shrunk beyond use, as those far from the boundary of a long tube; cut "
             "them, as igl_linabf.unwrap does",
             OutcomeWarning,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import pkgutil
 import re
 import typing
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from conftest import ROOT
@@ -15,9 +17,8 @@ from documented import reference, resolved
 import igl_linabf
 
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api" / "index.rst"]
-SOURCES = [
-    path for name in ("igl_linabf", "demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")
-]
+SCRIPTS = [path for name in ("demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")]
+SOURCES = [*(ROOT / "igl_linabf").rglob("*.py"), *SCRIPTS]
 FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl)")
 
 
@@ -39,6 +40,29 @@ def label(path: Path) -> str:
 @pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=label)
 def test_every_name_of_the_package_and_of_igl_is_there(path: Path) -> None:
     check(re.findall(r"\b(?:igl_linabf|igl)(?:\.[A-Za-z_]\w*)+", path.read_text(encoding="utf-8")))
+
+
+def imported(source: str) -> list[str]:
+    """What a script imports from the package and from igl, and what it uses of modules among these."""
+    tree, names = ast.parse(source), {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and not node.level:
+            names |= {name.asname or name.name: f"{node.module}.{name.name}" for name in node.names}
+        if isinstance(node, ast.Import):
+            names |= {name.asname: name.name for name in node.names if name.asname}
+    names = {short: name for short, name in names.items() if name.split(".")[0] in ("igl_linabf", "igl")}
+    modules = [short for short, name in names.items() if isinstance(resolved(name), ModuleType)]
+    used = [
+        f"{names[node.value.id]}.{node.attr}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules
+    ]
+    return [*names.values(), *used]
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=label)
+def test_every_name_that_a_script_takes_of_a_module_is_there(path: Path) -> None:
+    check(imported(path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("path", PAGES, ids=label)
