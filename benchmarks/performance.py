@@ -44,7 +44,14 @@ from igl_linabf.linalg import has_cholmod
 from igl_linabf.surface import planar_mesh
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
-NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", "igl_face")
+NATURAL = (
+    "igl_camel_b",
+    "optcuts_foot_i_f10000",
+    "optcuts_lion_o_f10000",
+    "igl_lion",
+    "igl_camelhead",
+    "igl_face",
+)
 GROWN = "igl_face"
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # into how many each triangle is split
 TURNS, FEW = 5, 10  # processes that time surfaces of up to so many pieces a triangle: the median counts
