@@ -13,7 +13,7 @@ from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by
 from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
 from .curvature import apexes, component_extents, dihedral_angles, flat_shares
-from .visibility import hiding_factor_between
+from .visibility import hiding_factors
 
 MIN_PLANE_SHARE = 1e-3  # share of a body's area from which a plane is large
 PLANE_OVER_NEIGHBOURS = (
@@ -96,7 +96,7 @@ class CreasedSurface:
         """Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden."""
         if self.hidden is None:
             return np.ones(len(self.faces))
-        return hiding_factor_between(self.hidden[self.surface.faces[self.faces]])
+        return hiding_factors(self.surface, self.ends, self.length, self.hidden)
 
     @cached_property
     def price(self) -> FloatArray:
@@ -196,6 +196,14 @@ class CreasedSurface:
     def edge_extent(self) -> FloatArray:
         """The extent of the component of each edge."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
+
+    @cached_property
+    def on_crease(self) -> BoolArray:
+        """Which vertices are on sharp creases, or on any creases of a body with planes."""
+        crease = self.sharp | (self.crease_angle >= CREASE_ANGLE) & self.is_hard[self.label[self.faces[:, 0]]]
+        on_crease = np.zeros(len(self.surface.V), dtype=bool)
+        on_crease[self.ends[crease]] = True
+        return on_crease
 
     @cached_property
     def on_sharp(self) -> BoolArray:

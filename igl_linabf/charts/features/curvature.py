@@ -27,8 +27,8 @@ class Smoothing:
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """The number of averages that reach so far, from 1 to `most`."""
-        return int(np.clip(round((reach / self._length) ** 2), 1, most))
+        """Return the number of averages that reach this far, at most `most`."""
+        return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
         """The values of the vertices, (#V,) or (#V, 2), after so many averages."""

@@ -17,9 +17,12 @@ from numpy.typing import ArrayLike
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
-from ...surface import Submesh
+from ...surface import Submesh, sum_by
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
+
+SMOOTHING_REACH = 0.02  # square roots of the area over which hiding is averaged
+MAX_SMOOTHING_STEPS = 30  # averages over neighbours on fine meshes
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -94,7 +97,7 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     length = lengths(component.V, edges)
     turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
-    coarse = smoothing.steps(constants.COARSE_SCALE * size, constants.MAX_SALIENCE_STEPS)
+    coarse = max(smoothing.steps(constants.COARSE_SCALE * size, constants.MAX_SALIENCE_STEPS), 1)
     fine = max(round(coarse * (constants.FINE_SCALE / constants.COARSE_SCALE) ** 2), 1)
     curvature = []
     for steps in (fine, max(coarse - fine, 1)):
@@ -119,6 +122,24 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     return facing
 
 
-def hiding_factor_between(hidden: FloatArray) -> FloatArray:
-    """The factor of a seam's length between two faces, or vertices, that hide it so well, (#E, 2)."""
-    return np.asarray(constants.HIDING ** -hidden.mean(axis=1))
+def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray) -> FloatArray:
+    """Return the factor of a seam's length at each edge with two faces.
+
+    On fine meshes, how well faces hide a seam is averaged over `SMOOTHING_REACH`.
+
+    Parameters
+    ----------
+    surface : Submesh
+    edges : (#E, 2) int64
+    length : (#E,) float64
+    hidden : (#F',) float64
+        The `hiding_weights` of the caller's faces.
+    """
+    own, double_area = hidden[surface.faces], surface.measured[0]
+    smoothing = Smoothing(surface, edges, length)
+    steps = smoothing.steps(SMOOTHING_REACH * float(np.sqrt(double_area.sum() / 2)), MAX_SMOOTHING_STEPS)
+    if not steps:
+        return np.asarray(constants.HIDING ** -own[surface.topology.faces_inside].mean(axis=1))
+    corner, n = surface.topology.corner.ravel(), len(surface.V)
+    mean = sum_by(corner, np.tile(double_area * own, 3), n) / sum_by(corner, np.tile(double_area, 3), n)
+    return np.asarray(constants.HIDING ** -smoothing.of(mean, steps)[edges].mean(axis=1))

@@ -74,9 +74,9 @@ class Panels:
         return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH)
 
     def made(self) -> BoolArray:
-        """Mark the components that consist of panels: all that is curved is on sharp creases, or a tip."""
+        """Mark the components that consist of panels: all that is curved is on creases, or a tip."""
         creased, bent = self.creased, self.creased.curvature
-        smooth = (bent > 0) & ~creased.on_sharp
+        smooth = (bent > 0) & ~creased.on_crease
         made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
             made &= creased.per_component(smooth & ~creased.is_apex) == 0
@@ -242,7 +242,7 @@ def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArr
 
     `tip` is the mask of vertices, (n,), to which they come.
     """
-    piece = ClosedSurface.of(part, hidden)
+    piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
     seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]

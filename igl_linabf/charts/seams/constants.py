@@ -13,6 +13,8 @@ CLUSTER_TRADE_FACTOR = 1.6
 # Seam length, in square roots of the area, that seams on a disk must save beyond their own price.
 DISK_SEAM = 0.3
 
+CHEAP_PANELS = 0.1  # cost of seams around panels up to which no others are looked for
+
 # --- leaves ---
 
 # Leaves that a component's seam grows, whatever `trade` is. Fewer leave limbs of many-limbed bodies uncut;

@@ -87,8 +87,8 @@ def find_seams(
     paths. Then branches are added one by one. Each is a shortest path from the point where the scale of the
     conformal map is farthest from one, such as a tip that would shrink (one Laplace system per branch, as in
     boundary first flattening), or with "isometric" from the point where the stretch falls most for the length
-    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points move
-    if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
+    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points
+    move if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
     done on clusters of vertices, and the seam is then pulled tight along the edges.
 
     Parameters
@@ -187,23 +187,21 @@ class SeamSearch:
         A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its
         price.
         """
-        shapes = _shapes(surface)
-        panels = self._panel_seams(surface, len(shapes))
+        shapes, creased = _shapes(surface), CreasedSurface(surface, self.hidden)
+        panels = self._panel_seams(creased, len(shapes))
         found, small = [panels.edges[:0]], list[int]()
         is_small = _are_small(surface, shapes)
         for k, (component, loops, genus) in enumerate(shapes):
             is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
             if is_open and (gain == np.inf or not self.trade):
                 continue
-            if is_small[k]:
+            if panels.cost[k] <= constants.CHEAP_PANELS:
+                found.append(panels.of(k))
+            elif is_small[k]:
                 small.append(k)
-                continue
-            closed = ClosedSurface.of(component, self.hidden, isinstance(self.method, Isometric))
-            seam, cost = self._grown_seam(closed, gain if is_open else None)
-            edges = component.vertices[closed.edges[seam]]
-            if cost < panels.cost[k] < np.inf:  # a map that presses corners flat stretches more than expected
-                cost = self._measured_cost(component, edges)
-            found.append(panels.of(k) if panels.cost[k] <= cost else edges)
+            else:
+                own = creased if component is surface else CreasedSurface(component, self.hidden)
+                found.append(self._seam_of(own, gain if is_open else None, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
             bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
@@ -213,23 +211,33 @@ class SeamSearch:
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
 
-    def _grown_seam(self, closed: ClosedSurface, gain: float | None) -> tuple[IntArray, float]:
-        """Return the edges of a tree of seams of one component, and its expected cost.
+    def _seam_of(self, creased: CreasedSurface, gain: float | None, panels: _PanelSeams, k: int) -> IntArray:
+        """Return the edges of a tree of seams of component k, or those around its panels if they cost less.
 
-        On many nodes the seam is found on clusters of them. With a `gain` no seam is needed, and it has to
+        On many nodes the tree is found on clusters of them. With a `gain` no seam is needed, and it has to
         save this.
         """
+        closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
         levels = Levels.of(closed)
         trade = self.trade * (constants.CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
-        seam, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
-        seam = keep_if_worth(levels.coarse, shorten_seam(levels.coarse, seam, trade), trade, gain)
-        cost = seam_cost(levels.coarse, seam, self.trade)
-        return levels.lift(seam, np.intersect1d(leaves, levels.coarse.graph.ends[seam])), cost
+        coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
+        coarse = keep_if_worth(levels.coarse, shorten_seam(levels.coarse, coarse, trade), trade, gain)
+        seam = levels.lift(coarse, np.intersect1d(leaves, levels.coarse.graph.ends[coarse]))
+        edges = creased.surface.vertices[closed.edges[seam]]
+        if panels.cost[k] == np.inf:
+            return edges
+        cost = seam_cost(levels.coarse, coarse, self.trade)
+        if cost < panels.cost[k]:  # a map that presses corners flat stretches more than expected
+            cost = self._measured_cost(creased, edges)
+        return panels.of(k) if panels.cost[k] <= cost else edges
 
-    def _measured_cost(self, component: Submesh, edges: IntArray) -> float:
-        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these."""
-        parts, area, squared = list[Submesh](), 0.0, 0.0
-        for piece in component.cut_along(edges):
+    def _measured_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
+        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these.
+
+        The shear of the maps counts as well: coarse triangles at a vertex that is pressed flat are sheared.
+        """
+        parts, area, squared, shear = list[Submesh](), 0.0, 0.0, 0.0
+        for piece in creased.surface.cut_along(edges):
             try:
                 result = flatten_piece(piece, self.method)
             except SingularSystemError:
@@ -241,22 +249,23 @@ class SeamSearch:
             change = change_of(piece, result.uv)
             area += float(change.double_area.sum())
             squared += float(change.double_area @ change.squared_stretch)
-        price = price_between(CreasedSurface(component, self.hidden), parts) / float(np.sqrt(area / 2))
-        return stretch_weight(self.method) * float(np.sqrt(squared / area) - 1) + price / self.trade
+            shear += float(change.double_area @ (change.conformal - 1))
+        price = price_between(creased, parts) / float(np.sqrt(area / 2))
+        stretch = stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
+        return stretch + shear / area + price / self.trade
 
-    def _panel_seams(self, surface: Submesh, number: int) -> _PanelSeams:
+    def _panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
         """Return the seams of the components that consist of panels, and their costs."""
         found = _PanelSeams.none(number)
         if not self.trade:
             return found
-        creased = CreasedSurface(surface, self.hidden)
         for kind in (Panels, RoundedPanels):
             made = kind(creased).made() & np.isinf(found.cost)
             if made.any():
                 own = creased
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
-                    own = CreasedSurface(surface.of_faces(rows), self.hidden)
+                    own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
                 found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade, self.keep_holes))
         return found
 

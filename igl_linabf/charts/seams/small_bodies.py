@@ -8,6 +8,7 @@ import numpy as np
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, log_scale
+from ..features import CreasedSurface
 from . import constants
 
 
@@ -23,7 +24,10 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
-        self.vertices, self.closed = surface.vertices, ClosedSurface.of(surface, hidden)
+        self.vertices, self.closed = (
+            surface.vertices,
+            ClosedSurface.of_creased(CreasedSurface(surface, hidden)),
+        )
         closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
         self._n = int(of.max()) + 1
         component = np.empty(self._n, dtype=np.int64)

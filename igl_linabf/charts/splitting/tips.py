@@ -9,6 +9,7 @@ from ..._types import FloatArray, IntArray
 from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
+from ..features import CreasedSurface
 from . import constants
 
 
@@ -78,7 +79,11 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     if not saved.sum() / (np.sqrt(total) + 1) >= constants.MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
-    is_inside, closed, unit = leaves >= 0, ClosedSurface.of(piece, hidden), size * trade
+    is_inside, closed, unit = (
+        leaves >= 0,
+        ClosedSurface.of_creased(CreasedSurface(piece, hidden)),
+        size * trade,
+    )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
     # a seam whose price is more than all stretch beyond 1 is worth nothing
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
