@@ -22,18 +22,14 @@ from .constants import (
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
-    LITTLE_GAIN,
     MANY_PATHS,
     MAX_CORRECTIONS,
-    MOST_LIMITED_STEPS,
-    PATCH_RESIDUAL,
     ROUGH_RTOL,
     SLOW_CORRECTION,
     STALE_FACTOR,
 )
 from .iterations import State
 from .linearisation import Linearised, errors, exact_direction, linearise, solve
-from .local_elimination import eliminate_locally
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +64,9 @@ def iterate_with_corrections(
     paths, turned = state.problem.constraints.paths, _prescribes_turning(state)
     for _ in range(most):
         limited = any(step.limited for step in state.steps)
-        eliminated = bool(state.steps) and state.steps[-1].kind == "patches"
         if turned and not limited:
             below = np.inf
-        elif (turned and not eliminated) or (paths and not limited):
+        elif turned or (paths and not limited):
             below = CORRECTABLE_PRESCRIBED
         else:
             below = CORRECTABLE
@@ -108,13 +103,12 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
     on a large surface the slivers that it left there are looked for.
     """
     turned = _prescribes_turning(state)
-    steps = [step for step in state.steps if step.kind != "patches"]
-    last = steps[-1] if steps else None
+    last = state.steps[-1] if state.steps else None
     same = last is None or last.kind != "step" or not last.limited
     if last is not None and turned:
         same = same or 2 * last.inner_steps <= FEW_INNER_STEPS
-    if len(steps) == 1:
-        same = same and steps[0].inner_steps <= FEW_INNER_STEPS
+    if len(state.steps) == 1:
+        same = same and state.steps[0].inner_steps <= FEW_INNER_STEPS
     lin = linearise(
         state.problem,
         state.at,
@@ -123,26 +117,7 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         same_factor=same,
         same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
-    return _eliminate_leftovers(state.advanced(solve(lin, state.at, rtol), "step"))
-
-
-def _eliminate_leftovers(state: State) -> State:
-    """The state after steps within patches, where the last step left much at few triangles.
-
-    With paths that is where turnings are prescribed, and it was limited. Without, it is also where it brought
-    little, unless steps are limited again and again, and the steps within patches have to lead to where
-    corrections begin.
-    """
-    constraints, (*_, last) = state.problem.constraints, state.steps
-    if constraints.paths:
-        return eliminate_locally(state) if last.limited and _prescribes_turning(state) else state
-    before = [step for step in state.steps[:-1] if step.kind == "step"]
-    little = before and last.residual > LITTLE_GAIN * before[-1].residual
-    often = sum(step.limited > 0 for step in (*before, last)) > MOST_LIMITED_STEPS
-    if not constraints.plain or often or not (last.limited or little):
-        return state
-    made = eliminate_locally(state)
-    return made if made.at.residual.at_vertices < CORRECTABLE else state
+    return state.advanced(solve(lin, state.at, rtol), "step")
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -152,7 +127,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = _eliminate_leftovers(state.advanced(direction, "step"))
+    state = state.advanced(direction, "step")
     return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
 
 
@@ -164,7 +139,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     after one solve. This e is least in another norm, which does not matter where it is small.
 
     Corrections with the same factor are iterations of a fixed point, and are accelerated (Anderson 1965).
-    Where one leaves much at few triangles, steps within patches around these follow.
 
     Parameters
     ----------
@@ -198,12 +172,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             kept = earlier or left > FAST_CORRECTION
             earlier = (*earlier[1 - ACCELERATING_CORRECTIONS :], correction) if kept else ()
         elif fresh:
-            # it may serve all but the few triangles that it changes most
-            plain = state.problem.constraints.plain
-            made = eliminate_locally(made, PATCH_RESIDUAL * missing) if plain else made
-            if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
-                break
-            state, left = made, np.inf
+            break
         if fresh:
             slow = min(max(least, STALE_FACTOR * left), IN_VAIN)
         if not left <= slow:

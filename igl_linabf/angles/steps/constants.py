@@ -62,35 +62,6 @@ LOOPS_CLOSED = 0.3
 # they save; with more, inner steps do. benchmarks/boundaries.py prints both.
 MANY_INNER_STEPS = 30
 
-# Local elimination
-
-# Rows up to which there are no patches: a step of the whole surface takes as little time. With fewer, patches
-# cost more than they save; with more, further steps serve a few triangles. benchmarks/timing.py.
-LARGE_FOR_PATCHES = 2_000
-# The same with closed paths, whose steps are followed by corrections anyway. benchmarks/cones.py.
-LARGE_FOR_PATCHES_WITH_PATHS = 10_000
-# Residual of a row, radians or logarithm, from which a patch is laid around it; after a correction in vain,
-# as a share of the residual before. With less, patches cover the surface; with more, further steps of the
-# whole surface serve a few triangles. tests/angles/steps/test_prescribed.py.
-PATCH_RESIDUAL = 0.1
-# Share of that at which the steps within patches end. With less, the next step elsewhere soon changes what
-# they reach; with more, much is left in them. tests/flattening/fallbacks/test_attempts.py.
-PATCH_END = 0.2
-# Share of the last step's residual above which a step brought little, and patches are tried after it. With
-# less, they are tried in vain; with more, steps of the whole surface serve a few triangles.
-# tests/flattening/fallbacks/test_attempts.py.
-LITTLE_GAIN = 0.5
-# Limited steps above which what they leave is not at few triangles alone: no more patches are tried. With
-# more, they are tried in vain; with fewer, given up early. tests/flattening/fallbacks/test_attempts.py.
-MOST_LIMITED_STEPS = 2
-# Rings of triangles around such rows. With fewer, rims hold what is missing; with more, patches are large.
-PATCH_RINGS = 4
-# Share of all rows that patches may have. With more, their direct factor takes longer than a step of the
-# whole surface; with less, few steps are saved. tests/angles/steps/test_prescribed.py.
-LARGEST_PATCHES = 1 / 8
-# Steps within patches. With fewer, much is left in them; more are soon changed by the next step elsewhere.
-PATCH_STEPS = 4
-
 # Converged ABF: anchored steps
 
 # Relative residual of the inner solver in anchored steps, and in steps to a start of feasible ones. With

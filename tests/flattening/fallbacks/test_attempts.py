@@ -23,19 +23,6 @@ DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double p
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
 
 
-def test_what_a_correction_leaves_at_few_triangles_is_made_up_for_in_patches() -> None:
-    rng, n = np.random.default_rng(0), 60
-    V, F = igl.triangulated_grid(n, n)
-    V = np.column_stack((V + 0.45 / n * rng.uniform(-1, 1, V.shape), np.zeros(len(V))))
-    inside = np.flatnonzero((np.abs(V[:, :2] - 0.5) < 0.3).all(axis=1))
-    V[rng.choice(inside, 12, replace=False), 2] += 60 / n  # spikes
-    result = flatten(V, F)
-    kinds = [step.kind for step in result.steps]
-    assert kinds[kinds.index("patches") - 1] == "conformal"
-    assert set(kinds[kinds.index("patches") :]) == {"patches", "conformal"}  # no step of the whole surface
-    assert result.outcome is Outcome.CONVERGED and result.steps[-1].residual <= LinABF().tol
-
-
 @pytest.mark.parametrize("name", CLOSED)
 @pytest.mark.parametrize("leaves", [2, 3, 5])
 def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int) -> None:
