@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -13,12 +12,9 @@ from ..._runtime import timed
 from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
 from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
-from .acceleration import anderson_coefficients
 from .constants import (
-    ACCELERATING_CORRECTIONS,
     CORRECTABLE,
     CORRECTABLE_PRESCRIBED,
-    FAST_CORRECTION,
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
@@ -30,25 +26,6 @@ from .constants import (
 )
 from .iterations import State
 from .linearisation import Linearised, errors, exact_direction, linearise, solve
-
-
-@dataclass(frozen=True, eq=False)
-class PastCorrection:
-    """A correction that may accelerate later ones.
-
-    Attributes
-    ----------
-    missing : (n,) float64
-        The residuals of all constraints before it.
-    solved : (n,) float64
-        The sum of all multipliers up to its solution, before it was accelerated itself.
-    taken : (n,) float64
-        The multipliers of its step.
-    """
-
-    missing: FloatArray
-    solved: FloatArray
-    taken: FloatArray
 
 
 def iterate_with_corrections(
@@ -138,8 +115,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     Then M K M^T is diag(L+, L), of which there is a factor: e = K M^T x satisfies the linearised constraints
     after one solve. This e is least in another norm, which does not matter where it is small.
 
-    Corrections with the same factor are iterations of a fixed point, and are accelerated (Anderson 1965).
-
     Parameters
     ----------
     state : State
@@ -152,8 +127,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     least_norm, conformal = state.lin, None
     many_paths = len(state.problem.constraints.paths) >= MANY_PATHS
     least = slow = 2 * SLOW_CORRECTION if many_paths else SLOW_CORRECTION
-    earlier: tuple[PastCorrection, ...] = ()
-    gone: FloatArray | float = 0.0  # multipliers so far with the same factor
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -162,15 +135,13 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             break
         fresh = conformal is None
         if conformal is None:
-            conformal, earlier, gone = _conformal_system(state), (), 0.0
+            conformal = _conformal_system(state)
         if conformal is None:
             break
-        made, correction = _correct_once(state, conformal, gone, earlier)
+        made = _correct_once(state, conformal)
         left = made.at.residual.largest / missing
         if left < IN_VAIN and not made.steps[-1].limited:
-            state, gone = made, gone + correction.taken
-            kept = earlier or left > FAST_CORRECTION
-            earlier = (*earlier[1 - ACCELERATING_CORRECTIONS :], correction) if kept else ()
+            state = made
         elif fresh:
             break
         if fresh:
@@ -180,27 +151,18 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     return replace(state, lin=least_norm)
 
 
-def _correct_once(
-    state: State, conformal: Linearised, gone: FloatArray | float, earlier: Sequence[PastCorrection]
-) -> tuple[State, PastCorrection]:
-    """The state after a correction with a `_conformal_system`, and that correction.
-
-    The errors are linear in the multipliers: `gone` is the sum of those that led here with the same system.
-    """
+def _correct_once(state: State, conformal: Linearised) -> State:
+    """The state after a correction with a `_conformal_system`."""
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if holonomy is not None:
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with timed("solve"):
-        taken = conformal.precondition(rhs)
-        solved = gone + taken
-        coefficients = anderson_coefficients([past.missing for past in earlier], rhs)
-        for c, past in zip(coefficients, earlier if coefficients else (), strict=True):
-            taken += c * (past.solved - solved)
+        x = conformal.precondition(rhs)
     with timed("assembly"):
-        direction = exact_direction(errors(conformal, taken, conformal=True), taken, conformal)
-    return state.advanced(direction, "conformal"), PastCorrection(rhs, solved, taken)
+        direction = exact_direction(errors(conformal, x, conformal=True), x, conformal)
+    return state.advanced(direction, "conformal")
 
 
 def _conformal_system(state: State) -> Linearised | None:

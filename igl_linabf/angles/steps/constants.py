@@ -44,12 +44,6 @@ MANY_PATHS = 4
 # The share above which a factor is kept, times what the first correction with the factor left, where that is
 # more: a new factor would leave as much.
 STALE_FACTOR = 1.5
-# Share of the residual that a correction leaves, above which earlier ones accelerate the next. Below, it
-# converges without: acceleration costs more than it saves. benchmarks/cones.py prints the times.
-FAST_CORRECTION = 0.02
-# Earlier corrections that accelerate one. With fewer, there are more corrections; more change little, and
-# take memory.
-ACCELERATING_CORRECTIONS = 3
 
 # Prescribed sums
 
@@ -68,8 +62,8 @@ MANY_INNER_STEPS = 30
 # less, inner steps find digits that the next step changes; with more, steps are many.
 # tests/angles/steps/test_newton.py.
 ANCHORED_RTOL = 0.03
-# Share of the least change so far above which anchored steps are slow: they are solved further, and
-# accelerated. With less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
+# Share of the least change so far above which anchored steps are slow, and are solved further. With
+# less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
 SLOW_STEP = 0.7
 # Relative residual of the inner solver in anchored steps at least, where slow steps shake the angles about.
 # With less, inner steps are many; with more, steps stay slow. tests/angles/steps/test_newton.py.
@@ -81,14 +75,9 @@ FAST_STEP = 0.3
 # Tolerance from which positions in the plane mostly have enough digits. With less, steps in the plane end
 # without; with more, they are not taken where they would be faster. tests/angles/steps/test_newton.py.
 PLANE_TOL = 1e-5
-# Sum of the sizes of acceleration's coefficients above which steps are too far from a straight line for it.
-# With more, it goes astray; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
-LARGEST_COEFFICIENTS = 10.0
-# Relative change of an angle below which steps are accelerated. Above, the constraints are far from linear;
-# with less, slow steps stay slow. tests/angles/steps/test_newton.py.
-ACCELERABLE = 1.0
-# Earlier steps that accelerate one. With fewer, there are more steps; more change little, and take memory.
-ACCELERATING_STEPS = 2
+# Relative change of an angle below which slow steps are solved further. Above, the constraints are far from
+# linear; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
+NEARLY_LINEAR = 1.0
 # Anchored steps at most; of feasible ones twice as many.
 # tests/angles/steps/test_newton.py asserts how many it takes.
 MAX_ANCHORED_STEPS = 30
