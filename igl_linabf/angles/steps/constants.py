@@ -9,8 +9,8 @@ LONGEST_WAY = 0.7
 # Relative residual of the inner solver in a step that others follow. With less, inner steps find digits that
 # the next step changes; with more, steps are many. benchmarks/timing.py prints the times.
 ROUGH_RTOL = 0.1
-# Inner steps above which conjugate gradients creep: a chord ends, and ABF goes on in the plane. Ten more
-# change F/3nt by less than a hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
+# Inner steps above which conjugate gradients creep, and a chord ends. Ten more change F/3nt by less than a
+# hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
 CREEPING = 12
 # Inner steps up to which the factor of the first step serves the second, too; after a limited step, half as
 # many. With fewer, factors cost more than they save; with more, inner steps do. benchmarks/cones.py prints
@@ -68,13 +68,6 @@ SLOW_STEP = 0.7
 # Relative residual of the inner solver in anchored steps at least, where slow steps shake the angles about.
 # With less, inner steps are many; with more, steps stay slow. tests/angles/steps/test_newton.py.
 LEAST_ANCHORED_RTOL = 0.003
-# Share of the last step's change below which few steps are to go: steps in the plane take longer then. With
-# less, they begin where anchored steps are nearly done; with more, slow ones go on.
-# tests/angles/steps/test_newton.py.
-FAST_STEP = 0.3
-# Tolerance from which positions in the plane mostly have enough digits. With less, steps in the plane end
-# without; with more, they are not taken where they would be faster. tests/angles/steps/test_newton.py.
-PLANE_TOL = 1e-5
 # Relative change of an angle below which slow steps are solved further. Above, the constraints are far from
 # linear; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
 NEARLY_LINEAR = 1.0

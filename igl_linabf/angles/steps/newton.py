@@ -13,8 +13,6 @@ from .constants import (
     ANCHORED_RTOL,
     ANGLE_BOUND,
     AT_BOUND,
-    CREEPING,
-    FAST_STEP,
     FEASIBLE_RTOL,
     HELD_WEIGHT,
     LARGEST_CORRECTION,
@@ -29,7 +27,6 @@ from .constants import (
     MAX_SLOW_STEPS,
     MAX_START_STEPS,
     NEARLY_LINEAR,
-    PLANE_TOL,
     ROUNDING,
     SLOW_STEP,
     START_RESIDUAL,
@@ -91,8 +88,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
-    best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
-    in_plane = problem.constraints.plain and tol >= PLANE_TOL
+    best, stalled, before, size_before = np.inf, 0, 0.0, 0.0
     for k in range(MAX_ANCHORED_STEPS):
         at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
@@ -120,16 +116,14 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             ended = _end_by_corrections(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.without_factors(), True, held)
-        fast = size < FAST_STEP * size_before and not any(step.limited for step in state.steps[-2:])
-        creeping = in_plane and state.steps[-1].inner_steps > CREEPING and not fast
         before, size_before, held, reached = change, size, now, max(change, residual)
         if not reached < SLOW_STEP * best:
-            stalled, slow = stalled + 1, True
+            stalled += 1
             if not limited and change < NEARLY_LINEAR:
                 rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
-        if stalled > MAX_SLOW_STEPS or (not bounded and ((slow and creeping) or (limited and k > 1))):
+        if stalled > MAX_SLOW_STEPS or (not bounded and limited and k > 1):
             break
     return AbfResult(state.without_factors(), False, held)
 

@@ -32,7 +32,3 @@ PREVIEW_RESIDUAL = 0.2
 # Ratio of area scales above which lengths differ by nearly all digits, so that converged ABF is not tried.
 # More tries it in vain; less gives up maps that it mends. tests/flattening/fallbacks/test_attempts.py
 TWO_DIGIT_SPAN = 1e28
-
-# Relative fall of the sum of squares that may be left to further steps in the plane, over the tolerance.
-# More moves the digits of F/3nt that abf promises; less costs steps. tests/angles/steps/test_newton.py
-PLANE_ABF_GAIN = 1e-3

@@ -23,8 +23,8 @@ from ...angles import (
     step_and_chord,
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
-from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, Layout, LayoutOptions, develop_boundary, lay_out
-from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces, shape_is_pinned
+from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
+from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
@@ -38,15 +38,12 @@ from .constants import (
     STEP_AND_CHORD_RTOL,
     TWO_DIGIT_SPAN,
 )
-from .plane_abf import converge_in_plane
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
 
-def with_layout(
-    problem: Problem, made: StageResult, boundary: Boundary | None = None, layout: Layout | None = None
-) -> StageResult:
-    """The result with a map of its angles; `boundary` is their outer loop, `layout` the map, if known."""
+def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
+    """The result with a map of its angles; `boundary` is their outer loop, if known."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with timed("layout"):
@@ -61,7 +58,7 @@ def with_layout(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = not cut and not invalid.any()
         try:
-            layout = layout or lay_out(
+            layout = lay_out(
                 problem.own,
                 at if same else Iterate.of(problem.own, alpha),
                 LayoutOptions(
@@ -208,10 +205,6 @@ def feasible(
         return None
     state = earlier[-1].state
     try:
-        in_plane = converge_in_plane(problem.mesh, problem.own, state, problem.pinned, tol)
-        if in_plane is not None:
-            result, layout = in_plane
-            return _with_abf_layout(problem, "feasible ABF", result, residual_tol, layout)
         result = converge_feasibly(state, tol)
     except SingularSystemError as error:
         return StageResult("feasible ABF", state, Status.SINGULAR, str(error))
@@ -231,10 +224,8 @@ def linear_fallback(problem: Problem, earlier: StageResults, linear: Stage) -> S
 
 
 def _with_abf_layout(
-    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
+    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float
 ) -> StageResult:
-    if problem.layout != "auto" or shape_is_pinned(problem.pinned):
-        layout = None
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     made = StageResult(
@@ -244,4 +235,4 @@ def _with_abf_layout(
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
     )
-    return with_layout(problem, made, layout=layout)
+    return with_layout(problem, made)

@@ -135,7 +135,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
-def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -> None:
+def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: float) -> None:
     V, F = cone(height)
     result = flatten(V, F, ABF(tol=1e-5))
     kinds = [step.kind for step in result.steps]
@@ -147,25 +147,15 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert stationarity(V, F, result.angles) <= 1e-6
 
 
-def test_few_steps_of_the_whole_surface_serve_a_few_triangles_near_their_bounds() -> None:
-    V, F = cone(1.5, radius=0.1, around=40)
-    result = flatten(V, F, ABF(tol=1e-9))
-    kinds = [step.kind for step in result.steps]
-    assert result.outcome is Outcome.CONVERGED
-    assert 1 <= kinds.count("feasible") <= 3  # seven without further steps in patches
-    assert stationarity(V, F, result.angles) <= 1e-6
-
-
-def test_steps_in_the_plane_keep_their_digits_where_lengths_differ_by_many() -> None:
+def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> None:
     V, F = load("stress__optcuts_golf.obj")
     result = flatten(V, F, "abf")
     areas = np.abs(igl.doublearea(result.uv, F))
     assert areas.max() > 1e18 * areas.min()
     assert result.outcome is Outcome.CONVERGED
-    assert "restoration" not in [step.kind for step in result.steps]
-    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    assert (result.angles / estimate).min() >= ANGLE_BOUND * (1 - 1e-6)
-    assert result.steps[-1].residual <= 1e-9
+    assert "restoration" in [step.kind for step in result.steps]
+    assert result.steps[-1].residual <= 1e-8
+    assert stationarity(V, F, result.angles) <= 1e-3
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
