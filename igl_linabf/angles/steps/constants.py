@@ -77,15 +77,6 @@ MAX_ANCHORED_STEPS = 30
 # Slow steps in a row after which anchored ones end. With fewer, steps that converge are given up; more are
 # in vain.
 MAX_SLOW_STEPS = 9
-# Times the tolerance: relative change of all angles that may be left to further steps. With more, F/3nt
-# loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
-LEFT_TO_STEPS = 4.0
-# Times the tolerance: residual above which corrections end the iterations. With less, they change only
-# rounding; with more, a residual is left that the tolerance allows. tests/angles/steps/test_newton.py.
-LEFT_RESIDUAL = 0.1
-# Times that change: what a last correction may change the angles by, as it is least in another norm. With
-# more, it leads away from the minimum; with less, steps go on. tests/angles/steps/test_newton.py.
-LARGEST_CORRECTION = 2.0
 
 # Converged ABF: feasible steps
 
@@ -109,6 +100,9 @@ MAX_RESTORING_STEPS = 4
 # Times the tolerance: relative gain of the objective that may be left to feasible steps. With more, digits
 # of F/3nt are lost; with less, steps gain only rounding. tests/angles/steps/test_newton.py.
 LEFT_GAIN = 1e-4
+# Times the tolerance: relative change of all angles that may be left to further feasible steps. With more,
+# F/3nt loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
+LEFT_TO_STEPS = 4.0
 # Relative rounding error of the objective. Smaller gains are not believed; with more, true ones are not.
 # tests/angles/steps/test_newton.py.
 ROUNDING = 1e-13

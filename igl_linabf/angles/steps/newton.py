@@ -15,12 +15,10 @@ from .constants import (
     AT_BOUND,
     FEASIBLE_RTOL,
     HELD_WEIGHT,
-    LARGEST_CORRECTION,
     LEAST_ANCHORED_RTOL,
     LEAST_CURVATURE,
     LEAST_STEP,
     LEFT_GAIN,
-    LEFT_RESIDUAL,
     LEFT_TO_STEPS,
     MAX_ANCHORED_STEPS,
     MAX_RESTORING_STEPS,
@@ -75,9 +73,7 @@ def converge(state: State, tol: float) -> AbfResult:
         At the initial estimate alpha_0.
     tol : float
         The iterations end when the largest relative change of an angle that another step would bring, and
-        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted. The
-        iterations end earlier where all further steps together would lower the objective by less than
-        16 tol^2 of itself: then corrections do the rest, which have no inner steps.
+        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted.
     """
     return _anchored(state, tol)
 
@@ -88,7 +84,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
-    best, stalled, before, size_before = np.inf, 0, 0.0, 0.0
+    best, stalled, before = np.inf, 0, 0.0
     for k in range(MAX_ANCHORED_STEPS):
         at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
@@ -97,7 +93,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
-        change, size = _change(e, state), _size(e / anchor)
+        change = _change(e, state)
         state, now = state.advanced(raw, kind), held
         if bounded:
             state = _move_into_bounds(state)
@@ -109,14 +105,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.without_factors(), True, held)
-        enough = LEFT_TO_STEPS * tol * np.sqrt(objective(state))
-        if same and not limited and not held.any() and _change_left(size, size_before) <= enough:
-            state = state.without_factors()
-            lin = state.lin
-            ended = _end_by_corrections(state, enough, tol)
-            if ended is not None:
-                return AbfResult(ended.without_factors(), True, held)
-        before, size_before, held, reached = change, size, now, max(change, residual)
+        before, held, reached = change, now, max(change, residual)
         if not reached < SLOW_STEP * best:
             stalled += 1
             if not limited and change < NEARLY_LINEAR:
@@ -126,40 +115,6 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         if stalled > MAX_SLOW_STEPS or (not bounded and limited and k > 1):
             break
     return AbfResult(state.without_factors(), False, held)
-
-
-def _change_left(size: float, before: float) -> float:
-    """Relative change of all angles by all further steps: the sum of a geometric series.
-
-    Parameters
-    ----------
-    size, before : float
-        That by the last step, and by the one before; 0 if there was none.
-    """
-    return size**2 / (before - size) if size < before else np.inf
-
-
-def _end_by_corrections(state: State, enough: float, tol: float) -> State | None:
-    """The state on the constraints, unless going there changes more angles than further steps would.
-
-    Parameters
-    ----------
-    state : State
-        After an anchored step.
-    enough : float
-        Relative change of all angles that further steps may leave.
-    tol : float
-    """
-    made = correct_conformally(state, tol) if state.at.residual.largest > LEFT_RESIDUAL * tol else state
-    # the correction is least in another norm, and leads away from the minimum where triangles are thin
-    moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)
-    return made if made.at.residual.largest <= tol and moved <= LARGEST_CORRECTION * enough else None
-
-
-def _size(change: FloatArray) -> float:
-    """The norm of relative changes that is that of the objective."""
-    flat = change.ravel()
-    return float(np.sqrt(np.einsum("i,i->", flat, flat)))
 
 
 def _move_into_bounds(state: State) -> State:
