@@ -11,10 +11,6 @@ CHARTS_END = 0.95
 
 # --- which pieces are cut and flattened ---
 
-# Seam length, in square roots of the area, that seams on a disk must be worth beyond their own, as it needs
-# none. Less cuts disks that lie nearly flat; more leaves limbs shrunk. tests/charts/seams/test_search.py
-DISK_SEAM = 0.3
-
 # Number of pieces from which they are flattened and measured together. Fewer gain nothing by it; more take
 # longer one by one. benchmarks/constants.py charts
 MIN_PIECES_TOGETHER = 8
@@ -48,18 +44,8 @@ MAX_TRADE_DOUBLINGS = 12
 
 # --- what is stretched or overlaps ---
 
-# Seam length, in square roots of the area, that all stretch of a small piece, flattened among many, must be
-# worth, so that seams are sought for it alone. Less searches in vain; more leaves it stretched.
-# tests/charts/panels/test_panels.py
-SOUGHT_SEAM = 0.9
-
-# The same for a part of a chart, whose seams were not for it. Less searches in vain; more leaves parts
-# stretched. tests/charts/test_unwrapping.py
-SOUGHT_SEAM_OF_PART = 1.2
-
-# Share of a chart's faces up to which few overlap: tips or single faces are to blame, and come first. Less
-# splits charts for single faces; more waits for what does not help. tests/charts/splitting/test_splitting.py
-FEW_OVERLAPPING = 0.02
+# Seam length, in square roots of the area, that all stretch of a piece must be worth to search for seams.
+SOUGHT_SEAM = 1.0
 
 # L2 stretch beyond 1 that an isometric map of a piece is expected to have by the default `trade`, above which
 # the piece gets more seams. Less cuts for what nobody sees; more leaves the texels of large, bumpy meshes
@@ -70,9 +56,9 @@ UNEVEN_STRETCH = 0.03
 # too small for a seam. benchmarks/generated.py
 MAX_EVEN_ROUNDS = 3
 
-# Halvings of a chart that is stretched more than is asked for, or beyond use, and of its parts. Fewer leave
-# it so; more halve what halves do not help. tests/charts/test_unwrapping.py
-MAX_SPLITS_FOR_STRETCH = 64
+MAX_FLIP_ROUNDS = 20  # rounds of cuts for flips, the last ones halvings
+MAX_OVERLAP_ROUNDS = 20  # rounds of cuts between overlapping parts; then the chart is halved
+MAX_STRETCH_ROUNDS = 64  # rounds of cuts for stretch, the last ones halvings
 
 # Share of a chart's extent, to either side of its middle, within which the shortest seam that halves it is
 # sought. Less finds longer seams; with more, halves differ in size, and are cut again.

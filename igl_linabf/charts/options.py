@@ -10,14 +10,12 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..flattening import Isometric, Method
-from ..surface import Submesh
 from . import constants
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, Wish
-from .seams import TRADE, check_trade, seams_of
-from .splitting import MAX_SPLITS
+from .seams import TRADE, SeamSearch, check_trade
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,28 +153,10 @@ class ChartOptions:
             method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
         )
 
-    def seams_of(
-        self,
-        piece: Submesh,
-        *,
-        disks: bool = False,
-        gain: float = 0.0,
-        part_overlaps: bool = False,
-        panels: bool = False,
-    ) -> IntArray:
-        """The `seams_of` a piece by these options; `part_overlaps` only where overlapping maps are cut."""
-        isometric = isinstance(self.method, Isometric)
-        return seams_of(
-            piece,
-            self.trade,
-            holes=self.holes,
-            disks=disks,
-            gain=gain,
-            hidden=self.hidden,
-            isometric=isometric,
-            part_overlaps=part_overlaps and not (isometric or self.bijective),
-            panels=panels,
-        )
+    @property
+    def search(self) -> SeamSearch:
+        """The search for seams by these options."""
+        return SeamSearch(self.trade, self.method, self.holes, self.hidden)
 
     def worth(self, length: float) -> float:
         """The L2 stretch that a seam of this length, in square roots of the area, is worth."""
@@ -200,8 +180,3 @@ class ChartOptions:
     def weighs_stretch(self) -> bool:
         """Whether charts are cut further where a seam is worth the stretch that it saves."""
         return self.may_find_seams and not self.holes and self.max_stretch is None
-
-    @property
-    def most_splits(self) -> int:
-        """How many times a chart and its parts are cut further, at most."""
-        return MAX_SPLITS if self.max_stretch is None else constants.MAX_SPLITS_FOR_STRETCH

@@ -6,16 +6,8 @@ atlas of the mesh and the polygons that the caller gave.
 
 from .atlas import Atlas, Chart
 from .constants import STRETCH_ROUNDING, UNUSABLE_STRETCH
-from .cost import AtlasCost, page_cost
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
-from .pieces import (
-    flatten_piece,
-    flattening_of_part,
-    open_slivers,
-    scaled_to_surface,
-    sketched_distortion,
-    uv_of_part,
-)
+from .pieces import flatten_piece, flattening_of_part, open_slivers, scaled_to_surface, uv_of_part
 from .polygons import (
     atlas_of_polygons,
     mark_diagonals,
@@ -23,4 +15,4 @@ from .polygons import (
     repairs_of_polygons,
     split_polygons,
 )
-from .seam_edges import rows_of_texture_seams, seams_and_mismatch, texture_seams
+from .seam_edges import price_between, rows_of_texture_seams, seam_prices, seams_and_mismatch, texture_seams

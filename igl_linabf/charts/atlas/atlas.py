@@ -14,8 +14,8 @@ from ...errors import some
 from ...flattening import Flattening
 from ...measures import Quality
 from ...surface import Repair, Triangles, distinct_corners
+from ..cost import AtlasCost
 from . import constants
-from .cost import AtlasCost
 
 
 @dataclass(frozen=True, eq=False, repr=False)

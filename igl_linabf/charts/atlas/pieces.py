@@ -14,9 +14,8 @@ import numpy as np
 from ..._core import products
 from ..._runtime import advance
 from ..._types import FloatArray
-from ...errors import MeshError, SingularSystemError, some
-from ...flattening import Flattening, Method, Outcome, Sketch, flatten_together
-from ...measures import change_of
+from ...errors import MeshError, some
+from ...flattening import Flattening, Method, Outcome
 from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
 from . import constants
 
@@ -113,23 +112,3 @@ def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: Fl
     if made.outcome is not Outcome.FLIPPED or len(flipped):
         return made
     return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
-
-
-def sketched_distortion(pieces: list[Submesh]) -> float:
-    """L2 stretch plus mean conformal distortion less 1 of pieces, roughly flattened: 1 for isometric maps.
-
-    Infinite if a triangle flips.
-    """
-    total, stretch, shear = 0.0, 0.0, 0.0
-    for piece, known in zip(pieces, flatten_together([(p.V, p.F) for p in pieces], Sketch()), strict=True):
-        try:
-            result = flatten_piece(piece, Sketch()) if known is None else known
-        except SingularSystemError:
-            return np.inf
-        if len(result.flipped):
-            return np.inf
-        changed = change_of(piece, result.uv)
-        total += float(changed.double_area.sum())
-        stretch += float(changed.double_area @ changed.squared_stretch)
-        shear += float(changed.double_area @ changed.conformal)
-    return float(np.sqrt(stretch / total)) + shear / total - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, overload
 
 import numpy as np
@@ -9,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
-from ...surface import NEXT, PREV, Polygons, Ragged, Topology, merge_coincident, vertex_array
+from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
+from ..features import CreasedSurface
 from .constants import MIN_TURNING_AREA
 
 Given = ArrayLike | None
@@ -152,3 +154,20 @@ def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
     corner = np.ascontiguousarray(texture.T)
     start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # of each half-edge
     return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])
+
+
+def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the seams of texture coordinates, (#F, 3), as rows of the inner edges, and their prices."""
+    topology = creased.surface.topology
+    rows = np.searchsorted(topology.inside, rows_of_texture_seams(topology, texture))
+    return rows, creased.price[rows]
+
+
+def price_between(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
+    """Return the price of the seams that divide a surface into parts, in units of length."""
+    piece = creased.surface
+    F, first = np.empty_like(piece.F), 0  # with separate vertices in each part
+    for part in parts:
+        F[np.searchsorted(piece.faces, part.faces)] = part.F + first
+        first += len(part.V)
+    return float(seam_prices(creased, F)[1].sum())

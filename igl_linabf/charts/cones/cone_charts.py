@@ -24,7 +24,8 @@ from ...flattening import (
 from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
-from ..splitting import MAX_SPLITS, seams_of_overlaps
+from ..constants import MAX_OVERLAP_ROUNDS
+from ..splitting import seams_of_overlaps
 from . import constants
 from .constants import QUARTER_TURN
 from .moves import ConeMoves
@@ -279,7 +280,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
     while waiting:
         piece, made, splits = waiting.pop()
         pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
-        if len(pairs) and splits < MAX_SPLITS:
+        if len(pairs) and splits < MAX_OVERLAP_ROUNDS:
             parts = piece.cut_along(seams_of_overlaps([piece], piece.faces[pairs]))
             if len(parts) > 1:
                 waiting += [

@@ -165,10 +165,6 @@ MIN_SWEEP_GAIN = 1e-4
 
 # --- seams and maps ---
 
-# Clusters of vertices, at most, on which the handles of a large surface are opened. With fewer, seams along
-# handles are longer; with more, they take longer to find. benchmarks/constants.py charts.cones
-HANDLE_CLUSTERS = 1_000
-
 # Nodes from which on the factor that gave the cones their angles preconditions the first step of linear
 # ABF. With less, a factor of the step's own metric takes little time and saves steps; with more, it takes
 # longer. benchmarks/cones.py --speed

@@ -1,7 +1,6 @@
 """Seams through cones, and the closed paths along which the scale has to come back across them."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
@@ -9,16 +8,7 @@ from scipy import sparse
 from ..._types import IntArray
 from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
-from ..cut_graphs import (
-    MAX_DIRECT_NODES,
-    ClosedSurface,
-    Levels,
-    SurfaceGraph,
-    join_terminals,
-    move_branch_points,
-    open_handles,
-)
-from .constants import HANDLE_CLUSTERS
+from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -34,10 +24,7 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
-    if piece.graph.n <= MAX_DIRECT_NODES:
-        return move_branch_points(piece.graph, open_handles(piece), piece.graph.length_of)
-    features = replace(piece.features, valleys=lambda: np.ones(len(piece.edges)))
-    levels = Levels.of(replace(piece, features=features), HANDLE_CLUSTERS)
+    levels = Levels.of(piece)
     graph, handles = levels.coarse.graph, open_handles(levels.coarse)
     return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 

@@ -4,12 +4,11 @@ In: a component. Out: `ClosedSurface`, its graph with a hole as a node; trees th
 expect of the map that a cut leaves.
 """
 
-from .branches import Cost, move_branch_points, prune_branches
-from .closed_surface import ClosedSurface, seam_lengths
-from .clusters import Levels, handles_of_clusters
-from .constants import ISOMETRIC_STRETCH_WEIGHT, MAX_DIRECT_NODES, MAX_LOG_SCALE
+from .branches import move_branch_points, prune_branches
+from .closed_surface import ClosedSurface
+from .clusters import Levels
+from .constants import ISOMETRIC_STRETCH_WEIGHT, MAX_LOG_SCALE
 from .graph import SurfaceGraph, join_terminals, without_stubs
 from .handles import open_handles
 from .laplacians import DirichletSolver
-from .shortening import slide_into_valleys
-from .stretch import expected, expected_stretch, isometric_stretch, log_scale
+from .stretch import expected, expected_stretch, isometric_stretch, log_scale, stretch_weight

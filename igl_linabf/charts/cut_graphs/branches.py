@@ -43,20 +43,17 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     return seam
 
 
-def prune_branches(
-    graph: SurfaceGraph, seam: IntArray, cost: Cost, image: Callable[[IntArray], IntArray] = np.sort
-) -> IntArray:
-    """The seam without those branches, the longest ones first, without which `cost` is lower.
+def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
+    """Remove the branches without which `cost` is lower, the longest ones first.
 
-    What they were grown for, a later branch may have done as well. With a mirror, the `image` of a branch
-    goes together with it.
+    A later branch may have taken over what a branch was grown for.
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
     for k in longest_first[: constants.MAX_MOVED_ARCS].tolist():
-        rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
+        rest = graph.difference(seam, arcs[k])
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
             seam = rest

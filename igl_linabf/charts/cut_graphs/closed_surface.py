@@ -2,46 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
-from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
-from .constants import CREASE_DISCOUNT, MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
+from ..features import CreasedSurface
+from .constants import MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
 from .graph import SurfaceGraph
 from .laplacians import SurfaceLaplacian
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeFeatures:
-    """What a seam along each edge of a closed surface is like.
-
-    Attributes
-    ----------
-    length : (#E,) float64
-        In space.
-    hiding : (#E,) float64
-        What the length is multiplied by where the caller wants seams, or does not: below and above 1.
-    sharpness : (#E,) float64
-        From 0 for no crease to 1 for a sharp one.
-    valleys : callable
-        Makes `valley`: few need it.
-    """
-
-    length: FloatArray
-    hiding: FloatArray
-    sharpness: FloatArray
-    valleys: Callable[[], FloatArray]
-
-    @cached_property
-    def valley(self) -> FloatArray:
-        """(#E,): what the length is multiplied by when arcs slide into valleys; below 1 in concave ones."""
-        return self.valleys()
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +31,10 @@ class ClosedSurface:
         The node of each vertex. Interior vertices keep their order.
     edges : (#E, 2) int64
         The vertices at each edge.
-    features : EdgeFeatures
-    curvature, noise, area : (n,) float64
-        Angle defects, what rounding adds to them, and vertex areas.
+    hiding : (#E,) float64
+        Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden.
+    curvature, area : (n,) float64
+        Angle defects and vertex areas.
     laplacian : SurfaceLaplacian
     size : float
         Square root of the area.
@@ -73,9 +45,8 @@ class ClosedSurface:
     graph: SurfaceGraph
     node: IntArray
     edges: IntArray
-    features: EdgeFeatures
+    hiding: FloatArray
     curvature: FloatArray
-    noise: FloatArray
     area: FloatArray
     laplacian: SurfaceLaplacian
     size: float
@@ -83,15 +54,11 @@ class ClosedSurface:
 
     @classmethod
     def of(
-        cls,
-        component: Submesh,
-        hidden: FloatArray | None = None,
-        isometric: bool = False,
-        bend: FloatArray | None = None,
+        cls, component: Submesh, hidden: FloatArray | None = None, isometric: bool = False
     ) -> ClosedSurface:
         """Contract the boundary loops of a surface in one piece.
 
-        `hidden` is as `hiding_weights` returns it; `bend` are the `dihedral_angles`, if they are known.
+        `hidden` is as `hiding_weights` returns it.
         """
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -100,65 +67,37 @@ class ClosedSurface:
             node[loop] = i
         n = holes + int(np.count_nonzero(node < 0))
         node[node < 0] = np.arange(holes, n)
-        cell, inside = component.polygon_labels, component.cuttable_edges
-        edges, beside = topology.edges_inside, topology.faces_inside
-        every, bend = topology.inside, dihedral_angles(component) if bend is None else bend
-        if component.inner is not None:
-            taken = np.searchsorted(every, inside)
-            edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
-        every_length = lengths(V, topology.edges)
-        in_space = every_length[inside]
+        creased = CreasedSurface(component, hidden)
+        cell, inside = component.polygon_labels, topology.inside
+        taken = np.searchsorted(inside, component.cuttable_edges)
+        edges, beside = creased.ends[taken], cell[creased.faces[taken]]
         double_area, dot = component.measured
-        size = float(np.sqrt(double_area.sum() / 2))
-        smoothing = cache(partial(Smoothing, component, edges, in_space))
-        seen = (
-            np.ones(len(edges))
-            if hidden is None
-            else hiding_factors(component, edges, hidden, smoothing(), size)
-        )
         vertex = np.empty(n, dtype=np.int64)
         vertex[node] = np.arange(len(V))
-        cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
+        cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
         weight = np.clip(cotangent, MIN_BOND_WEIGHT, MAX_BOND_WEIGHT)
-        length = seam_lengths(in_space, bend) * seen
+        price, faces = creased.price[taken], int(cell.max()) + 1
         return cls(
-            SurfaceGraph(
-                n, holes, topology.genus, int(cell.max()) + 1, node[edges], beside, length, V[vertex]
-            ),
+            SurfaceGraph(n, holes, topology.genus, faces, node[edges], beside, price, V[vertex]),
             node=node,
             edges=edges,
-            features=EdgeFeatures(
-                in_space,
-                seen,
-                sharpness(bend),
-                lambda: valley_factors(component, edges, in_space, bend, smoothing(), size),
-            ),
+            hiding=creased.hiding[taken],
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
-            noise=curvature_noise(component, every_length, node, n),
             area=sum_by(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
-            size=size,
+            size=float(np.sqrt(double_area.sum() / 2)),
             isometric=isometric,
         )
 
     @cached_property
     def hides(self) -> bool:
         """Whether some seams are better hidden than others."""
-        return bool((self.features.hiding != 1).any())
+        return bool((self.hiding != 1).any())
 
     @cached_property
     def node_hiding(self) -> FloatArray:
         """By what hiding multiplies lengths on average at each node, (n,)."""
         n, ends = self.graph.n, self.graph.ends.ravel()
-        total = np.bincount(ends, np.repeat(self.features.hiding, 2), n)
+        total = np.bincount(ends, np.repeat(self.hiding, 2), n)
         number = np.bincount(ends, minlength=n)
         return np.where(number, total, 1.0) / np.maximum(number, 1)
-
-    def with_lengths(self, length: FloatArray) -> ClosedSurface:
-        """The same with other lengths of its edges."""
-        return replace(self, graph=replace(self.graph, length=length))
-
-
-def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
-    """The lengths of edges for a seam, which shows less along bends."""
-    return np.asarray(length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))

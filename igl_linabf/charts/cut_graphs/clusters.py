@@ -17,9 +17,8 @@ from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from . import constants
-from .closed_surface import ClosedSurface, EdgeFeatures
+from .closed_surface import ClosedSurface
 from .graph import SurfaceGraph, without_stubs
-from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
@@ -78,19 +77,12 @@ class Contracted:
     def of(cls, fine: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:
         """Contract the trees of a forest."""
         label, roots, edge, graph = outline or _outline(fine.graph, forest)
-        features = fine.features
         coarse = ClosedSurface(
             graph,
             node=label[fine.node],
             edges=fine.edges[edge],
-            features=EdgeFeatures(
-                features.length[edge] * graph.length / fine.graph.length[edge],
-                features.hiding[edge],
-                features.sharpness[edge],
-                lambda: features.valley[edge],
-            ),
+            hiding=fine.hiding[edge],
             curvature=sum_by(label, fine.curvature, graph.n),
-            noise=sum_by(label, fine.noise, graph.n),
             area=sum_by(label, fine.area, graph.n),
             laplacian=_finite_volumes(fine, label, roots, forest.distance),
             size=fine.size,
@@ -134,51 +126,34 @@ class Contracted:
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """A closed surface contracted once or more often.
+    """A closed surface contracted step by step.
 
     Attributes
     ----------
     steps : list of Contracted
-        From the surface on.
+        The surface itself is the fine one of the first step.
+    coarse : ClosedSurface
+        The result of the last step, or the surface itself.
     """
 
     steps: list[Contracted]
+    coarse: ClosedSurface
 
     @classmethod
-    def of(cls, closed: ClosedSurface, most: int) -> Levels:
-        """Down to so many nodes."""
-        steps: list[Contracted] = []
-        while not steps or closed.graph.n > most:
-            wide = closed.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contracted.simple(closed, constants.CLUSTER_HOPS + wide))
-            closed = steps[-1].coarse
-        return cls(steps)
-
-    @property
-    def coarse(self) -> ClosedSurface:
-        return self.steps[-1].coarse
-
-    def label(self, nodes: IntArray) -> IntArray:
-        """The coarse nodes that some nodes of the surface are in."""
-        for step in self.steps:
-            nodes = step.label[nodes]
-        return nodes
+    def of(cls, closed: ClosedSurface) -> Levels:
+        """Contract a surface to at most `MAX_CLUSTERS` nodes; one that has no more nodes stays as it is."""
+        steps, coarse = list[Contracted](), closed
+        while coarse.graph.n > constants.MAX_CLUSTERS:
+            wide = coarse.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
+            steps.append(Contracted.simple(coarse, constants.CLUSTER_HOPS + wide))
+            coarse = steps[-1].coarse
+        return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
         """A seam of the coarse surface pulled tight on the surface, step by step; `leaves` stay roots."""
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
-
-
-def handles_of_clusters(closed: ClosedSurface) -> IntArray:
-    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
-    if closed.graph.n <= constants.MAX_DIRECT_NODES:
-        return open_handles(closed)
-    step = Contracted.simple(closed, constants.CLUSTER_HOPS + 1)
-    met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
-    most_met = np.argsort(-met, kind="stable")[: constants.FIRST_BASE_POINTS]
-    return shortest_loops(closed.graph, step.roots[most_met].tolist())[0]
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:

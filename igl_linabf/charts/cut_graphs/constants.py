@@ -2,11 +2,6 @@
 
 # --- lengths of seams ---
 
-# Share of its length by which an edge along a bend of 90 degrees or more counts as shorter. More leads seams
-# on long ways around along creases; at 0 they cross planes and rounded sides, where they show.
-# benchmarks/constants.py charts.cut_graphs
-CREASE_DISCOUNT = 0.5
-
 # Factor on a length below which another one is shorter. At 1 a seam could go to and fro between lengths that
 # differ by rounding; less keeps seams that are longer. tests/charts/seams/test_search.py
 STRICTLY_SHORTER = 1 - 1e-9
@@ -38,10 +33,7 @@ MAX_TRACE_STEPS = 6
 
 # --- clusters ---
 
-# Nodes up to which seams are found on the surface itself. With more, each leaf takes a factor of a large
-# system; clusters of fewer nodes save no time, and their seams are a little longer.
-# tests/charts/cut_graphs/test_clusters.py
-MAX_DIRECT_NODES = 8_500
+MAX_CLUSTERS = 6_000  # nodes on which seams are found; surfaces of more are contracted to clusters
 
 # Nodes from which clusters are wide: their roots are farther apart by one edge. Wide clusters of fewer nodes
 # leave too coarse a surface; narrow ones of more nodes are contracted once more.
@@ -103,11 +95,6 @@ NEAREST_ARCS = 2
 # give up good moves beside a bad one; each takes a comparison of the whole seam.
 # benchmarks/constants.py charts.cut_graphs
 MAX_MOVED_GROUPS = 12
-
-# Square roots of the area between points of a seam, which keep their places while it slides into valleys.
-# More lets it leave what it was grown for; less keeps it out of valleys nearby.
-# tests/charts/features/test_visibility.py
-STRAIGHTENING_STRIDE = 0.3
 
 # Share of its faces that a part keeps when seams are pulled tight. With less, arcs on both sides of it may
 # meet and leave slivers; at 1 no arc between two parts could move. tests/charts/cut_graphs/test_clusters.py

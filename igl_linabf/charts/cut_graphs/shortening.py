@@ -1,7 +1,5 @@
-"""Seams made shorter: straightened, moved into valleys nearby, and drawn tight around branch points."""
+"""Seams made shorter: each arc straightened, and each branch point moved."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +9,6 @@ from ..._types import BoolArray, IntArray
 from .branches import (
     ArcArrays,
     arc_from,
-    arcs_from,
     arcs_of,
     lengths_at,
     longest,
@@ -20,78 +17,11 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRAIGHTENING_STRIDE, STRICTLY_SHORTER
-from .graph import SurfaceGraph
-
-
-def slide_into_valleys(
-    closed: ClosedSurface, seam: IntArray, accepts: Callable[[IntArray], bool]
-) -> IntArray:
-    """The seam on the shortest paths between points on it, where valleys are shorter.
-
-    With points `STRAIGHTENING_STRIDE` apart, it reaches valleys nearby, and stays where its leaves are. If
-    not all arcs together are accepted, halves of them are tried, and so on.
-    """
-    graph, topology = closed.graph, closed.graph.topology_of(seam)
-    valleys = replace(graph, length=graph.length * closed.features.valley)
-
-    def move(arcs: list[IntArray], seam: IntArray) -> IntArray | None:
-        moved = seam
-        for arc in arcs:
-            moved = _straighten(valleys, moved, arc, STRAIGHTENING_STRIDE * closed.size)
-        if np.array_equal(np.sort(moved), np.sort(seam)):
-            return seam
-        return moved if graph.topology_of(moved) == topology and accepts(moved) else None
-
-    degree = np.bincount(graph.ends[seam].ravel(), minlength=graph.n)
-    degree[: graph.n_holes] = 0
-    starts = np.flatnonzero((degree == 1) | (degree >= 3)).tolist()
-    steps = steps_of(graph, seam)
-    arcs = [
-        arc
-        for start in starts
-        for arc, tip in arcs_from(graph, steps, start)
-        if tip > start or tip < graph.n_holes  # from one of its two ends
-    ]
-    return move_in_groups(longest(arcs, lambda k: graph.length_of(arcs[k])), seam, move)
-
-
-def _straighten(graph: SurfaceGraph, seam: IntArray, arc: IntArray, stride: float) -> IntArray:
-    """The seam with an arc on the shortest paths between points on it, then between points between these."""
-    rest = graph.difference(seam, arc)
-    taken = np.zeros(graph.n, dtype=bool)
-    taken[: graph.n_holes], taken[graph.ends[seam]] = True, True
-    for shift in (0.0, 0.5):
-        before = np.cumsum(graph.length[arc]) - graph.length[arc]
-        number = (before / stride + shift).astype(np.int64)
-        parts = np.split(arc, np.flatnonzero(np.diff(number)) + 1)
-        arc = np.concatenate([_shortest(graph, part, taken) for part in parts])
-    return np.concatenate((rest, arc))
-
-
-def _shortest(graph: SurfaceGraph, path: IntArray, taken: BoolArray) -> IntArray:
-    """The shortest path between the ends of a path, in its order; nodes that are taken by others stay so."""
-    if len(path) < 2:
-        return path
-    first, last = (
-        next((node for node in graph.ends[end].tolist() if node not in graph.ends[beside].tolist()), -1)
-        for end, beside in ((path[0], path[1]), (path[-1], path[-2]))
-    )
-    if first < 0 or last < 0 or first == last:
-        return path
-    length, avoid = graph.length_of(path), taken.copy()
-    avoid[graph.ends[path]] = False
-    distance, before, _ = graph.shortest_paths(np.array([last]), avoid, limit=length)
-    if not distance[first] < length * STRICTLY_SHORTER:
-        return path
-    found = graph.path_edges(before, [first])
-    taken[graph.ends[path]] = False
-    taken[graph.ends[found]] = True
-    return found
+from .constants import MAX_MOVED_ARCS, MIN_KEPT_PART, STRICTLY_SHORTER
 
 
 class _Corridor:
-    """The nodes that a seam may pass when it moves, and the edges between them, shorter in valleys.
+    """The nodes that a seam may pass when it moves, and the edges between them.
 
     `index` is the place of each node of the surface among those of the corridor.
     """
@@ -108,7 +38,7 @@ class _Corridor:
         matrix = adjacency.copy()
         matrix.data = edge
         self._matrix = matrix[self._nodes][:, self._nodes]
-        self.length = graph.length * closed.features.valley
+        self.length = graph.length
         self._matrix.data = self.length[self._matrix.data]
         self._position = graph.position[self._nodes]
         in_space = near & (np.arange(graph.n) >= graph.n_holes)  # a hole is in no one place
@@ -144,7 +74,6 @@ class _Corridor:
         return int(faces[new, 0]) in reached
 
     def length_of(self, edges: IntArray) -> float:
-        """Less in valleys."""
         return float(self.length[edges].sum())
 
     def blocked_at(self, nodes: IntArray) -> BoolArray:

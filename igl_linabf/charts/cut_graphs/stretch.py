@@ -12,6 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import FloatArray, IntArray
+from ...flattening import Isometric, Method
 from . import constants
 from .closed_surface import ClosedSurface
 
@@ -78,3 +79,8 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         h[fixed] = step
         w = w + down / float(h @ (weight * h)) * h
     return np.clip(w, -constants.MAX_LOG_SCALE, constants.MAX_LOG_SCALE)
+
+
+def stretch_weight(method: Method) -> float:
+    """Return the factor of the L2 stretch beyond 1 in the cost of a map by this method."""
+    return constants.ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0

@@ -9,13 +9,11 @@ from .curvature import (
     Smoothing,
     apexes,
     box_sides,
-    curvature_noise,
     dihedral_angles,
     extent,
     face_normals,
     flat_share,
     flat_shares,
-    sharpness,
 )
 from .rays import are_unseen
-from .visibility import Hiding, hiding_factors, hiding_weights, valley_factors
+from .visibility import Hiding, hiding_weights

@@ -48,17 +48,9 @@ MIN_CORNER_TURN = 0.01
 # Share of the area that lies flat from which a body has planes, as machine parts do: nets are compared, and
 # it has no front. With less, smooth bodies wait for nets; with more, parts of planes and fillets get none.
 # tests/charts/panels/test_panels.py
-PLANAR_SHARE = 0.5
+PLANAR_SHARE = 0.35
 
 # --- creases and tips ---
-
-# Radians of bend from which an edge begins to be a crease. Less makes creases of the edges of coarse smooth
-# meshes; more leaves blunt creases no cheaper than smooth edges. tests/charts/panels/test_panels.py
-CREASE_ANGLE = np.deg2rad(15.0)
-
-# Radians of bend from which shading shows an edge anyway, and it is a sharp crease. Less lets seams run where
-# they show; with more, bodies with blunt edges have no nets. tests/charts/panels/test_panels.py
-SHARP_CREASE_ANGLE = np.deg2rad(40.0)
 
 # Radians of curvature from which a vertex off all creases is a tip, as a cone's apex is. Less sends nets
 # through vertices of smooth parts; more presses the tips of blunt cones flat.
@@ -73,23 +65,7 @@ TIP_PROMINENCE = 4.0
 # cuts disks that are nearly flat; with more, open boxes stay whole. tests/charts/panels/test_panels.py
 MIN_DISK_CURVATURE = 0.02
 
-# --- seams in valleys and in hiding ---
-
-# Way over the square root of the area on which curvature and hiding are averaged. Less lets noise and single
-# faces draw seams; more blurs valleys. tests/charts/features/test_visibility.py
-SMOOTHING_REACH = 0.02
-
-# Averages over neighbours up to which this is done. Fewer reach less far on fine meshes; more take longer
-# than the search. benchmarks/constants.py charts.features
-MAX_SMOOTHING_STEPS = 30
-
-# Share of its length that an edge in the deepest valley is shorter by. Less draws no seams there; more makes
-# detours through valleys. tests/charts/features/test_visibility.py
-VALLEY_DISCOUNT = 0.5
-
-# Concave curvature times the square root of the area at which half of that is given. Less makes valleys of
-# shallow dents; with more, only folds are valleys. tests/charts/features/test_visibility.py
-VALLEY_CURVATURE = 10.0
+# --- hidden seams ---
 
 # Factor of the length of an edge that is seen best, and divisor where one is hidden best. Less leaves seams
 # in sight; more makes long detours into hiding. tests/charts/features/test_visibility.py

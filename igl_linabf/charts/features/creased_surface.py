@@ -7,12 +7,20 @@ from functools import cached_property
 
 import numpy as np
 
-from ..._core import lengths
+from ..._core import lengths, nearest_sources, normals, shortest_pairs
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Submesh, sum_by
+from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by
+from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
 from .curvature import apexes, component_extents, dihedral_angles, flat_shares
 from .visibility import hiding_factor_between
+
+MIN_PLANE_SHARE = 1e-3  # share of a body's area from which a plane is large
+PLANE_OVER_NEIGHBOURS = (
+    2.0  # area of a large plane over that of any plane beside it that no sharp crease parts
+)
+TURN_OF_EXTENT = 1e-3  # radians that a path of the body's extent counts where fillets are halved
+MAX_FILLET_TURN = np.deg2rad(60.0)  # largest turn from a plane to the faces that belong to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +89,71 @@ class CreasedSurface:
     @cached_property
     def visible_length(self) -> FloatArray:
         """The lengths that count for seams: shorter where the two faces hide them."""
+        return np.asarray(self.length * self.hiding)
+
+    @cached_property
+    def hiding(self) -> FloatArray:
+        """Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden."""
         if self.hidden is None:
-            return self.length
-        return np.asarray(self.length * hiding_factor_between(self.hidden[self.surface.faces[self.faces]]))
+            return np.ones(len(self.faces))
+        return hiding_factor_between(self.hidden[self.surface.faces[self.faces]])
+
+    @cached_property
+    def price(self) -> FloatArray:
+        """The `edge_prices` of the edges with two faces.
+
+        An edge halfway between two planes, such as one in the middle of a fillet, is a crease of the angle
+        between the planes.
+        """
+        bend, is_hard = self.crease_angle, self.is_hard[self.label[self.faces[:, 0]]]
+        if is_hard.any():
+            one, other = self.nearest_plane[self.faces].T
+            rows = np.flatnonzero(is_hard & (one >= 0) & (other >= 0) & (one != other))
+            cosine = (self._plane_normals[one[rows]] * self._plane_normals[other[rows]]).sum(axis=1)
+            bend = bend.copy()
+            bend[rows] = np.maximum(bend[rows], np.arccos(np.clip(cosine, -1, 1)))
+        return edge_prices(self.visible_length, bend, is_hard)
+
+    @cached_property
+    def is_hard(self) -> BoolArray:
+        """Which components have planes on much of their area, as machine parts do."""
+        return np.asarray(self.flat_share >= constants.PLANAR_SHARE)
+
+    @cached_property
+    def plane(self) -> IntArray:
+        """The plane of each face: connected faces in one plane."""
+        return connected_labels(self.faces[self.in_one_plane], len(self.surface.F))
+
+    @cached_property
+    def in_large_plane(self) -> BoolArray:
+        """Which faces are in planes that are large, and larger than those beside them."""
+        number = int(self.plane.max()) + 1
+        area, whole = sum_by(self.plane, self.surface.measured[0], number), np.empty(number)
+        whole[self.plane] = self.double_area[self.label]
+        pairs = self.plane[self.faces[~self.sharp]]
+        pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
+        for one, other in (pairs.T, pairs[:, ::-1].T):
+            np.maximum.at(beside, one, area[other])
+        least = np.maximum(MIN_PLANE_SHARE * whole, PLANE_OVER_NEIGHBOURS * beside)
+        return np.asarray((area >= least)[self.plane])
+
+    @cached_property
+    def nearest_plane(self) -> IntArray:
+        """The large plane to which the surface turns least on a path from each face; -1 if it is too far."""
+        smooth, m = ~self.sharp, len(self.surface.F)
+        turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
+        indptr, indices, edge = shortest_pairs(self.faces[smooth], turn, m)
+        everywhere, planes = np.ones(m, dtype=bool), np.flatnonzero(self.in_large_plane)
+        _, _, source = nearest_sources(indptr, indices, turn[edge], planes, everywhere, MAX_FILLET_TURN)
+        return np.where(source >= 0, self.plane[source], -1)
+
+    @cached_property
+    def _plane_normals(self) -> FloatArray:
+        """The mean normal of each plane."""
+        normal, number = normals(self.surface.V, self.surface.topology.corner), int(self.plane.max()) + 1
+        double_area = self.surface.measured[0]
+        summed = np.stack([sum_by(self.plane, double_area * x, number) for x in normal.T], axis=1)
+        return np.asarray(summed / np.maximum(np.linalg.norm(summed, axis=1), np.finfo(float).tiny)[:, None])
 
     @cached_property
     def dihedral(self) -> FloatArray:
@@ -110,7 +180,7 @@ class CreasedSurface:
     @cached_property
     def sharp(self) -> BoolArray:
         """Which edges are sharp creases."""
-        return np.asarray(self.crease_angle >= constants.SHARP_CREASE_ANGLE)
+        return np.asarray(self.crease_angle >= SHARP_CREASE_ANGLE)
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -138,7 +208,7 @@ class CreasedSurface:
     def is_apex(self) -> BoolArray:
         """Which vertices off sharp creases are tips: `apexes`."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
-        on_soft[self.ends[self.crease_angle > constants.CREASE_ANGLE]] = True
+        on_soft[self.ends[self.crease_angle > CREASE_ANGLE]] = True
         return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property

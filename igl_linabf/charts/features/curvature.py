@@ -165,22 +165,6 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 
-def sharpness(bend: FloatArray) -> FloatArray:
-    """From 0 for an edge that is no crease to 1 for a sharp one, which shading shows anyway."""
-    between = constants.SHARP_CREASE_ANGLE - constants.CREASE_ANGLE
-    return np.asarray(np.clip((np.abs(bend) - constants.CREASE_ANGLE) / between, 0.0, 1.0))
-
-
-def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
-    """The curvature that rounding of coordinates may make at each node: more where edges are short.
-
-    `length` are the lengths of the topology's edges; `node` is the node, of n, of each vertex.
-    """
-    turned = constants.COORDINATE_NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
-    a, b = node[component.topology.edges].T
-    return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
-
-
 def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
     """Which vertices off sharp creases are tips, as a cone's apex is.
 

@@ -1,4 +1,4 @@
-"""Where a seam shows: less in valleys, and where the caller wants it hidden.
+"""Where a seam shows, and where the caller wants it hidden.
 
 What is measured of faces and edges is averaged over `SMOOTHING_REACH`: noise and single faces do not matter.
 
@@ -117,35 +117,6 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
         cosine = normal @ (direction / length) / norm
         facing[np.searchsorted(surface.faces, part.faces)] = -cosine if inward else cosine
     return facing
-
-
-def valley_factors(
-    component: Submesh,
-    edges: IntArray,
-    length: FloatArray,
-    bend: FloatArray,
-    smoothing: Smoothing,
-    size: float,
-) -> FloatArray:
-    """The factor of a seam's length at each edge: less than 1 in concave valleys."""
-    steps = smoothing.steps(constants.SMOOTHING_REACH * size, constants.MAX_SMOOTHING_STEPS)
-    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
-    depth = np.maximum(-turned / area * size, 0)
-    depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
-    return np.asarray(1 - constants.VALLEY_DISCOUNT * depth / (depth + constants.VALLEY_CURVATURE))
-
-
-def hiding_factors(
-    component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing, size: float
-) -> FloatArray:
-    """The factor of a seam's length at each edge; `hidden` are the `hiding_weights` of the caller's faces."""
-    n, double_area = len(component.V), component.measured[0]
-    corner = component.F.T.ravel()
-    area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
-    mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
-    steps = smoothing.steps(constants.SMOOTHING_REACH * size, constants.MAX_SMOOTHING_STEPS)
-    mean = smoothing.of(mean, steps)
-    return hiding_factor_between(mean[edges])
 
 
 def hiding_factor_between(hidden: FloatArray) -> FloatArray:

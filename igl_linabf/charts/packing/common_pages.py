@@ -10,7 +10,8 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError
 from ...surface import Ragged, complex_positions, coordinates
-from ..atlas import Atlas, page_cost
+from ..atlas import Atlas
+from ..cost import page_cost
 from .packing import Wish, pack_maps
 from .spacing import Packing
 

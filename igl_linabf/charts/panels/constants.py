@@ -2,63 +2,6 @@
 
 import numpy as np
 
-# Costs are in units of L2 stretch: a seam as long as `trade` times the square root of the area costs 1.
-
-# --- which surfaces have nets ---
-
-# Share of the area that lies flat from which nets of large surfaces are compared, which takes long. With
-# less, smooth surfaces wait for them; with more, large parts get none. tests/charts/panels/test_panels.py
-FLAT_SHARE_OF_LARGE_NETS = 0.8
-
-# Handles up to which nets of large surfaces are compared: each has seams anyway. More take longer than the
-# net saves; with fewer, plates with bores get none. tests/charts/panels/test_panels.py
-MOST_HANDLES_OF_NETS = 8
-
-# Share of the curvature on sharp creases or at tips from which nets are compared. With less, subdivided
-# smooth surfaces are cut along facets; with more, parts with a curved face get no net.
-# tests/charts/panels/test_panels.py
-CREASED_CURVATURE_OF_NETS = 0.5
-
-# --- nets ---
-
-# Radians of curvature, a tuple, at a crease above which a net of each level goes through a vertex. Without 0
-# no net is exact; without larger ones nets of noisy creases are long. benchmarks/constants.py charts.panels
-NET_LEVELS = (0.0, 0.02, 0.2)
-
-# Vertices of a level over those of the last one, up to which it has a net of its own. Less skips shorter
-# nets; more compares nets that are nearly alike. benchmarks/constants.py charts.panels
-NEXT_LEVEL_SHARE = 0.9
-
-# Cost of a seam on a sharp crease over that of one elsewhere. Less cuts boxes to pieces; with more, bodies
-# with many creases have no nets. tests/charts/panels/test_panels.py
-SHARP_CREASE_PRICE = 0.15
-
-# Distortion up to which a net is exact; and the cost up to which such a net of a smooth body is not compared.
-# Less takes rounding for distortion; more leaves some. tests/charts/panels/test_panels.py
-EXACT_NET_DISTORTION = 1e-3
-
-# Distortion of a net above which the surface is smooth with some creases, and a net has to save more. Less
-# keeps nets from bodies with small fillets; more cuts smooth ones along creases.
-# benchmarks/constants.py charts.panels
-CREASED_NET_DISTORTION = 0.05
-
-# Cost that such a net has to save. Less cuts smooth surfaces along short creases; more leaves these to
-# longer seams. benchmarks/constants.py charts.panels
-MIN_SMOOTH_NET_GAIN = 0.1
-
-# Cost that a net saves of what is expected of the seam, from which the seam needs no map to compare: its
-# stretch is hardly less than expected. Less trusts that too far; more flattens seams in vain.
-# benchmarks/constants.py charts.panels
-SURE_NET_GAIN = 0.02
-
-# Cost within which an expected cost is no better than another one. Less compares no nets that may be better;
-# more flattens large surfaces in vain. benchmarks/constants.py charts.panels
-EXPECTED_COST_MARGIN = 0.05
-
-# Cost of a seam on creases alone up to which nothing else is sought. With less, boxes wait for a search; with
-# more, bodies of many creases are cut along all of them. tests/charts/panels/test_panels.py
-MAX_CREASED_COST = 0.5
-
 # --- panels ---
 
 # Radians of bend from which an edge parts panels. Less parts the faces of coarse cylinders; more leaves
@@ -98,7 +41,7 @@ MAX_CREASES_OF_PAIR = 8
 
 # Share of the gaps around a joined chart that others do not fill, and that the seam has to be worth. Less
 # joins panels to sprawling charts; more cuts seams for small ones. benchmarks/constants.py charts.panels
-UNFILLED_SHARE = 0.02
+UNFILLED_SHARE = 0.0015
 
 # Area of the page over that of the body, which a chart may be as long as. Less cuts long bodies; more fills
 # pages badly. benchmarks/constants.py charts.panels
@@ -113,22 +56,6 @@ PAGE_OVER_SQUARED_LENGTH = 0.6
 # Share of the area in planes that make panels from which a body has rounded creases. Less cuts smooth bodies
 # along faint creases; more leaves parts with large fillets to a search. tests/charts/panels/test_panels.py
 PLANAR_SHARE_OF_ROUNDED = 0.3
-
-# Share of the area from which a plane makes a panel. Less makes panels of facets; more gives small planes to
-# fillets. benchmarks/constants.py charts.panels
-MIN_PLANE_SHARE = 1e-3
-
-# Area of such a plane over any beside it that is across no sharp crease. With less, strips of cylinders are
-# planes; more misses some beside others. benchmarks/constants.py charts.panels
-PLANE_OVER_NEIGHBOURS = 2.0
-
-# Radians that a way of the body's extent counts where fillets are halved between planes. With less, equal
-# bends decide by rounding; with more, distance counts. benchmarks/constants.py charts.panels
-TURN_OF_EXTENT = 1e-3
-
-# Radians from a plane to the faces that go with it, at most. Less leaves parts of fillets for themselves;
-# more takes cylinders with planes. benchmarks/constants.py charts.panels
-MAX_FILLET_TURN = np.deg2rad(60.0)
 
 # Gap over the extent, up to which two sides of a rounded crease are joined, and depth to which fillets may
 # lie over each other. Less parts fillets; more stretches their maps. tests/charts/panels/test_panels.py
@@ -145,7 +72,3 @@ ROUNDED_DEPTH_OF_HEIGHT = 0.3
 # `SAME_MOTION` of panels with rounded creases: their two sides miss each other. Less makes several of one
 # crease; more adds up creases that do not meet. benchmarks/constants.py charts.panels
 SAME_ROUNDED_MOTION = 1e-2
-
-# Cost of its seams from which a body with rounded creases is cut in another way. Less leaves parts to a
-# search that distorts them; more cuts around every plane. tests/charts/panels/test_panels.py
-MAX_ROUNDED_COST = 2.0

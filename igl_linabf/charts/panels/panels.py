@@ -18,11 +18,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..._core import merge_regions, nearest_sources, shortest_pairs
+from ..._core import merge_regions
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
-from ..features import PLANAR_SHARE, TIP_CURVATURE, CreasedSurface
+from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
 from .unfolding import joints, overlap_depths, unfolded, upright_turns
 
@@ -38,14 +38,11 @@ class Panels:
         Difference over the extent, and in radians, up to which two motions that join panels are one.
     opens_handles : bool
         Whether panels may have handles, which seams then open.
-    max_cost : float
-        Cost of a component's seams from which it is cut in another way.
     """
 
     creased: CreasedSurface
     same_motion: ClassVar[float] = constants.SAME_MOTION
     opens_handles: ClassVar[bool] = False
-    max_cost: ClassVar[float] = np.inf
 
     @cached_property
     def fold(self) -> BoolArray:
@@ -57,6 +54,16 @@ class Panels:
         """Which vertices seams have to come to: those that are curved."""
         return np.asarray(self.creased.curvature > 0)
 
+    @cached_property
+    def unclosed(self) -> BoolArray:
+        """Mark the edges at which a panel that is laid flat does not close, such as a cylinder's."""
+        creased, rows = self.creased, np.flatnonzero(~self.fold)
+        z = unfolded(creased, ~self.fold).ravel()
+        one, other = creased.sides(rows)
+        made = np.zeros_like(self.fold)
+        made[rows] = (np.abs(z[one] - z[other]) > self.max_gaps(rows)).any(axis=0)
+        return made
+
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
         """The gap between the two sides of such edges up to which these are joined."""
         return np.asarray(constants.MAX_CREASE_GAP * self.creased.edge_extent[rows])
@@ -66,32 +73,17 @@ class Panels:
         extent = self.creased.extent[self.creased.label]
         return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH)
 
-    def made(self, trade: float) -> BoolArray:
-        """Which components are made of panels: all that is curved is on sharp creases, or a tip.
-
-        Seams there have to cost little, unless most of the area lies flat.
-        """
+    def made(self) -> BoolArray:
+        """Mark the components that consist of panels: all that is curved is on sharp creases, or a tip."""
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_sharp
         made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
             made &= creased.per_component(smooth & ~creased.is_apex) == 0
-        if not made.any():
-            return made
-        # no tree through these vertices costs less: each has an edge, and an edge has two vertices
-        least = np.full(len(bent), np.inf)
-        price = creased.visible_length * np.where(creased.sharp, constants.SHARP_CREASE_PRICE, 1.0)
-        np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
-        cheap = self.cost(creased.per_component(bent > 0, least) / 2, trade) < constants.MAX_CREASED_COST
-        if not cheap[made].all():
-            cheap |= creased.flat_share >= PLANAR_SHARE
-        made &= cheap & creased.may_fall_apart
-        return made & ((creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0))
-
-    def cost(self, length: FloatArray, trade: float) -> FloatArray:
-        """What seams on sharp creases of this length, times their price, cost in each component."""
-        length = length / np.sqrt(self.creased.double_area / 2)
-        return np.asarray(np.maximum(0.0, length - constants.SHARP_CREASE_PRICE * trade) / trade)
+        if made.any():
+            made &= creased.may_fall_apart
+            made &= (creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0)
+        return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,45 +92,17 @@ class RoundedPanels(Panels):
 
     same_motion: ClassVar[float] = constants.SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
-    max_cost: ClassVar[float] = constants.MAX_ROUNDED_COST
-
-    @cached_property
-    def _plane(self) -> IntArray:
-        """The plane of each face."""
-        creased = self.creased
-        return connected_labels(creased.faces[creased.in_one_plane], len(creased.surface.F))
-
-    @cached_property
-    def _large(self) -> BoolArray:
-        """Which faces are in a plane that makes a panel."""
-        creased, plane = self.creased, self._plane
-        number = int(plane.max()) + 1
-        area, whole = sum_by(plane, creased.surface.measured[0], number), np.empty(number)
-        whole[plane] = creased.double_area[creased.label]
-        pairs = plane[creased.faces[~creased.sharp]]
-        pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
-        for one, other in (pairs.T, pairs[:, ::-1].T):
-            np.maximum.at(beside, one, area[other])
-        least = np.maximum(constants.MIN_PLANE_SHARE * whole, constants.PLANE_OVER_NEIGHBOURS * beside)
-        return np.asarray((area >= least)[plane])
 
     @cached_property
     def fold(self) -> BoolArray:
-        """Whether edges part panels: sharp creases, and those halfway between two large planes.
-
-        A face goes with the large plane to which the surface turns least on a way there.
-        """
-        creased, smooth = self.creased, ~self.creased.sharp
-        m, faces = len(creased.surface.F), self.creased.faces
-        turn = constants.TURN_OF_EXTENT * creased.length / creased.edge_extent
-        way = (creased.crease_angle + turn)[smooth]
-        indptr, indices, edge = shortest_pairs(faces[smooth], way, m)
-        everywhere = np.ones(m, dtype=bool)
-        _, _, source = nearest_sources(
-            indptr, indices, way[edge], np.flatnonzero(self._large), everywhere, constants.MAX_FILLET_TURN
+        """Mark the edges that separate panels: sharp creases, and those halfway between two large planes."""
+        return np.asarray(
+            self.creased.sharp | np.not_equal(*self.creased.nearest_plane[self.creased.faces].T)
         )
-        panel = np.where(source >= 0, self._plane[source], -1)
-        return np.asarray(creased.sharp | np.not_equal(*panel[faces].T))
+
+    @cached_property
+    def unclosed(self) -> BoolArray:
+        return np.asarray(~self.fold & (self.creased.nearest_plane[self.creased.faces] < 0).any(axis=1))
 
     @cached_property
     def terminals(self) -> BoolArray:
@@ -150,59 +114,61 @@ class RoundedPanels(Panels):
         return np.maximum(super().max_gaps(rows), play)
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        shallow = np.where(self._large, constants.MAX_DEPTH_OF_HEIGHT, constants.ROUNDED_DEPTH_OF_HEIGHT)
+        shallow = np.where(
+            self.creased.in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, constants.ROUNDED_DEPTH_OF_HEIGHT
+        )
         return overlap_depths(z, self.creased.extent[self.creased.label], constants.ROUNDED_PLAY, shallow)
 
-    def made(self, trade: float) -> BoolArray:
-        """Which components are made of panels: they have creases, and many faces are in large planes.
-
-        None if seams are to be hidden, as seams around all planes show.
-        """
+    def made(self) -> BoolArray:
+        """Mark the components that have creases and many of their faces in large planes."""
         creased = self.creased
-        made = creased.may_fall_apart & (creased.hidden is None)
+        made = creased.may_fall_apart
         if made.any():
-            large = np.where(self._large, creased.surface.measured[0], 0.0)
+            large = np.where(self.creased.in_large_plane, creased.surface.measured[0], 0.0)
             least = constants.PLANAR_SHARE_OF_ROUNDED * creased.double_area
-            made &= sum_by(creased.label, large, len(made)) >= least
+            made = made & (sum_by(creased.label, large, len(made)) >= least)
         if made.any():
             made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
         return made
 
 
-class FlatPanels(Panels):
-    """The panels between sharp creases of an isometric map."""
+def panel_seams(panels: Panels, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the seams of components that consist of panels, which lay every panel flat.
 
-    @cached_property
-    def fold(self) -> BoolArray:
-        return self.creased.sharp
+    Parameters
+    ----------
+    panels : Panels
+    trade : float
+        Seam length, in square roots of the area, that is worth a decrease of the L2 stretch by 1.
+    keep_holes : bool
+        Whether panels that lie flat around their holes keep them.
 
-    def max_depths(self, z: ComplexArray) -> FloatArray:
-        return overlap_depths(z, self.creased.extent[self.creased.label], 0.0)
-
-
-def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
-    """The seams, by the caller's vertices, of components that are made of panels.
-
-    Each chart is then a disk that its panels lay flat; but a panel may still lie over itself. A component
-    whose panels have handles, or whose seams cost too much, gets no seams: also tells which faces are its.
+    Returns
+    -------
+    edges : (#E, 2) int64
+        As the caller's vertices.
+    component : (#E,) int64
+        The component of each edge.
+    cost : (#C,) float64
+        The price of the seams of each component over `trade`; infinite where a panel has handles.
     """
     creased, fold = panels.creased, panels.fold
-    slit, handles = _slits(panels, fold)
+    unclosed = panels.unclosed if keep_holes else None
+    slit, handles = _slits(panels, fold, unclosed)
     seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
-        seam |= _slits(panels, seam)[0]
-    body = creased.label[creased.faces[:, 0]]
-    length = sum_by(body[seam], creased.visible_length[seam], len(creased.extent))
-    dear = panels.cost(constants.SHARP_CREASE_PRICE * length, trade) > panels.max_cost
-    dear[creased.label[handles]] = True
-    return creased.surface.vertices[creased.ends[seam & ~dear[body]]], dear[creased.label]
+        seam |= _slits(panels, seam, None if unclosed is None else unclosed & ~slit)[0]
+    component = creased.label[creased.faces[seam, 0]]
+    price = sum_by(component, creased.price[seam], len(creased.extent))
+    cost = price / np.sqrt(creased.double_area / 2) / trade
+    cost[creased.label[handles]] = np.inf
+    return creased.surface.vertices[creased.ends[seam]], component, cost
 
 
 def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
     """The folds along which panels are not joined.
 
-    `z` are the corners of the faces, (#F, 3), where each panel lies flat. With a `trade` of 0 panels are
-    joined however they fill the page.
+    `z` are the corners of the faces, (#F, 3), where each panel lies flat.
     """
     creased, fold = panels.creased, panels.fold
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
@@ -221,10 +187,11 @@ def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
     return seam
 
 
-def _slits(panels: Panels, cut: BoolArray) -> tuple[BoolArray, IntArray]:
-    """Edges that open the parts of a cut surface to disks, all terminals on their boundaries.
+def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray | None) -> tuple[BoolArray, IntArray]:
+    """Return the edges that open the parts of a cut surface to disks, with all terminals on their boundaries.
 
-    Also the faces of parts that have handles and are not opened.
+    Parts without an edge that is `unclosed` keep their holes, unless it is None. Also return the faces of the
+    parts with handles that are not opened.
     """
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
@@ -254,11 +221,16 @@ def _slits(panels: Panels, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     else:
         alone, stays = np.zeros(0, dtype=np.int64), closed | handled
     handles, of = rows[stays[label[rows]]], label[rows]
+    opened = ~np.isin(of, alone)
+    if unclosed is not None:
+        flat = ~handled & ~closed & (tips == 0)
+        flat[label[creased.faces[unclosed]]] = False
+        opened &= ~flat[of]
     parts = [part.of_faces(np.flatnonzero(of == k)) for k in alone]
-    if not len(alone):
-        parts = [part]
-    elif len(others := np.flatnonzero(~np.isin(of, alone))):
-        parts.append(part.of_faces(others))
+    if opened.any():
+        parts.append(part if opened.all() else part.of_faces(np.flatnonzero(opened)))
+    if not parts:
+        return slit, handles
     ends, n = origin[np.concatenate([_opening(part, tip, creased.hidden) for part in parts])], len(surface.V)
     known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True

@@ -5,7 +5,7 @@ import numpy as np
 from ..._core import DEPTH, forest_parents, normals, spanning_forest
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, connected_labels, index_and_rank, sum_by
-from ..features import CreasedSurface, sharpness
+from ..features import CreasedSurface
 from . import constants
 
 
@@ -124,7 +124,7 @@ def joints(
     """Where panels may be joined across edges that part them, the dearest creases first.
 
     Edges at which one motion joins two panels, up to `same`, are one crease. Joining is worth as much area of
-    the page as a seam of the crease's length costs: with a `trade` of 0, any.
+    the page as a seam along the crease costs.
     """
     rows = np.flatnonzero(fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]
@@ -133,18 +133,17 @@ def joints(
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    price = 1 - (1 - constants.SHARP_CREASE_PRICE) * sharpness(creased.crease_angle[rows])
-    length = creased.visible_length[rows] * price
+    price = creased.price[rows]
     step = same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
-    order = np.lexsort((-length, *keys))
+    order = np.lexsort((-price, *keys))
     new = np.zeros(len(rows), dtype=bool)
     new[:1] = True
     for key in keys:
         new[1:] |= np.diff(key[order]) != 0
     first = np.flatnonzero(new)
-    total = np.add.reduceat(length[order], first) if len(first) else length
+    total = np.add.reduceat(price[order], first) if len(first) else price
     by_length = np.argsort(-total, kind="stable")
     by_length = by_length[_few_of_each(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
@@ -152,8 +151,5 @@ def joints(
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     squared_length = _longest(creased, z, panel) ** 2
     page = np.maximum(constants.PAGE_OVER_AREA * area, constants.PAGE_OVER_SQUARED_LENGTH * squared_length)
-    worth = np.full(len(chosen), np.inf)
-    if trade > 0:
-        sharp_length = total[by_length] / constants.SHARP_CREASE_PRICE
-        worth = sharp_length * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
+    worth = total[by_length] * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

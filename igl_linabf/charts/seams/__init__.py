@@ -5,4 +5,4 @@ the conformal scale of Sawhney, Crane 2017.
 """
 
 from .constants import MAX_FACES_OF_MEDIUM_BODY, TRADE
-from .search import check_trade, cut, find_seams, seams_of
+from .search import SeamSearch, check_trade, cut, find_seams

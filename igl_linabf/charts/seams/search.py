@@ -8,23 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import FloatArray, IntArray
-from ...errors import is_number
+from ...errors import SingularSystemError, is_number
 from ...flattening import Isometric, Method, method_of
+from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import MAX_DIRECT_NODES, ClosedSurface, Levels, log_scale, slide_into_valleys
-from ..features import (
-    PLANAR_SHARE,
-    CreasedSurface,
-    Hiding,
-    dihedral_angles,
-    flat_share,
-    flat_shares,
-    hiding_weights,
-)
-from ..panels import FLAT_SHARE_OF_LARGE_NETS, MOST_HANDLES_OF_NETS, Nets, Panels, RoundedPanels, panel_seams
-from ..splitting import coarse_mesh, predicted_seams
+from ..atlas import flatten_piece, price_between
+from ..cut_graphs import ClosedSurface, Levels, stretch_weight
+from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
+from ..panels import Panels, RoundedPanels, panel_seams
+from ..splitting import split_overlaps
 from . import constants
-from .growth import grown_seam, if_it_pays, seam_of_clusters, shorter_seam, symmetric_seam, with_branches
+from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
 from .small_bodies import SmallBodies
 
 
@@ -83,21 +77,19 @@ def find_seams(
     disks: bool = False,
     hide: Hiding | None = None,
 ) -> IntArray:
-    """Find short seams that make every component a disk of low distortion.
+    """Find the short seams along which `unwrap` cuts a surface.
 
-    Handles are opened along short loops through one point (shortest-path tree and cotree of
-    Erickson, Whittlesey 2005). Holes are joined by a tree of shortest paths. Then branches grow on
-    the seam. Each is a shortest path from the point where the conformal map's scale is farthest
-    from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
-    first flattening); or with "isometric" from where the stretch falls most for the branch's length.
-    Branches are kept as long as the lower stretch is worth their length. Finally, branch points move if a
-    shorter seam is worth the change of stretch, and the seam is straightened and slides into valleys
-    nearby. On surfaces of more than 10,000 vertices all this is done on clusters of vertices, and the seam
-    is then drawn tight along the edges.
+    A component that consists of panels (planes, cylinders and cones between creases, and planes with rounded
+    creases) is cut along seams that lay all of its panels flat, if these cost less than the following ones.
 
-    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
-    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
-    are for `unwrap` to split.
+    On every other component a tree of seams is grown. Handles are opened along short loops through one point
+    (shortest-path tree and cotree of Erickson, Whittlesey 2005). Holes are joined by a tree of shortest
+    paths. Then branches are added one by one. Each is a shortest path from the point where the scale of the
+    conformal map is farthest from one, such as a tip that would shrink (one Laplace system per branch, as in
+    boundary first flattening), or with "isometric" from the point where the stretch falls most for the length
+    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points move
+    if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
+    done on clusters of vertices, and the seam is then pulled tight along the edges.
 
     Parameters
     ----------
@@ -106,28 +98,30 @@ def find_seams(
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     method : str or method object
-        Of `unwrap`, that the seams are for. With "isometric" what counts is the stretch of that map, times
-        6: it has about a sixth of the conformal one's, and who asks for it wants little of that.
+        The method that `unwrap` will use. With "isometric", the stretch of the isometric map counts, times 6:
+        it is about a sixth of the stretch of the conformal map.
     trade : float
-        Seam length, in units of the square root of the component's area, that lowering the L2
-        stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
-        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
-        Large: branches grow as long as the expected stretch falls, at most 100 a component.
+        Seam length, in units of the square root of the component's area, that is worth a decrease of the L2
+        stretch by 1. Edges along creases count less: a crease of a right angle half, and a sharp crease
+        (40 degrees or more) 0.15 of that. 0: only the seams that disks need. Large: branches grow as long as
+        the expected stretch falls, at most 100 per component.
     holes : bool
-        Do not cut from hole to hole: each component becomes a disk with holes.
+        Do not cut from hole to hole: each component becomes a disk with holes, and planes keep their holes.
     disks : bool
-        Also grow branches on components that need no seam; by default these are not cut.
+        Also cut components that are disks, where that is worth the stretch that it saves, as `unwrap` does.
+        By default they stay whole.
     hide : (3,) or (#F,) float, or "back", optional
-        Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
-        underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
-        count by where they are between the least and the largest. An edge in full view counts three
-        times its length, a hidden one a third. "back": the side of each body that least detail looks to, as
-        of a head without its face; an edge in front then counts twice its length.
+        Where seams may lie: the direction that hidden faces look to, such as `[0, 0, -1]` for the underside
+        if z is up; or a weight per face, larger where a seam is hidden better. Weights are scaled to their
+        own range. An edge in full view counts three times its length, a hidden one
+        a third. "back": the side of each body with the least detail, such as the back of a head; an edge in
+        front then counts twice its length.
 
     Returns
     -------
     seams : (#E, 2) int64
-        Vertices of the edges, as `cut` takes them.
+        Vertices of the edges, as `cut` takes them. Each component is cut into pieces that lie flat: panels
+        joined edge to edge, or one disk. A smooth component without handles stays one disk.
 
     Raises
     ------
@@ -148,88 +142,160 @@ def find_seams(
     check_trade(trade)
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
-    isometric = isinstance(method_of(method), Isometric)
-    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+    search = SeamSearch(trade, method_of(method), holes, hidden)
+    return search.seams(surface, search.disk_gain if disks else np.inf)
 
 
 def check_trade(trade: float) -> None:
-    """Refuse what is no price of seams."""
+    """Raise a ValueError if `trade` is not a valid price of seams."""
     if not is_number(trade, 0):
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
-
-
-def seams_of(
-    surface: Submesh,
-    trade: float,
-    *,
-    holes: bool = False,
-    disks: bool = False,
-    gain: float = 0.0,
-    hidden: FloatArray | None = None,
-    isometric: bool = False,
-    part_overlaps: bool = False,
-    panels: bool = False,
-) -> IntArray:
-    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
-
-    A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    `hidden` as of `hiding_weights`.
-    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
-    `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
-    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
-    """
-    found, known = [np.zeros((0, 2), dtype=np.int64)], None
-    if panels and trade > 0 and not holes:
-        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)
-        found += of_panels
-        if creased is None:
-            return np.concatenate(found)
-        surface, known = creased.surface, creased.dihedral
-    small, shapes = [], _shapes(surface)
-    is_large = len(shapes) > 1 and len(surface.F) >= constants.MIN_FACES_OF_LARGE_SURFACE
-    most = constants.MAX_DIRECT_NODES_OF_PART if is_large else MAX_DIRECT_NODES
-    task = _Task(trade, holes, part_overlaps, most)
-    for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
-        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
-        if not open_ or (disks and trade > 0):
-            if is_small:
-                small.append(component.faces)
-            else:
-                bend = dihedral_angles(component) if known is None or component is not surface else known
-                closed = ClosedSurface.of(component, hidden, isometric, bend)
-                seam = _cheapest_seam(component, closed, bend, gain if open_ else None, task)
-                found.append(component.vertices[closed.edges[seam]])
-    if small:
-        rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        found.append(SmallBodies(surface.of_faces(rows), hidden).seams(trade, holes, gain))
-    return np.concatenate(found)
-
-
-def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
-    """The seams of the components that are made of panels; and the other components, if there are any."""
-    found = list[IntArray]()
-    for kind in (Panels, RoundedPanels):
-        panels = kind(creased)
-        made = panels.made(trade)[creased.label]
-        if not made.any():
-            continue
-        surface, rows = creased.surface, np.flatnonzero(made)
-        own = panels if made.all() else kind(CreasedSurface(surface.of_faces(rows), creased.hidden))
-        seams, left = panel_seams(own, trade)
-        found.append(seams)
-        made[rows[left]] = False
-        if made.all():
-            return found, None
-        if made.any():
-            creased = CreasedSurface(surface.of_faces(np.flatnonzero(~made)), creased.hidden)
-    return found, creased
 
 
 Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
 
 
+@dataclass(frozen=True, eq=False)
+class SeamSearch:
+    """The search for the seams of a surface.
+
+    Attributes
+    ----------
+    trade : float
+        Seam length, in square roots of the area, that is worth a decrease of the L2 stretch by 1.
+    keep_holes : bool
+        Whether holes stay uncut.
+    method : Method
+        The method that will flatten the surface.
+    hidden : (#F,) float64 or None
+        How well each of the caller's faces hides a seam: `hiding_weights`.
+    """
+
+    trade: float
+    method: Method
+    keep_holes: bool = False
+    hidden: FloatArray | None = None
+
+    @property
+    def disk_gain(self) -> float:
+        """L2 stretch that the seams of a disk have to save beyond their price, because it needs none."""
+        return constants.DISK_SEAM / self.trade if self.trade else np.inf
+
+    def seams(self, surface: Submesh, gain: float) -> IntArray:
+        """Return the edges to cut a checked manifold along, (#E, 2), as the caller's vertices.
+
+        A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its
+        price.
+        """
+        shapes = _shapes(surface)
+        panels = self._panel_seams(surface, len(shapes))
+        found, small = [panels.edges[:0]], list[int]()
+        is_small = _are_small(surface, shapes)
+        for k, (component, loops, genus) in enumerate(shapes):
+            is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
+            if is_open and (gain == np.inf or not self.trade):
+                continue
+            if is_small[k]:
+                small.append(k)
+                continue
+            closed = ClosedSurface.of(component, self.hidden, isinstance(self.method, Isometric))
+            seam, cost = self._grown_seam(closed, gain if is_open else None)
+            edges = component.vertices[closed.edges[seam]]
+            if cost < panels.cost[k] < np.inf:  # a map that presses corners flat stretches more than expected
+                cost = self._measured_cost(component, edges)
+            found.append(panels.of(k) if panels.cost[k] <= cost else edges)
+        if small:
+            rows = np.concatenate([shapes[k][0].faces for k in small])
+            bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
+            edges, body, costs = bodies.seams(self.trade, self.keep_holes, gain)
+            in_panels = panels.cost[small] < costs
+            found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
+            found.append(edges[~in_panels[body]])
+        return np.concatenate(found)
+
+    def _grown_seam(self, closed: ClosedSurface, gain: float | None) -> tuple[IntArray, float]:
+        """Return the edges of a tree of seams of one component, and its expected cost.
+
+        On many nodes the seam is found on clusters of them. With a `gain` no seam is needed, and it has to
+        save this.
+        """
+        levels = Levels.of(closed)
+        trade = self.trade * (constants.CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
+        seam, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
+        seam = keep_if_worth(levels.coarse, shorten_seam(levels.coarse, seam, trade), trade, gain)
+        cost = seam_cost(levels.coarse, seam, self.trade)
+        return levels.lift(seam, np.intersect1d(leaves, levels.coarse.graph.ends[seam])), cost
+
+    def _measured_cost(self, component: Submesh, edges: IntArray) -> float:
+        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these."""
+        parts, area, squared = list[Submesh](), 0.0, 0.0
+        for piece in component.cut_along(edges):
+            try:
+                result = flatten_piece(piece, self.method)
+            except SingularSystemError:
+                return np.inf
+            if len(result.flipped):
+                return np.inf
+            pairs = overlapping_pairs_of_chart(piece.topology, result.uv)
+            parts += split_overlaps(piece, piece.faces[pairs]) if len(pairs) else [piece]
+            change = change_of(piece, result.uv)
+            area += float(change.double_area.sum())
+            squared += float(change.double_area @ change.squared_stretch)
+        price = price_between(CreasedSurface(component, self.hidden), parts) / float(np.sqrt(area / 2))
+        return stretch_weight(self.method) * float(np.sqrt(squared / area) - 1) + price / self.trade
+
+    def _panel_seams(self, surface: Submesh, number: int) -> _PanelSeams:
+        """Return the seams of the components that consist of panels, and their costs."""
+        found = _PanelSeams.none(number)
+        if not self.trade:
+            return found
+        creased = CreasedSurface(surface, self.hidden)
+        for kind in (Panels, RoundedPanels):
+            made = kind(creased).made() & np.isinf(found.cost)
+            if made.any():
+                own = creased
+                if not made.all():
+                    rows = np.flatnonzero(made[creased.label])
+                    own = CreasedSurface(surface.of_faces(rows), self.hidden)
+                found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade, self.keep_holes))
+        return found
+
+
+@dataclass(eq=False)
+class _PanelSeams:
+    """Seams around panels.
+
+    Attributes
+    ----------
+    edges : (#E, 2) int64
+        As the caller's vertices.
+    component : (#E,) int64
+        The component of each edge.
+    cost : (#C,) float64
+        The cost of the seams of each component, infinite where it does not consist of panels.
+    """
+
+    edges: IntArray
+    component: IntArray
+    cost: FloatArray
+
+    @classmethod
+    def none(cls, number: int) -> _PanelSeams:
+        none = np.zeros((0, 2), dtype=np.int64)
+        return cls(none, none[:, 0], np.full(number, np.inf))
+
+    def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
+        """Add the seams of some components; `label` counts these."""
+        self.cost[components] = cost
+        self.edges = np.concatenate((self.edges, edges))
+        self.component = np.concatenate((self.component, components[label]))
+
+    def of(self, component: int) -> IntArray:
+        return np.asarray(self.edges[self.component == component])
+
+
 def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
-    """Of which components the seams are found together: small ones among many, without handles."""
+    """Mark the components of genus 0 that are small enough to be processed in one batch."""
     components, _, genus = zip(*shapes, strict=True)
     sizes = np.array([len(component.F) for component in components])
     small = (sizes <= constants.MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= constants.MIN_SMALL_BODIES)
@@ -243,7 +309,7 @@ def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
 
 
 def _shapes(surface: Submesh) -> list[Shape]:
-    """The components, their numbers of boundary loops and handles."""
+    """Return the components with their numbers of boundary loops and handles."""
     components, topology = surface.components(), surface.topology
     if len(components) == 1:
         return [(surface, len(topology.loops), topology.genus)]
@@ -260,71 +326,3 @@ def _shapes(surface: Submesh) -> list[Shape]:
     )
     genus = (2 - loops - (vertices - edges + faces)) // 2
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
-
-
-@dataclass(frozen=True)
-class _Task:
-    """What seams of components are sought: options of `seams_of`.
-
-    On up to `max_direct_nodes` nodes they are found on the component itself, on more on clusters of them.
-    """
-
-    trade: float
-    holes: bool
-    part_overlaps: bool
-    max_direct_nodes: int
-
-
-def _cheapest_seam(
-    component: Submesh, closed: ClosedSurface, bend: FloatArray, gain: float | None, task: _Task
-) -> IntArray:
-    """The seam that grows by leaves, or a net, if there are creases and it costs less.
-
-    With a `gain`, no seam is needed, and one has to save this.
-    """
-    none, trade, holes = np.zeros(0, dtype=np.int64), task.trade, task.holes
-    with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
-    nets = Nets(
-        closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
-    )
-    few = closed.graph.n <= MAX_DIRECT_NODES
-    # whether it is a hard-surface body; a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
-    least_flat = PLANAR_SHARE if few else FLAT_SHARE_OF_LARGE_NETS
-    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
-    # on a large surface without planes no net is free, and finding that out takes as long as all the rest
-    if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
-        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
-            return net
-        if not hard:
-            return none
-
-    def parts(seam: IntArray) -> list[Submesh]:
-        return component.cut_along(component.vertices[closed.edges[seam]])
-
-    def cheaper(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
-
-    if closed.graph.n > task.max_direct_nodes:
-        levels = Levels.of(closed, constants.MAX_CLUSTERS)
-        coarse = levels.coarse
-        seam, leaves = seam_of_clusters(coarse, trade, holes, gain)
-        if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
-            return net
-        if not task.part_overlaps:
-            return levels.lift(seam, leaves)
-        mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
-        if mesh is not None:
-            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * constants.CLUSTER_TRADE_FACTOR)
-            leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
-            seam = np.append(seam, more)
-        return levels.lift(seam, leaves)
-    seam = grown_seam(closed, trade, holes)[0]
-    if hard and (net := cheaper(seam)) is not None:
-        return net
-    seam, cost = shorter_seam(closed, seam, trade)
-    most = cost(seam) + constants.VALLEY_COST
-    seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
-    if trade > 0 and not closed.graph.genus:
-        seam = symmetric_seam(component, closed, seam, trade, holes)
-    return if_it_pays(closed, seam, trade, gain)

@@ -1,27 +1,14 @@
 """Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
 
-The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them. On
-bodies with creases, seams on these are cheap, as `Nets` has it.
+The bodies do not touch, so one Laplace system, and one search for shortest paths, serves all of them.
 """
 
-from functools import cached_property
-
 import numpy as np
-from scipy import sparse
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
-from ..cut_graphs import ClosedSurface, join_terminals, log_scale, without_stubs
-from ..features import PLANAR_SHARE, flat_shares
-from ..panels import CREASED_CURVATURE_OF_NETS, SHARP_CREASE_PRICE
+from ..cut_graphs import ClosedSurface, join_terminals, log_scale
 from . import constants
-
-
-def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
-    """The minimum spanning tree of a graph, or forest, as entries of it."""
-    places = (graph.indices.astype(np.int32), graph.indptr.astype(np.int32))  # SciPy 1.15 takes no others
-    narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
-    return sparse.coo_array(sparse.csgraph.minimum_spanning_tree(narrow))
 
 
 class SmallBodies:
@@ -36,34 +23,41 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
-        self._surface, self.vertices = surface, surface.vertices
-        self.closed = closed = ClosedSurface.of(surface, hidden)
-        self._of = connected_labels(closed.graph.ends, closed.graph.n)  # the body of each node
-        self._n = int(self._of.max()) + 1
+        self.vertices, self.closed = surface.vertices, ClosedSurface.of(surface, hidden)
+        closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
+        self._n = int(of.max()) + 1
+        component = np.empty(self._n, dtype=np.int64)
+        component[of[closed.node[surface.F[:, 0]]]] = surface.label
+        self._of = component[of]  # the body of each node, numbered like the components of the surface
         self._area = sum_by(self._of, closed.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, holes: bool, gain: float) -> IntArray:
-        """Edges to cut all of them along, by the caller's vertices.
+    def seams(self, trade: float, keep_holes: bool, gain: float) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return the edges to cut all bodies along, as the caller's vertices, and their costs.
 
-        Bodies that need no seam get one only if it saves at least `gain` of L2 stretch beyond its price.
+        A body that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+
+        Returns
+        -------
+        edges : (#E, 2) int64
+        body : (#E,) int64
+            The body of each edge.
+        cost : (#B,) float64
+            The expected cost of each body.
         """
-        needed = np.zeros(0, dtype=np.int64)
-        if not holes:
-            needed = join_terminals(self.closed.graph, needed)
-        needed = np.concatenate((needed, self._slits()))
-        seam = needed
+        seam = np.zeros(0, dtype=np.int64)
+        if not keep_holes:
+            seam = join_terminals(self.closed.graph, seam)
+        needed = seam = np.concatenate((seam, self._slits()))
+        cost = self._cost(needed, trade)
         if trade > 0:
-            seam = self._grown(seam, trade)
-            cost = self._cost(seam, trade)
-            if not holes:
-                net = self._net()
-                costs = self._cost(net, trade)
-                seam, cost = self._either(net, seam, costs < cost), np.minimum(cost, costs)
+            seam = self._grown(needed, trade)
+            lower = self._cost(seam, trade)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
-            seam = self._either(needed, seam, idle & (self._cost(needed, trade) - cost < gain))
-        return self.vertices[self.closed.edges[seam]]
+            stays = idle & (cost - lower < gain)
+            seam, cost = self._either(needed, seam, stays), np.where(stays, cost, lower)
+        return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 
     def _slits(self) -> IntArray:
         """A path to open each sphere: between the tips farthest from it, as the scale sees it."""
@@ -110,47 +104,16 @@ class SmallBodies:
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]]
 
-    def _net(self) -> IntArray:
-        """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
-        closed = self.closed
-        i, j = _spanning_tree(closed.graph.adjacency[0]).coords
-        tree = closed.graph.edges_between(i.astype(np.int64), j.astype(np.int64))
-        needed = np.abs(closed.curvature) > constants.MAX_UNCUT_CURVATURE
-        needed[: closed.graph.n_holes] = True
-        return without_stubs(closed.graph, tree, np.flatnonzero(needed))
-
     def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
         """For each body one seam or the other."""
         return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
 
-    @cached_property
-    def _hard(self) -> BoolArray:
-        """The bodies with planes, and most of their curvature on sharp creases."""
-        closed, of = self.closed, self._of
-        bent, sharp = np.abs(closed.curvature), np.zeros(closed.graph.n, dtype=bool)
-        bent[: closed.graph.n_holes] = 0
-        sharp[closed.graph.ends[closed.features.sharpness == 1]] = True
-        angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
-        flat = flat_shares(self._surface, of[closed.node[self._surface.F[:, 0]]])
-        return np.asarray(angular & (flat >= PLANAR_SHARE))
-
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
-        """The stretch and shear to expect of each body, and its seam's price."""
-        closed, of = self.closed, self._of
-        u = log_scale(closed, self._open_nodes(seam), closed.curvature)
-        pressed = np.abs(closed.curvature) / (2 * np.pi)
-        pressed[: closed.graph.n_holes] = 0
-        pressed[closed.graph.ends[seam]] = 0
-        shear = 3 * sum_by(of, closed.area * pressed, self._n) / self._area
-        body, features = self._body(seam), closed.features
-        length, sharp = (features.length * features.hiding)[seam], features.sharpness[seam]
-        soft, hard = (
-            np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
-        )
-        creased = soft + SHARP_CREASE_PRICE * np.maximum(hard - trade, 0)
-        return np.asarray(
-            self._stretch(u) + shear + np.where(self._hard, creased, self._length(seam)) / trade
-        )
+        """Return the expected cost of each body: L2 stretch beyond 1, plus the price of its seam."""
+        if not trade:
+            return self._length(seam)
+        u = log_scale(self.closed, self._open_nodes(seam), self.closed.curvature)
+        return np.asarray(self._stretch(u) - 1 + self._length(seam) / trade)
 
     def _stretch(self, u: FloatArray) -> FloatArray:
         """The L2 stretch to expect of each body."""

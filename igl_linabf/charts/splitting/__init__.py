@@ -5,12 +5,8 @@ SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .bisection import bisect
-from .constants import MAX_SPLITS, TIP_STRETCH
-from .crease_cuts import is_isometric, split_at_creases
-from .local_relayout import relayout_locally
+from .constants import TIP_STRETCH
 from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
-from .predicted_overlaps import coarse_mesh, predicted_seams
-from .reused_maps import KnownMap, reuse_maps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
 from .tips import MapMeasure, seams_to_tips

@@ -1,8 +1,43 @@
-"""What an atlas costs."""
+"""The cost of an atlas, E = stretch + seams / trade + page, and the price of a seam along each edge."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray
+
+CREASE_DISCOUNT = 0.5  # share of its length that a seam along a bend of 90 degrees or more saves
+SHARP_CREASE_PRICE = 0.15  # price of a seam along a sharp crease over its price elsewhere
+CREASE_ANGLE = np.deg2rad(15.0)  # dihedral angle from which an edge begins to be a crease
+SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # dihedral angle from which a crease is sharp: shading breaks there
+
+
+def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> FloatArray:
+    """Return the price of a seam along each edge.
+
+    A seam along a crease shows less. Along a sharp crease of a body with planes, where shading breaks
+    anyway, it hardly shows at all.
+
+    Parameters
+    ----------
+    length : (#E,) float64
+        Length of each edge, times the factor by which `ChartOptions.hide` changes it.
+    bend : (#E,) float64
+        Dihedral angle at each edge, radians.
+    is_hard : (#E,) bool
+        Whether the edge is on a body with planes. On others, large angles are noise or coarse triangles.
+
+    Returns
+    -------
+    price : (#E,) float64
+        In units of length.
+    """
+    crease = 1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)
+    sharpness = is_hard * np.clip((np.abs(bend) - CREASE_ANGLE) / (SHARP_CREASE_ANGLE - CREASE_ANGLE), 0, 1)
+    sharp = 1 - (1 - SHARP_CREASE_PRICE) * sharpness
+    return np.asarray(length * crease * sharp)
 
 
 @dataclass(frozen=True)
