@@ -22,11 +22,6 @@ MAX_ACTIVE_SET_STEPS = 12
 # for the failure. tests/flattening/test_boundary_shapes.py
 MAX_STEPS_TO_SUMS = 25
 
-# Radians of the residual at a vertex below which no tip of the surface is steep, and a preview is not made.
-# Less looks at maps that have nothing to show; more overlooks tips.
-# tests/flattening/fallbacks/test_attempts.py
-PREVIEW_RESIDUAL = 0.2
-
 # --- converged ABF ---
 
 # Ratio of area scales above which lengths differ by nearly all digits, so that converged ABF is not tried.

@@ -4,13 +4,11 @@ Their first two arguments are those of a `Stage`; `functools.partial` gives the 
 """
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from ..._runtime import advance, timed
-from ..._types import FloatArray
 from ...angles import (
     AbfResult,
     Iterate,
@@ -24,7 +22,7 @@ from ...angles import (
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
 from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
-from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces
+from ...surface import area_scale_ratio, chords_of, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
@@ -34,7 +32,6 @@ from .constants import (
     CONTINUED_RTOL,
     MAX_ACTIVE_SET_STEPS,
     MAX_STEPS_TO_SUMS,
-    PREVIEW_RESIDUAL,
     STEP_AND_CHORD_RTOL,
     TWO_DIGIT_SPAN,
 )
@@ -85,13 +82,10 @@ def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None =
     return replace(made, status=status, detail=detail, layout=layout, flipped=flipped)
 
 
-def one_system(
-    problem: Problem, earlier: StageResults, rtol: float | None, tol: float, largest_gap: float = GAP
-) -> StageResult:
+def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
     """The linear step and a second solve with its system; with holes, the second solve is a step.
 
-    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before. A loop
-    with a relative gap of at most `largest_gap` is drawn.
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
@@ -108,7 +102,7 @@ def one_system(
                 gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
             else:
                 boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                gap, allowed = float(boundary.gaps.max()), largest_gap
+                gap, allowed = float(boundary.gaps.max()), GAP
             state = state.without_factors()
             if gap > allowed:
                 detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -118,29 +112,6 @@ def one_system(
             return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
     reached = state.at.residual.largest <= tol
     return with_layout(problem, StageResult("linear step", state, converged=reached), boundary)
-
-
-def preview(
-    problem: Problem, earlier: StageResults, is_enough: Callable[[FloatArray], bool], largest_gap: float
-) -> StageResult | None:
-    """The map of a disk after the linear step, before further steps close its boundary, if it is enough.
-
-    It has no flips, and its boundary a relative gap of at most `largest_gap`. A surface without steep tips
-    has nothing to show.
-    """
-    state = earlier[-1].state
-    residual = state.at.residual
-    if len(problem.mesh.topology.loops) > 1 or residual.at_vertices < PREVIEW_RESIDUAL:
-        return None
-    boundary = develop_boundary(problem.angles.constraints, residual)
-    if boundary.gaps.max() > largest_gap:
-        return None
-    try:
-        made = with_layout(replace(problem, layout="boundary"), StageResult("linear step", state), boundary)
-    except SingularSystemError:  # later stages have other angles
-        return None
-    shows = made.layout is not None and not len(made.flipped) and is_enough(coordinates(made.layout.z))
-    return made if shows else None
 
 
 def iterated(problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int) -> StageResult:

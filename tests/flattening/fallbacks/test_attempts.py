@@ -11,9 +11,8 @@ from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, bumps, load, tree_cut
 from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
-from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
+from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
-from igl_linabf.flattening import Sketch
 from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
@@ -125,16 +124,6 @@ def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: 
     ours, theirs = (quality(V, F, made.uv).angle_distortion for made in (result, active_set))
     assert abs(ours / theirs - 1) < 2e-3
     assert "conformal" not in {s.kind for s in flatten(V, F, LinABF(rtol=1e-3)).steps}
-
-
-def test_a_rough_map_is_looked_at_and_what_is_not_enough_changes_nothing() -> None:
-    V, F = sphere(4)
-    V[V[:, 2] > 0.97] *= 2  # a steep tip
-    V, F, _ = cut(V, F, find_seams(V, F, trade=0))
-    whole, rough = (flatten(V, F, Sketch(is_enough=lambda uv, enough=k > 0: enough)) for k in range(2))
-    assert len(rough.steps) < len(whole.steps)
-    assert not len(rough.flipped) and rough.gap > GAP >= whole.gap
-    assert np.array_equal(whole.uv, flatten(V, F, Sketch()).uv)
 
 
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
