@@ -24,7 +24,6 @@ from .steps import (
     converge,
     converge_feasibly,
     diverges,
-    eliminate_locally,
     iterate_to_prescribed_sums,
     iterate_with_corrections,
     linear_step,

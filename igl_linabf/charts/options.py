@@ -43,8 +43,8 @@ class Seams:
         At least 1; by default stretch is only weighed against seam length.
     bijective : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
-        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
-        which that takes too long or would stretch them by more than a fifth.
+        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those
+        that it would stretch by more than a fifth.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, as of materials:
         `Seams(labels=mesh.extras.materials[1])`. They are cut further as without them.

@@ -20,8 +20,6 @@ from .methods import (
     LinABF,
     Method,
     OneStepABFpp,
-    Rough,
-    Sketch,
     guaranteed,
     method_of,
 )

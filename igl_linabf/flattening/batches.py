@@ -19,7 +19,7 @@ from ..angles import (
     open_caps,
     step_and_chord,
 )
-from ..layouts import develop_boundary, harmonic, isometric_together
+from ..layouts import GAP, develop_boundary, harmonic, isometric_together
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
     Disks,
@@ -92,7 +92,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         scale = np.abs(areas)
         z = centred(z, topology.corner, scale, disks.area, vertices.start, faces.start)
         scale /= disks.double_area
-    good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= method.gap)
+    good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
     return LinearBatch(
         disks=disks,

@@ -11,10 +11,6 @@ TOL = 1e-8
 # steps that nobody sees. tests/angles/steps/test_newton.py
 ABF_TOL = 1e-4
 
-# Gap over its length of a boundary that is drawn all the same, where a map is only looked at. More hides
-# overlaps; less pays for steps that close the loop. benchmarks/constants.py flattening
-ROUGH_GAP = 0.2
-
 # --- the isometric map ---
 
 # Default exponent of the areas' term in the isometric energy. At 1.5 L2 stretch is least: less keeps

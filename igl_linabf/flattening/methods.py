@@ -6,17 +6,16 @@ import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal
+from typing import Literal
 
 from .._runtime import stopwatch
-from .._types import FloatArray
 from ..errors import is_number
-from ..layouts import GAP, LayoutName, check_method
+from ..layouts import LayoutName, check_method
 from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
 from .boundary_shapes import FREE, Shape
-from .constants import ABF_TOL, AREA_WEIGHT, ISOMETRIC_TOL, MAX_AREA_WEIGHT, ROUGH_GAP, TOL
+from .constants import ABF_TOL, AREA_WEIGHT, ISOMETRIC_TOL, MAX_AREA_WEIGHT, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
     STEP_AND_CHORD_RTOL,
@@ -33,7 +32,6 @@ from .fallbacks import (
     linear_fallback,
     one_system,
     prescribed,
-    preview,
     run_stages,
 )
 from .result import Flattening, Guarantee
@@ -88,7 +86,6 @@ class LinABF(Method):
     name = "linabf"
     label = "linABF"
     shapes = True
-    gap: ClassVar[float] = GAP  # of the developed boundary, up to which it is drawn
 
     iterations: Iterations = "auto"
     layout: LayoutName = "auto"
@@ -124,42 +121,6 @@ class LinABF(Method):
                 partial(feasible, tol=ABF_TOL, residual_tol=self.tol),
             ]
         return _run_stages_of(self, mesh, pinned, shape, stages, self.safeguard)
-
-
-@dataclass(frozen=True)
-class Sketch(LinABF):
-    """Linear ABF as far as it is quick, for maps that are only compared.
-
-    Attributes
-    ----------
-    is_enough : callable, optional
-        Whether a map (#V, 2) whose boundary fails to close by a little is enough, so that no further steps
-        are taken to close it.
-    """
-
-    is_enough: Callable[[FloatArray], bool] | None = None
-
-    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        stages = _default_stages(None, self.tol)[:2]
-        if self.is_enough is not None and pinned is None:
-            stages.insert(1, partial(preview, is_enough=self.is_enough, largest_gap=ROUGH_GAP))
-        return _run_stages_of(self, mesh, pinned, shape, stages)
-
-
-@dataclass(frozen=True)
-class Rough(Sketch):
-    """A sketch of a disk whose boundary may fail to close by more: it shows overlaps and tips."""
-
-    gap = ROUGH_GAP
-
-    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        if len(mesh.topology.loops) > 1:
-            return super().run(mesh, pinned, shape)
-        stages: list[Stage] = [
-            partial(one_system, rtol=None, tol=self.tol, largest_gap=self.gap),
-            partial(continued, rtol=None, tol=self.tol),
-        ]
-        return _run_stages_of(replace(self, layout="boundary"), mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)

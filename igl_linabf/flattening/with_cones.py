@@ -22,7 +22,6 @@ from ..angles import (
     constraints_of,
     corner_angles,
     diverges,
-    eliminate_locally,
     initial_estimate,
     iterate_with_corrections,
     open_caps,
@@ -191,8 +190,7 @@ def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonom
     """The problem with prescribed holonomy angles along its paths, and a state to go on from.
 
     Holonomy changes angles least where the surface is flat already. So the first step starts from its angles
-    scaled conformally, and goes to those of least change from the surface itself. Right at cones much is
-    missing all the same. So patches around these are flattened first.
+    scaled conformally, and goes to those of least change from the surface itself.
     """
     surface = open_caps(corner_angles(problem.mesh))[0]
     try:
@@ -204,7 +202,7 @@ def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonom
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
     angles, log_scale = _with_chosen_sums(problem.angles, prescribed, holonomy)
-    start = eliminate_locally(_scaled_conformally(angles, surface, log_scale, lin))
+    start = _scaled_conformally(angles, surface, log_scale, lin)
     return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 

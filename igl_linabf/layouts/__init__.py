@@ -20,4 +20,3 @@ from .isometry import (
     isometric,
     isometric_together,
 )
-from .least_changes import LeastChange, least_change

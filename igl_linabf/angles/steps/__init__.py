@@ -15,6 +15,5 @@ from .holonomy_angles import HolonomyAngles
 from .iterates import AngleProblem, DiskBlocks, Iterate, Step
 from .iterations import State, StepAndChord, active_set, linear_step, step_and_chord
 from .linearisation import Direction, Linearised, advance, linearise, solve
-from .local_elimination import eliminate_locally
 from .newton import AbfResult, converge, converge_feasibly
 from .prescribed import iterate_to_prescribed_sums

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
@@ -13,46 +12,20 @@ from ..._runtime import timed
 from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
 from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
-from .acceleration import anderson_coefficients
 from .constants import (
-    ACCELERATING_CORRECTIONS,
     CORRECTABLE,
     CORRECTABLE_PRESCRIBED,
-    FAST_CORRECTION,
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
-    LITTLE_GAIN,
     MANY_PATHS,
     MAX_CORRECTIONS,
-    MOST_LIMITED_STEPS,
-    PATCH_RESIDUAL,
     ROUGH_RTOL,
     SLOW_CORRECTION,
     STALE_FACTOR,
 )
 from .iterations import State
 from .linearisation import Linearised, errors, exact_direction, linearise, solve
-from .local_elimination import eliminate_locally
-
-
-@dataclass(frozen=True, eq=False)
-class PastCorrection:
-    """A correction that may accelerate later ones.
-
-    Attributes
-    ----------
-    missing : (n,) float64
-        The residuals of all constraints before it.
-    solved : (n,) float64
-        The sum of all multipliers up to its solution, before it was accelerated itself.
-    taken : (n,) float64
-        The multipliers of its step.
-    """
-
-    missing: FloatArray
-    solved: FloatArray
-    taken: FloatArray
 
 
 def iterate_with_corrections(
@@ -68,10 +41,9 @@ def iterate_with_corrections(
     paths, turned = state.problem.constraints.paths, _prescribes_turning(state)
     for _ in range(most):
         limited = any(step.limited for step in state.steps)
-        eliminated = bool(state.steps) and state.steps[-1].kind == "patches"
         if turned and not limited:
             below = np.inf
-        elif (turned and not eliminated) or (paths and not limited):
+        elif turned or (paths and not limited):
             below = CORRECTABLE_PRESCRIBED
         else:
             below = CORRECTABLE
@@ -108,13 +80,12 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
     on a large surface the slivers that it left there are looked for.
     """
     turned = _prescribes_turning(state)
-    steps = [step for step in state.steps if step.kind != "patches"]
-    last = steps[-1] if steps else None
+    last = state.steps[-1] if state.steps else None
     same = last is None or last.kind != "step" or not last.limited
     if last is not None and turned:
         same = same or 2 * last.inner_steps <= FEW_INNER_STEPS
-    if len(steps) == 1:
-        same = same and steps[0].inner_steps <= FEW_INNER_STEPS
+    if len(state.steps) == 1:
+        same = same and state.steps[0].inner_steps <= FEW_INNER_STEPS
     lin = linearise(
         state.problem,
         state.at,
@@ -123,26 +94,7 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         same_factor=same,
         same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
-    return _eliminate_leftovers(state.advanced(solve(lin, state.at, rtol), "step"))
-
-
-def _eliminate_leftovers(state: State) -> State:
-    """The state after steps within patches, where the last step left much at few triangles.
-
-    With paths that is where turnings are prescribed, and it was limited. Without, it is also where it brought
-    little, unless steps are limited again and again, and the steps within patches have to lead to where
-    corrections begin.
-    """
-    constraints, (*_, last) = state.problem.constraints, state.steps
-    if constraints.paths:
-        return eliminate_locally(state) if last.limited and _prescribes_turning(state) else state
-    before = [step for step in state.steps[:-1] if step.kind == "step"]
-    little = before and last.residual > LITTLE_GAIN * before[-1].residual
-    often = sum(step.limited > 0 for step in (*before, last)) > MOST_LIMITED_STEPS
-    if not constraints.plain or often or not (last.limited or little):
-        return state
-    made = eliminate_locally(state)
-    return made if made.at.residual.at_vertices < CORRECTABLE else state
+    return state.advanced(solve(lin, state.at, rtol), "step")
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -152,7 +104,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = _eliminate_leftovers(state.advanced(direction, "step"))
+    state = state.advanced(direction, "step")
     return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
 
 
@@ -162,9 +114,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
     Then M K M^T is diag(L+, L), of which there is a factor: e = K M^T x satisfies the linearised constraints
     after one solve. This e is least in another norm, which does not matter where it is small.
-
-    Corrections with the same factor are iterations of a fixed point, and are accelerated (Anderson 1965).
-    Where one leaves much at few triangles, steps within patches around these follow.
 
     Parameters
     ----------
@@ -178,8 +127,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     least_norm, conformal = state.lin, None
     many_paths = len(state.problem.constraints.paths) >= MANY_PATHS
     least = slow = 2 * SLOW_CORRECTION if many_paths else SLOW_CORRECTION
-    earlier: tuple[PastCorrection, ...] = ()
-    gone: FloatArray | float = 0.0  # multipliers so far with the same factor
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -188,22 +135,15 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             break
         fresh = conformal is None
         if conformal is None:
-            conformal, earlier, gone = _conformal_system(state), (), 0.0
+            conformal = _conformal_system(state)
         if conformal is None:
             break
-        made, correction = _correct_once(state, conformal, gone, earlier)
+        made = _correct_once(state, conformal)
         left = made.at.residual.largest / missing
         if left < IN_VAIN and not made.steps[-1].limited:
-            state, gone = made, gone + correction.taken
-            kept = earlier or left > FAST_CORRECTION
-            earlier = (*earlier[1 - ACCELERATING_CORRECTIONS :], correction) if kept else ()
+            state = made
         elif fresh:
-            # it may serve all but the few triangles that it changes most
-            plain = state.problem.constraints.plain
-            made = eliminate_locally(made, PATCH_RESIDUAL * missing) if plain else made
-            if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
-                break
-            state, left = made, np.inf
+            break
         if fresh:
             slow = min(max(least, STALE_FACTOR * left), IN_VAIN)
         if not left <= slow:
@@ -211,27 +151,18 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     return replace(state, lin=least_norm)
 
 
-def _correct_once(
-    state: State, conformal: Linearised, gone: FloatArray | float, earlier: Sequence[PastCorrection]
-) -> tuple[State, PastCorrection]:
-    """The state after a correction with a `_conformal_system`, and that correction.
-
-    The errors are linear in the multipliers: `gone` is the sum of those that led here with the same system.
-    """
+def _correct_once(state: State, conformal: Linearised) -> State:
+    """The state after a correction with a `_conformal_system`."""
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if holonomy is not None:
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with timed("solve"):
-        taken = conformal.precondition(rhs)
-        solved = gone + taken
-        coefficients = anderson_coefficients([past.missing for past in earlier], rhs)
-        for c, past in zip(coefficients, earlier if coefficients else (), strict=True):
-            taken += c * (past.solved - solved)
+        x = conformal.precondition(rhs)
     with timed("assembly"):
-        direction = exact_direction(errors(conformal, taken, conformal=True), taken, conformal)
-    return state.advanced(direction, "conformal"), PastCorrection(rhs, solved, taken)
+        direction = exact_direction(errors(conformal, x, conformal=True), x, conformal)
+    return state.advanced(direction, "conformal")
 
 
 def _conformal_system(state: State) -> Linearised | None:

@@ -9,8 +9,8 @@ LONGEST_WAY = 0.7
 # Relative residual of the inner solver in a step that others follow. With less, inner steps find digits that
 # the next step changes; with more, steps are many. benchmarks/timing.py prints the times.
 ROUGH_RTOL = 0.1
-# Inner steps above which conjugate gradients creep: a chord ends, and ABF goes on in the plane. Ten more
-# change F/3nt by less than a hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
+# Inner steps above which conjugate gradients creep, and a chord ends. Ten more change F/3nt by less than a
+# hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
 CREEPING = 12
 # Inner steps up to which the factor of the first step serves the second, too; after a limited step, half as
 # many. With fewer, factors cost more than they save; with more, inner steps do. benchmarks/cones.py prints
@@ -44,12 +44,6 @@ MANY_PATHS = 4
 # The share above which a factor is kept, times what the first correction with the factor left, where that is
 # more: a new factor would leave as much.
 STALE_FACTOR = 1.5
-# Share of the residual that a correction leaves, above which earlier ones accelerate the next. Below, it
-# converges without: acceleration costs more than it saves. benchmarks/cones.py prints the times.
-FAST_CORRECTION = 0.02
-# Earlier corrections that accelerate one. With fewer, there are more corrections; more change little, and
-# take memory.
-ACCELERATING_CORRECTIONS = 3
 
 # Prescribed sums
 
@@ -62,77 +56,27 @@ LOOPS_CLOSED = 0.3
 # they save; with more, inner steps do. benchmarks/boundaries.py prints both.
 MANY_INNER_STEPS = 30
 
-# Local elimination
-
-# Rows up to which there are no patches: a step of the whole surface takes as little time. With fewer, patches
-# cost more than they save; with more, further steps serve a few triangles. benchmarks/timing.py.
-LARGE_FOR_PATCHES = 2_000
-# The same with closed paths, whose steps are followed by corrections anyway. benchmarks/cones.py.
-LARGE_FOR_PATCHES_WITH_PATHS = 10_000
-# Residual of a row, radians or logarithm, from which a patch is laid around it; after a correction in vain,
-# as a share of the residual before. With less, patches cover the surface; with more, further steps of the
-# whole surface serve a few triangles. tests/angles/steps/test_prescribed.py.
-PATCH_RESIDUAL = 0.1
-# Share of that at which the steps within patches end. With less, the next step elsewhere soon changes what
-# they reach; with more, much is left in them. tests/flattening/fallbacks/test_attempts.py.
-PATCH_END = 0.2
-# Share of the last step's residual above which a step brought little, and patches are tried after it. With
-# less, they are tried in vain; with more, steps of the whole surface serve a few triangles.
-# tests/flattening/fallbacks/test_attempts.py.
-LITTLE_GAIN = 0.5
-# Limited steps above which what they leave is not at few triangles alone: no more patches are tried. With
-# more, they are tried in vain; with fewer, given up early. tests/flattening/fallbacks/test_attempts.py.
-MOST_LIMITED_STEPS = 2
-# Rings of triangles around such rows. With fewer, rims hold what is missing; with more, patches are large.
-PATCH_RINGS = 4
-# Share of all rows that patches may have. With more, their direct factor takes longer than a step of the
-# whole surface; with less, few steps are saved. tests/angles/steps/test_prescribed.py.
-LARGEST_PATCHES = 1 / 8
-# Steps within patches. With fewer, much is left in them; more are soon changed by the next step elsewhere.
-PATCH_STEPS = 4
-
 # Converged ABF: anchored steps
 
 # Relative residual of the inner solver in anchored steps, and in steps to a start of feasible ones. With
 # less, inner steps find digits that the next step changes; with more, steps are many.
 # tests/angles/steps/test_newton.py.
 ANCHORED_RTOL = 0.03
-# Share of the least change so far above which anchored steps are slow: they are solved further, and
-# accelerated. With less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
+# Share of the least change so far above which anchored steps are slow, and are solved further. With
+# less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
 SLOW_STEP = 0.7
 # Relative residual of the inner solver in anchored steps at least, where slow steps shake the angles about.
 # With less, inner steps are many; with more, steps stay slow. tests/angles/steps/test_newton.py.
 LEAST_ANCHORED_RTOL = 0.003
-# Share of the last step's change below which few steps are to go: steps in the plane take longer then. With
-# less, they begin where anchored steps are nearly done; with more, slow ones go on.
-# tests/angles/steps/test_newton.py.
-FAST_STEP = 0.3
-# Tolerance from which positions in the plane mostly have enough digits. With less, steps in the plane end
-# without; with more, they are not taken where they would be faster. tests/angles/steps/test_newton.py.
-PLANE_TOL = 1e-5
-# Sum of the sizes of acceleration's coefficients above which steps are too far from a straight line for it.
-# With more, it goes astray; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
-LARGEST_COEFFICIENTS = 10.0
-# Relative change of an angle below which steps are accelerated. Above, the constraints are far from linear;
-# with less, slow steps stay slow. tests/angles/steps/test_newton.py.
-ACCELERABLE = 1.0
-# Earlier steps that accelerate one. With fewer, there are more steps; more change little, and take memory.
-ACCELERATING_STEPS = 2
+# Relative change of an angle below which slow steps are solved further. Above, the constraints are far from
+# linear; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
+NEARLY_LINEAR = 1.0
 # Anchored steps at most; of feasible ones twice as many.
 # tests/angles/steps/test_newton.py asserts how many it takes.
 MAX_ANCHORED_STEPS = 30
 # Slow steps in a row after which anchored ones end. With fewer, steps that converge are given up; more are
 # in vain.
 MAX_SLOW_STEPS = 9
-# Times the tolerance: relative change of all angles that may be left to further steps. With more, F/3nt
-# loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
-LEFT_TO_STEPS = 4.0
-# Times the tolerance: residual above which corrections end the iterations. With less, they change only
-# rounding; with more, a residual is left that the tolerance allows. tests/angles/steps/test_newton.py.
-LEFT_RESIDUAL = 0.1
-# Times that change: what a last correction may change the angles by, as it is least in another norm. With
-# more, it leads away from the minimum; with less, steps go on. tests/angles/steps/test_newton.py.
-LARGEST_CORRECTION = 2.0
 
 # Converged ABF: feasible steps
 
@@ -156,6 +100,9 @@ MAX_RESTORING_STEPS = 4
 # Times the tolerance: relative gain of the objective that may be left to feasible steps. With more, digits
 # of F/3nt are lost; with less, steps gain only rounding. tests/angles/steps/test_newton.py.
 LEFT_GAIN = 1e-4
+# Times the tolerance: relative change of all angles that may be left to further feasible steps. With more,
+# F/3nt loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
+LEFT_TO_STEPS = 4.0
 # Relative rounding error of the objective. Smaller gains are not believed; with more, true ones are not.
 # tests/angles/steps/test_newton.py.
 ROUNDING = 1e-13

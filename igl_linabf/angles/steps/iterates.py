@@ -14,7 +14,7 @@ from ...linalg import Solvers
 from ...surface import Disks, Ragged
 from ..system import Constraints, Residual, residual
 
-Kind = Literal["step", "chord", "conformal", "patches", "anchored", "feasible", "restoration"]
+Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoration"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +111,7 @@ class Step:
     kind : str
         "step": the system and the weights are those of the angles before the step. "chord": the
         system of the last step, as in a simplified Newton step. "conformal": a correction in the conformal
-        metric. "patches": local elimination, steps within patches around what is missing most. "anchored",
-        "feasible", "restoration": steps of converged ABF.
+        metric. "anchored", "feasible", "restoration": steps of converged ABF.
     inner_steps : int
         Conjugate gradient steps; 0 if the system was factored.
     limited : int

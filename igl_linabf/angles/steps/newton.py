@@ -8,30 +8,23 @@ from ..._runtime import advance
 from ..._types import BoolArray, FloatArray
 from ...errors import SingularSystemError
 from ...surface import NEXT, PREV
-from .acceleration import PastStep, accelerate
 from .conformal_corrections import correct_conformally, diverges, iterate_with_corrections
 from .constants import (
-    ACCELERABLE,
-    ACCELERATING_STEPS,
     ANCHORED_RTOL,
     ANGLE_BOUND,
     AT_BOUND,
-    CREEPING,
-    FAST_STEP,
     FEASIBLE_RTOL,
     HELD_WEIGHT,
-    LARGEST_CORRECTION,
     LEAST_ANCHORED_RTOL,
     LEAST_CURVATURE,
     LEAST_STEP,
     LEFT_GAIN,
-    LEFT_RESIDUAL,
     LEFT_TO_STEPS,
     MAX_ANCHORED_STEPS,
     MAX_RESTORING_STEPS,
     MAX_SLOW_STEPS,
     MAX_START_STEPS,
-    PLANE_TOL,
+    NEARLY_LINEAR,
     ROUNDING,
     SLOW_STEP,
     START_RESIDUAL,
@@ -72,7 +65,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers. Slow steps are accelerated.
+    start from the last multipliers.
 
     Parameters
     ----------
@@ -80,9 +73,7 @@ def converge(state: State, tol: float) -> AbfResult:
         At the initial estimate alpha_0.
     tol : float
         The iterations end when the largest relative change of an angle that another step would bring, and
-        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted. The
-        iterations end earlier where all further steps together would lower the objective by less than
-        16 tol^2 of itself: then corrections do the rest, which have no inner steps.
+        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted.
     """
     return _anchored(state, tol)
 
@@ -93,9 +84,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
-    past: tuple[PastStep, ...] = ()
-    best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
-    in_plane = problem.constraints.plain and tol >= PLANE_TOL
+    best, stalled, before = np.inf, 0, 0.0
     for k in range(MAX_ANCHORED_STEPS):
         at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
@@ -104,78 +93,28 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
-        change, size = _change(e, state), _size(e / anchor)
-        direction = raw
-        if slow:
-            present = PastStep(at.alpha, raw, (raw.e / anchor).ravel())
-            direction = accelerate(present, past) if change < ACCELERABLE else raw
-            past = (present, *past)[:ACCELERATING_STEPS]
-        state, now = state.advanced(direction, kind), held
+        change = _change(e, state)
+        state, now = state.advanced(raw, kind), held
         if bounded:
             state = _move_into_bounds(state)
             now = (state.at.alpha <= AT_BOUND * ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
-        lin, x = direction.lin.without_matrix, direction.x
+        lin, x = raw.lin.without_matrix, raw.x
         state = replace(state, lin=lin)
-        del at, raw, direction, e  # their memory is for the next matrix, and the last factor
+        del at, raw, e  # their memory is for the next matrix, and the last factor
         residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.without_factors(), True, held)
-        enough = LEFT_TO_STEPS * tol * np.sqrt(objective(state))
-        if same and not limited and not held.any() and _change_left(size, size_before) <= enough:
-            state = state.without_factors()
-            lin = state.lin
-            ended = _end_by_corrections(state, enough, tol)
-            if ended is not None:
-                return AbfResult(ended.without_factors(), True, held)
-        fast = size < FAST_STEP * size_before and not any(step.limited for step in state.steps[-2:])
-        creeping = in_plane and state.steps[-1].inner_steps > CREEPING and not fast
-        if limited or not same:
-            past = ()  # after another set of constraints the steps lead elsewhere
-        before, size_before, held, reached = change, size, now, max(change, residual)
+        before, held, reached = change, now, max(change, residual)
         if not reached < SLOW_STEP * best:
-            stalled, slow = stalled + 1, True
-            if not limited and change < ACCELERABLE:
+            stalled += 1
+            if not limited and change < NEARLY_LINEAR:
                 rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
-        if stalled > MAX_SLOW_STEPS or (not bounded and ((slow and creeping) or (limited and k > 1))):
+        if stalled > MAX_SLOW_STEPS or (not bounded and limited and k > 1):
             break
     return AbfResult(state.without_factors(), False, held)
-
-
-def _change_left(size: float, before: float) -> float:
-    """Relative change of all angles by all further steps: the sum of a geometric series.
-
-    Parameters
-    ----------
-    size, before : float
-        That by the last step, and by the one before; 0 if there was none.
-    """
-    return size**2 / (before - size) if size < before else np.inf
-
-
-def _end_by_corrections(state: State, enough: float, tol: float) -> State | None:
-    """The state on the constraints, unless going there changes more angles than further steps would.
-
-    Parameters
-    ----------
-    state : State
-        After an anchored step.
-    enough : float
-        Relative change of all angles that further steps may leave.
-    tol : float
-    """
-    made = correct_conformally(state, tol) if state.at.residual.largest > LEFT_RESIDUAL * tol else state
-    # the correction is least in another norm, and leads away from the minimum where triangles are thin
-    moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)
-    return made if made.at.residual.largest <= tol and moved <= LARGEST_CORRECTION * enough else None
-
-
-def _size(change: FloatArray) -> float:
-    """The norm of relative changes that is that of the objective."""
-    flat = change.ravel()
-    return float(np.sqrt(np.einsum("i,i->", flat, flat)))
 
 
 def _move_into_bounds(state: State) -> State:
@@ -204,8 +143,8 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
     angle. Each step is followed by corrections that restore the constraints, and halved until the
-    objective falls. Steps are accelerated, and end where their gains, predicted as a geometric series, are
-    too small to matter. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
+    objective falls. They end where their gains, predicted as a geometric series, are too small to matter.
+    Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
     angles vanish at the minimum.
 
     Parameters
@@ -223,18 +162,12 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     if diverges(state):
         return AbfResult(state.without_factors(), False, held)
     x: FloatArray | None = None
-    past: tuple[PastStep, ...] = ()
     scale, value, gain = 1.0, objective(state), np.inf
     for _ in range(2 * MAX_ANCHORED_STEPS):
-        before, last = held, gain
-        raw, inner_steps, held = _feasible_direction(state, x, held)
-        state, e = replace(state, lin=raw.lin), np.where(held, 0.0, raw.e)
-        change = _change(e, state)
-        present = PastStep(state.at.alpha, raw, (e / state.problem.estimate).ravel())
-        if (held != before).any():
-            past = ()
-        direction = accelerate(present, past) if change < ACCELERABLE else raw
-        past, x = (present, *past)[:ACCELERATING_STEPS], direction.x
+        last = gain
+        direction, inner_steps, held = _feasible_direction(state, x, held)
+        state, x = replace(state, lin=direction.lin), direction.x
+        change = _change(np.where(held, 0.0, direction.e), state)
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.without_factors(), True, held)
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))

@@ -166,11 +166,6 @@ class Constraints:
         """Whether other sums are prescribed than 2 pi inside."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
-    @property
-    def plain(self) -> bool:
-        """Whether nothing is prescribed but a flat map."""
-        return not (self.prescribes_sums or self.paths or self.circles)
-
     def with_prescribed(
         self, sums: FloatArray | None = None, turnings: FloatArray | None = None
     ) -> Constraints:

@@ -31,7 +31,7 @@ SCAF = "igl's SCAF"
 
 
 def make_bijective(
-    uv: ArrayLike, F: ArrayLike, *, iterations: int = 50, timeout: float = 600.0
+    uv: ArrayLike, F: ArrayLike, *, iterations: int = constants.SCAF_ITERATIONS, timeout: float = 600.0
 ) -> FloatArray:
     """Move the overlapping parts of a flat map apart, without a cut.
 
@@ -50,8 +50,8 @@ def make_bijective(
     iterations : int
         More iterations give a map closer to `uv`.
     timeout : float
-        Seconds after which the solver is stopped. igl's solver hangs on some maps, so it runs in a
-        process of its own.
+        Seconds after which the solver is stopped, with an error. igl's solver hangs on some maps, so it
+        runs in a process of its own. Otherwise the map does not depend on the time that it takes.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def make_bijective(
 
 
 def moved_apart(
-    flat: FloatArray, topology: Topology, iterations: int = 50, timeout: float = 600.0
+    flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
     """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
@@ -177,11 +177,12 @@ def move_parts_apart(
 ) -> tuple[Flattening, float] | None:
     """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
 
-    `before` is the map measured. On long strips SCAF stops far from it, and a seam is better.
+    `before` is the measured map. On long strips SCAF stops far from it, and a seam is better. The number of
+    iterations is fixed, so the result does not depend on how busy the machine is.
     """
-    timeout = constants.SCAF_SECONDS + constants.SCAF_SECONDS_PER_FACE * len(piece.F)
+    hangs = constants.SCAF_SECONDS + constants.SCAF_SECONDS_PER_FACE * len(piece.F)
     try:  # overlaps and flips that are left are told by the atlas
-        uv, _ = moved_apart(result.uv, piece.topology, timeout=timeout)
+        uv, _ = moved_apart(result.uv, piece.topology, constants.SCAF_ITERATIONS, hangs)
     except MeshError as error:
         _tell(piece, str(error))
         return None

@@ -23,6 +23,5 @@ from .stages import (
     linear_fallback,
     one_system,
     prescribed,
-    preview,
     with_layout,
 )

@@ -22,17 +22,8 @@ MAX_ACTIVE_SET_STEPS = 12
 # for the failure. tests/flattening/test_boundary_shapes.py
 MAX_STEPS_TO_SUMS = 25
 
-# Radians of the residual at a vertex below which no tip of the surface is steep, and a preview is not made.
-# Less looks at maps that have nothing to show; more overlooks tips.
-# tests/flattening/fallbacks/test_attempts.py
-PREVIEW_RESIDUAL = 0.2
-
 # --- converged ABF ---
 
 # Ratio of area scales above which lengths differ by nearly all digits, so that converged ABF is not tried.
 # More tries it in vain; less gives up maps that it mends. tests/flattening/fallbacks/test_attempts.py
 TWO_DIGIT_SPAN = 1e28
-
-# Relative fall of the sum of squares that may be left to further steps in the plane, over the tolerance.
-# More moves the digits of F/3nt that abf promises; less costs steps. tests/angles/steps/test_newton.py
-PLANE_ABF_GAIN = 1e-3

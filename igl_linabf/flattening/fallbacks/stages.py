@@ -4,13 +4,11 @@ Their first two arguments are those of a `Stage`; `functools.partial` gives the 
 """
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from ..._runtime import advance, timed
-from ..._types import FloatArray
 from ...angles import (
     AbfResult,
     Iterate,
@@ -23,8 +21,8 @@ from ...angles import (
     step_and_chord,
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
-from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, Layout, LayoutOptions, develop_boundary, lay_out
-from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces, shape_is_pinned
+from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
+from ...surface import area_scale_ratio, chords_of, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
@@ -34,19 +32,15 @@ from .constants import (
     CONTINUED_RTOL,
     MAX_ACTIVE_SET_STEPS,
     MAX_STEPS_TO_SUMS,
-    PREVIEW_RESIDUAL,
     STEP_AND_CHORD_RTOL,
     TWO_DIGIT_SPAN,
 )
-from .plane_abf import converge_in_plane
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
 
-def with_layout(
-    problem: Problem, made: StageResult, boundary: Boundary | None = None, layout: Layout | None = None
-) -> StageResult:
-    """The result with a map of its angles; `boundary` is their outer loop, `layout` the map, if known."""
+def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
+    """The result with a map of its angles; `boundary` is their outer loop, if known."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with timed("layout"):
@@ -61,7 +55,7 @@ def with_layout(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = not cut and not invalid.any()
         try:
-            layout = layout or lay_out(
+            layout = lay_out(
                 problem.own,
                 at if same else Iterate.of(problem.own, alpha),
                 LayoutOptions(
@@ -88,13 +82,10 @@ def with_layout(
     return replace(made, status=status, detail=detail, layout=layout, flipped=flipped)
 
 
-def one_system(
-    problem: Problem, earlier: StageResults, rtol: float | None, tol: float, largest_gap: float = GAP
-) -> StageResult:
+def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
     """The linear step and a second solve with its system; with holes, the second solve is a step.
 
-    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before. A loop
-    with a relative gap of at most `largest_gap` is drawn.
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
@@ -111,7 +102,7 @@ def one_system(
                 gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
             else:
                 boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                gap, allowed = float(boundary.gaps.max()), largest_gap
+                gap, allowed = float(boundary.gaps.max()), GAP
             state = state.without_factors()
             if gap > allowed:
                 detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -121,29 +112,6 @@ def one_system(
             return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
     reached = state.at.residual.largest <= tol
     return with_layout(problem, StageResult("linear step", state, converged=reached), boundary)
-
-
-def preview(
-    problem: Problem, earlier: StageResults, is_enough: Callable[[FloatArray], bool], largest_gap: float
-) -> StageResult | None:
-    """The map of a disk after the linear step, before further steps close its boundary, if it is enough.
-
-    It has no flips, and its boundary a relative gap of at most `largest_gap`. A surface without steep tips
-    has nothing to show.
-    """
-    state = earlier[-1].state
-    residual = state.at.residual
-    if len(problem.mesh.topology.loops) > 1 or residual.at_vertices < PREVIEW_RESIDUAL:
-        return None
-    boundary = develop_boundary(problem.angles.constraints, residual)
-    if boundary.gaps.max() > largest_gap:
-        return None
-    try:
-        made = with_layout(replace(problem, layout="boundary"), StageResult("linear step", state), boundary)
-    except SingularSystemError:  # later stages have other angles
-        return None
-    shows = made.layout is not None and not len(made.flipped) and is_enough(coordinates(made.layout.z))
-    return made if shows else None
 
 
 def iterated(problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int) -> StageResult:
@@ -208,10 +176,6 @@ def feasible(
         return None
     state = earlier[-1].state
     try:
-        in_plane = converge_in_plane(problem.mesh, problem.own, state, problem.pinned, tol)
-        if in_plane is not None:
-            result, layout = in_plane
-            return _with_abf_layout(problem, "feasible ABF", result, residual_tol, layout)
         result = converge_feasibly(state, tol)
     except SingularSystemError as error:
         return StageResult("feasible ABF", state, Status.SINGULAR, str(error))
@@ -231,10 +195,8 @@ def linear_fallback(problem: Problem, earlier: StageResults, linear: Stage) -> S
 
 
 def _with_abf_layout(
-    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
+    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float
 ) -> StageResult:
-    if problem.layout != "auto" or shape_is_pinned(problem.pinned):
-        layout = None
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     made = StageResult(
@@ -244,4 +206,4 @@ def _with_abf_layout(
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
     )
-    return with_layout(problem, made, layout=layout)
+    return with_layout(problem, made)

@@ -6,5 +6,4 @@ Rabinovich et al. 2017; Smith, De Goes, Kim 2019.
 """
 
 from .maps import IsometricMap, at_pins, isometric, isometric_together
-from .newton import Hessians, Springs
 from .slim import InjectiveMap, embedded_inside, injective

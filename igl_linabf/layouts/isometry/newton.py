@@ -56,14 +56,10 @@ class IsometricEnergy:
 
 
 class Hessians:
-    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once.
+    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once."""
 
-    Only the first `free` vertices move, all of them if it is not given.
-    """
-
-    def __init__(self, corner: IntArray, n: int, solvers: Solvers, free: int | None = None) -> None:
+    def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
-        self._free = n if free is None else free
         ends, sides, _ = undirected(corner, n)
         indptr, indices, slot = entries(np.ascontiguousarray(ends.T), n)
         self._across = np.empty(corner.shape, dtype=np.int64)
@@ -72,7 +68,7 @@ class Hessians:
         self._across[corner[NEXT] > corner[PREV]] ^= -1  # ~, where the block is that of the lower triangle
         self._diagonal = indptr[:-1]
         self._own = self._diagonal[corner]
-        self._entries, self._fixed = len(indices), np.flatnonzero(indices >= self._free)
+        self._entries = len(indices)
         self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
     def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
@@ -80,19 +76,17 @@ class Hessians:
         slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
         if springs is not None:
             slope += _interleaved(2 * springs.stiffness * (z - springs.to))
-        slope[2 * self._free :] = 0.0
         return slope
 
-    def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factor:
+    def factored(self, rows: FloatArray, springs: Springs | None) -> Factor:
         """The factor of the sum of row row^T over the triangles, six `rows` for each, and the springs."""
         blocks = outer_products(rows, self._own, self._across, self._entries)
         own = blocks[self._diagonal][:, ::3]
         if springs is not None:
             own += 2 * springs.stiffness[:, None]
-        blocks[self._fixed] = 0.0
+        damping = DAMPING
         while True:
             own *= 1 + damping
-            own[self._free :] = 1.0
             blocks[self._diagonal, 0], blocks[self._diagonal, 3] = own.T
             try:
                 return self._analysis.factor(blocks)

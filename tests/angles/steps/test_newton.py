@@ -19,7 +19,7 @@ from igl_linabf.angles import (
     initial_estimate,
 )
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
-from igl_linabf.angles.steps.newton import _change_left, _line_search, _move_into_bounds, objective
+from igl_linabf.angles.steps.newton import _line_search, _move_into_bounds, objective
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 
@@ -117,13 +117,6 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     assert made[0].steps[-1].residual <= ABF().tol
 
 
-@pytest.mark.parametrize("ratio", [0.01, 0.3, 0.9])
-def test_what_steps_will_still_change_is_the_sum_of_their_geometric_series(ratio: float) -> None:
-    further = (ratio ** np.arange(2, 2000)).sum()
-    assert _change_left(ratio, 1.0) == pytest.approx(further)
-    assert _change_left(1.0, ratio) == np.inf  # no end is foreseen while steps grow
-
-
 def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     V, F = cone(2.0)
     result = flatten(V, F, "abf")
@@ -135,7 +128,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
-def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -> None:
+def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: float) -> None:
     V, F = cone(height)
     result = flatten(V, F, ABF(tol=1e-5))
     kinds = [step.kind for step in result.steps]
@@ -147,25 +140,15 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert stationarity(V, F, result.angles) <= 1e-6
 
 
-def test_few_steps_of_the_whole_surface_serve_a_few_triangles_near_their_bounds() -> None:
-    V, F = cone(1.5, radius=0.1, around=40)
-    result = flatten(V, F, ABF(tol=1e-9))
-    kinds = [step.kind for step in result.steps]
-    assert result.outcome is Outcome.CONVERGED
-    assert 1 <= kinds.count("feasible") <= 3  # seven without further steps in patches
-    assert stationarity(V, F, result.angles) <= 1e-6
-
-
-def test_steps_in_the_plane_keep_their_digits_where_lengths_differ_by_many() -> None:
+def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> None:
     V, F = load("stress__optcuts_golf.obj")
     result = flatten(V, F, "abf")
     areas = np.abs(igl.doublearea(result.uv, F))
     assert areas.max() > 1e18 * areas.min()
     assert result.outcome is Outcome.CONVERGED
-    assert "restoration" not in [step.kind for step in result.steps]
-    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    assert (result.angles / estimate).min() >= ANGLE_BOUND * (1 - 1e-6)
-    assert result.steps[-1].residual <= 1e-9
+    assert "restoration" in [step.kind for step in result.steps]
+    assert result.steps[-1].residual <= 1e-8
+    assert stationarity(V, F, result.angles) <= 1e-3
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:

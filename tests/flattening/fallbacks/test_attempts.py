@@ -11,9 +11,8 @@ from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, bumps, load, tree_cut
 from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
-from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
+from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
-from igl_linabf.flattening import Sketch
 from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
@@ -21,19 +20,6 @@ from igl_linabf.surface import centred, planar_mesh, signed_double_areas
 
 DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
-
-
-def test_what_a_correction_leaves_at_few_triangles_is_made_up_for_in_patches() -> None:
-    rng, n = np.random.default_rng(0), 60
-    V, F = igl.triangulated_grid(n, n)
-    V = np.column_stack((V + 0.45 / n * rng.uniform(-1, 1, V.shape), np.zeros(len(V))))
-    inside = np.flatnonzero((np.abs(V[:, :2] - 0.5) < 0.3).all(axis=1))
-    V[rng.choice(inside, 12, replace=False), 2] += 60 / n  # spikes
-    result = flatten(V, F)
-    kinds = [step.kind for step in result.steps]
-    assert kinds[kinds.index("patches") - 1] == "conformal"
-    assert set(kinds[kinds.index("patches") :]) == {"patches", "conformal"}  # no step of the whole surface
-    assert result.outcome is Outcome.CONVERGED and result.steps[-1].residual <= LinABF().tol
 
 
 @pytest.mark.parametrize("name", CLOSED)
@@ -138,16 +124,6 @@ def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: 
     ours, theirs = (quality(V, F, made.uv).angle_distortion for made in (result, active_set))
     assert abs(ours / theirs - 1) < 2e-3
     assert "conformal" not in {s.kind for s in flatten(V, F, LinABF(rtol=1e-3)).steps}
-
-
-def test_a_rough_map_is_looked_at_and_what_is_not_enough_changes_nothing() -> None:
-    V, F = sphere(4)
-    V[V[:, 2] > 0.97] *= 2  # a steep tip
-    V, F, _ = cut(V, F, find_seams(V, F, trade=0))
-    whole, rough = (flatten(V, F, Sketch(is_enough=lambda uv, enough=k > 0: enough)) for k in range(2))
-    assert len(rough.steps) < len(whole.steps)
-    assert not len(rough.flipped) and rough.gap > GAP >= whole.gap
-    assert np.array_equal(whole.uv, flatten(V, F, Sketch()).uv)
 
 
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
