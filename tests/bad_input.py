@@ -1,7 +1,7 @@
 """Input that must be refused, or accepted with a warning, by name; run as a script for some of them.
 
-`python tests/bad_input.py NAME ...` prints for each name how each method ends, as a line of JSON: run apart, so
-that a crash of the process is seen. The names without a line are then those that it took along.
+`python tests/bad_input.py NAME ...` prints for each name how each method ends, as a line of JSON. It runs in
+a process of its own, so that a crash is seen: the first name without a line crashed.
 """
 
 from __future__ import annotations

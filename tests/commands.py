@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess:
-    """Run the command in this process, which has its imports already: exit code, standard output and error."""
+    """Run the command in this process, which spares the imports."""
     from igl_linabf.cli import main
 
     words = [str(argument) for argument in arguments]

@@ -43,7 +43,7 @@ SCRIPT = Path(__file__).with_name("bad_input.py")
 
 @cache
 def apart() -> dict[str, list[str]]:
-    """How each method ends in each case, in a process apart; the next one goes on after a case that crashes."""
+    """Return how each method ends in each case; after a case that crashes, another process goes on."""
     names, ends = [*REFUSED, *WARNED], {}
     while names:
         process = subprocess.run(
@@ -71,9 +71,7 @@ def test_refused_by_name_and_place(name: str) -> None:
 def test_unreferenced_vertices_are_left_out_with_one_warning(name: str) -> None:
     positions, faces, _, says = WARNED[name]
     alone = 0 if "start" in name else 12
-    assert apart()[name] == [
-        f"{method}: a map of 13, not a number at [{alone}]" for method in METHODS
-    ]
+    assert apart()[name] == [f"{method}: a map of 13, not a number at [{alone}]" for method in METHODS]
     with pytest.warns(MeshWarning, match=says) as caught:
         uv = linabf(positions, faces)
     (warning,) = (w for w in caught if w.category is MeshWarning)

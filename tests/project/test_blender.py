@@ -21,6 +21,9 @@ else:
     import tomli as tomllib
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory) -> Path:
     """The extension, built from these sources."""
