@@ -227,6 +227,7 @@ def test_a_flat_cortex_goes_to_freesurfer(tmp_path: Path) -> None:
         write_mesh(tmp_path / "ball.flat", *igl.icosahedron(), atlas.TC, atlas.FTC)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".obj", ".gltf"])
 def test_blender_shows_the_texture(tmp_path: Path, suffix: str) -> None:
     blender = python_of_blender()

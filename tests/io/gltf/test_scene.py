@@ -129,6 +129,7 @@ def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
     assert opened.to_geometry().area == pytest.approx(4 * (2 * 9.574541 + 9 / 20 * 9.574541), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
 def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
     blender = python_of_blender()
