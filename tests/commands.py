@@ -27,7 +27,7 @@ def run(*arguments: object) -> subprocess.CompletedProcess:
 def run_apart(*arguments: object) -> subprocess.CompletedProcess:
     """Run the command as a user does, in a process of its own."""
     command = [sys.executable, "-m", "igl_linabf", *map(str, arguments)]
-    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120)
+    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     process.stderr = without_cholmod_warning(process.stderr)
     return process
 

@@ -138,7 +138,7 @@ def imports_bpy(python: Path) -> bool:
     """Return whether a Python is there and has bpy; an environment whose making was broken off has not."""
     if not python.exists():
         return False
-    asked = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=300)
+    asked = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500)
     return asked.returncode == 0
 
 

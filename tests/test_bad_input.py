@@ -47,7 +47,7 @@ def apart() -> dict[str, list[str]]:
     names, ends = [*REFUSED, *WARNED], {}
     while names:
         process = subprocess.run(
-            [sys.executable, SCRIPT, *names], capture_output=True, encoding="utf-8", timeout=300
+            [sys.executable, SCRIPT, *names], capture_output=True, encoding="utf-8", timeout=500
         )
         done = dict(map(json.loads, process.stdout.splitlines()))
         ends.update(done)

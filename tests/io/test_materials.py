@@ -243,7 +243,7 @@ def test_blender_shows_the_texture(tmp_path: Path, suffix: str) -> None:
         "nodes = [n.image.size[:] for n in m.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE']\n"
         "print('read', len(m.uv_layers), *nodes)"
     )
-    said = subprocess.run([blender, "-c", script], capture_output=True, encoding="utf-8", timeout=120)
+    said = subprocess.run([blender, "-c", script], capture_output=True, encoding="utf-8", timeout=500)
     assert "read 1 (64, 64)" in said.stdout, said.stderr
 
 

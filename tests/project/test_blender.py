@@ -61,7 +61,7 @@ def test_every_scene_in_blender(archive: Path) -> None:
         capture_output=True,
         encoding="utf-8",
         env=environment,
-        timeout=280,
+        timeout=500,
     )
     assert process.returncode == 0, (process.stdout + process.stderr)[-3000:]
     said = json.loads(process.stdout.splitlines()[-1])

@@ -157,6 +157,7 @@ def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
             assert (flatten(V, F).uv == flatten(V, F, LinABF(guarantee="injective")).uv).all()
 
 
+@pytest.mark.slow
 def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
     b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]
