@@ -21,10 +21,12 @@ test-all: .venv/ready
 lint: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
-	$(PY) -m mypy
-	$(PY) -m mypy --platform win32
-	$(PY) -m mypy --platform darwin
+	$(MAKE) -j 3 --no-print-directory $(addprefix mypy-,linux win32 darwin)
 	$(BIN)/lint-imports --no-logo --no-cache
+
+# each system has its own cache, so that a second run checks only what has changed
+mypy-%: .venv/ready
+	$(PY) -m mypy --platform $* --cache-dir .mypy_cache/$*
 
 pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile -m "not slow"

@@ -391,6 +391,7 @@ def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
         unwrap(*igl.icosahedron(), Seams(labels=labels))
 
 
+@pytest.mark.slow
 def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     generated = importlib.import_module("generated").generated

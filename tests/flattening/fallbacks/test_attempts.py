@@ -47,7 +47,9 @@ def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int)
         assert quality(V, F, result.uv).flips == 0
 
 
-@pytest.mark.parametrize(("leaves", "seed"), [(2, 8), (2, 118), (2, 10)])
+@pytest.mark.parametrize(
+    ("leaves", "seed"), [(2, 8), *(pytest.param(2, k, marks=pytest.mark.slow) for k in (118, 10))]
+)
 def test_a_model_cut_too_little_flips_says_so_and_is_helped(leaves: int, seed: int) -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), leaves, seed)
     result = flatten(V, F)
