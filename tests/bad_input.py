@@ -1,11 +1,12 @@
-"""Input that must be refused, or accepted with a warning, by name; run as a script for one of them.
+"""Input that must be refused, or accepted with a warning, by name; run as a script for some of them.
 
-`python tests/bad_input.py NAME` prints how each method ends: run apart, so that a crash of the process
-is seen and takes nothing along.
+`python tests/bad_input.py NAME ...` prints for each name how each method ends, as a line of JSON. It runs in
+a process of its own, so that a crash is seen: the first name without a line crashed.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 
 import numpy as np
@@ -118,13 +119,18 @@ def main() -> None:
     from igl_linabf import MeshError, flatten
     from igl_linabf.flattening import METHODS
 
-    positions, faces, pins, _ = {**REFUSED, **WARNED}[sys.argv[1]]
-    for method in METHODS:
-        try:
-            uv = flatten(positions, faces, method, *pins).uv
-            print(f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}")
-        except MeshError as error:
-            print(f"{method}: MeshError: {error}")
+    for name in sys.argv[1:]:
+        positions, faces, pins, _ = {**REFUSED, **WARNED}[name]
+        ends = []
+        for method in METHODS:
+            try:
+                uv = flatten(positions, faces, method, *pins).uv
+                ends.append(
+                    f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}"
+                )
+            except MeshError as error:
+                ends.append(f"{method}: MeshError: {error}")
+        print(json.dumps([name, ends]), flush=True)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -127,9 +128,18 @@ def python_of_blender() -> Path:
         return Path(named)
     if find_spec("bpy") is not None:
         return Path(sys.executable)
-    if not OWN_BLENDER.exists():
+    if not imports_bpy(OWN_BLENDER):
         pytest.skip("no Python with bpy is there: `make blender` makes one")
     return OWN_BLENDER
+
+
+@cache
+def imports_bpy(python: Path) -> bool:
+    """Return whether a Python is there and has bpy; an environment whose making was broken off has not."""
+    if not python.exists():
+        return False
+    asked = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500)
+    return asked.returncode == 0
 
 
 def built_wheel(folder: Path) -> Path:

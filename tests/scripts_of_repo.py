@@ -13,7 +13,7 @@ from conftest import ROOT
 
 def run(folder, *arguments: object) -> str:
     process = subprocess.run(
-        [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8", timeout=300
+        [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8", timeout=500
     )
     assert process.returncode == 0, process.stderr
     return process.stdout

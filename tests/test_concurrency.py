@@ -54,7 +54,7 @@ def at_once(pool: Executor) -> list[str]:
 
 def test_eight_threads_give_the_same_numbers() -> None:
     assert at_once(ThreadPoolExecutor(8)) == in_turn()
-    assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(10,))) == in_turn()
+    assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(300,))) == in_turn()
 
 
 # with supernodal CHOLMOD OpenBLAS's threads have been used before the fork
@@ -75,7 +75,7 @@ def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
             env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": path},
             capture_output=True,
             encoding="utf-8",
-            timeout=300,
+            timeout=500,
         )
         assert process.stdout.split() == in_turn(), process.stderr
 

@@ -150,7 +150,7 @@ def executed(cells: list[str]) -> list[list[dict]]:
     """The outputs of each cell, run by a kernel as a notebook's are."""
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
-    nbclient.NotebookClient(book, timeout=240, kernel_name="python3").execute()
+    nbclient.NotebookClient(book, timeout=500, kernel_name="python3").execute()
     return [cell.outputs for cell in book.cells]
 
 
@@ -160,6 +160,7 @@ def pictures(outputs: list[dict]) -> int:
     return sum(bool(kinds & set(output.get("data", {}))) for output in outputs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["static", "trame"])
 def test_a_picture_that_ends_a_cell_is_shown_once(backend: str) -> None:
     pytest.importorskip("pyvista")
@@ -181,6 +182,7 @@ uv = igl_linabf.linabf(V, F[1:])
     assert [pictures(outputs) for outputs in (compared, drawn, alone)] == [1, 0, 1]
 
 
+@pytest.mark.slow
 def test_the_notebook_of_the_docs_runs() -> None:
     pytest.importorskip("nilearn")
     book = json.loads((ROOT / "docs" / "notebook.ipynb").read_text(encoding="utf-8"))

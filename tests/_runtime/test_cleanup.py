@@ -46,6 +46,7 @@ def is_importing(pid: int) -> bool:
     return "numpy" in Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/maps"), reason="needs /proc")
 @pytest.mark.parametrize("name", ARGUMENTS)
 def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
@@ -71,7 +72,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
             time.sleep(0.01)
         time.sleep(wait)
         process.send_signal(signal.SIGINT)  # to it alone: what it started, it must end
-        _, said = process.communicate(timeout=120)
+        _, said = process.communicate(timeout=500)
         assert not of_session(process.pid)
         assert not list(temporary.iterdir())
         if process.returncode == 0:  # it was too late

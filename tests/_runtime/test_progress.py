@@ -88,7 +88,7 @@ def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
             text += chunk
     except OSError:  # so Linux says that the other end was closed
         pass
-    printed, _ = process.communicate(timeout=60)
+    printed, _ = process.communicate(timeout=500)
     assert process.returncode == 0
     return text.decode(), printed.decode()
 
@@ -123,6 +123,7 @@ sys.exit(code)
 """
 
 
+@pytest.mark.slow
 @terminals
 def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
     mesh, out = tmp_path / "disk.obj", tmp_path / "map.obj"
@@ -149,7 +150,7 @@ def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
 
 def test_nothing_in_a_log() -> None:
     process = subprocess.run(
-        [sys.executable, "-c", SCRIPT, "0"], capture_output=True, encoding="utf-8", timeout=60
+        [sys.executable, "-c", SCRIPT, "0"], capture_output=True, encoding="utf-8", timeout=500
     )
     assert process.returncode == 0
     lines = process.stderr.splitlines()

@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections import Counter
 from dataclasses import replace
+from functools import cache
 
 import igl
 import numpy as np
@@ -18,6 +19,7 @@ from conftest import CLOSED, ROOT, load, pixels
 from overlapping_surfaces import spiral
 
 from igl_linabf import (
+    Atlas,
     FallbackWarning,
     LinABF,
     MeshError,
@@ -61,10 +63,16 @@ def surface(name: str) -> tuple[np.ndarray, np.ndarray]:
     return load(name)
 
 
+@cache
+def unwrapped(name: str) -> Atlas:
+    """Return the atlas without options, which several tests look at."""
+    return unwrap(*surface(name))
+
+
 @pytest.mark.parametrize("name", ["bunny", *CLOSED, *OTHERS])
 def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
-    atlas = unwrap(V, F)
+    atlas = unwrapped(name)
     assert atlas.good
     is_hard = atlas.quality.stretch_l2 < 1.01  # planes and cylinders are more charts, nearly exact
     assert len(atlas.charts) <= (8 if is_hard else 3) * (face_components(F, len(V)).max() + 1)
@@ -83,8 +91,8 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["bunny", *CLOSED])
 def test_less_distortion_than_igl_lscm_on_the_same_cut(name: str) -> None:
-    V, F = surface(name)
-    atlas = unwrap(V, F)
+    V, _ = surface(name)
+    atlas = unwrapped(name)
     corners = np.zeros((0, 2))
     ours, theirs = [], []
     for chart in atlas.charts:
@@ -392,6 +400,7 @@ def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
         unwrap(*igl.icosahedron(), Seams(labels=labels))
 
 
+@pytest.mark.slow
 def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     generated = importlib.import_module("generated").generated

@@ -111,6 +111,7 @@ def test_a_batch_replaces_only_what_a_batch_has_written(own: str, folder: Path) 
     assert (folder / "maps" / own).read_bytes() == OWN
 
 
+@pytest.mark.slow
 def test_a_batch_goes_on_over_its_own_maps(folder: Path) -> None:
     pytest.importorskip("distributed")
     for method in ("linabf", "abf"):  # the second run does all again

@@ -227,6 +227,7 @@ def test_a_flat_cortex_goes_to_freesurfer(tmp_path: Path) -> None:
         write_mesh(tmp_path / "ball.flat", *igl.icosahedron(), atlas.TC, atlas.FTC)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".obj", ".gltf"])
 def test_blender_shows_the_texture(tmp_path: Path, suffix: str) -> None:
     blender = python_of_blender()
@@ -242,7 +243,7 @@ def test_blender_shows_the_texture(tmp_path: Path, suffix: str) -> None:
         "nodes = [n.image.size[:] for n in m.materials[0].node_tree.nodes if n.type == 'TEX_IMAGE']\n"
         "print('read', len(m.uv_layers), *nodes)"
     )
-    said = subprocess.run([blender, "-c", script], capture_output=True, encoding="utf-8", timeout=120)
+    said = subprocess.run([blender, "-c", script], capture_output=True, encoding="utf-8", timeout=500)
     assert "read 1 (64, 64)" in said.stdout, said.stderr
 
 

@@ -158,7 +158,7 @@ def test_pycortex_opens_what_is_written(tmp_path: Path) -> None:
         "read = f.get_surf('sub', 'lh', 'patch', 'mine.flat', freesurfer_subject_dir=folder)\n"
         "np.savez(folder + '/read.npz', pts=read[0], polys=read[1], at=read[2])"
     )
-    done = subprocess.run([python, "-c", script], capture_output=True, encoding="utf-8", timeout=120)
+    done = subprocess.run([python, "-c", script], capture_output=True, encoding="utf-8", timeout=500)
     assert done.returncode == 0, done.stderr
     with np.load(tmp_path / "read.npz") as read:
         np.testing.assert_allclose(read["pts"][:, :2], uv, atol=1e-5 * np.ptp(uv))

@@ -26,7 +26,7 @@ from igl_linabf.plot.drawn_seams import DrawnSeams
 
 SIZE = (1400, 830)
 SIDES = 700  # pixels from above: below are the sliders and the help
-PATIENCE = 60  # seconds, after which a window that has not changed is given up
+PATIENCE = 300  # seconds, after which a window that has not changed is given up
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +164,7 @@ def both_marked(image: np.ndarray) -> bool:
     return all(place is not None for place in marks(image))
 
 
+@pytest.mark.slow
 def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     window = opened(*load("bumps"))
     before = squares(flat(window.image()))
@@ -190,6 +191,7 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     assert window.process.stderr.read() == ""
 
 
+@pytest.mark.slow
 def test_methods_by_key_show_what_they_flip(opened) -> None:
     window = opened(*rings(40, crown))
     assert not near(window.image(), WARNING).any()  # linABF
@@ -200,6 +202,7 @@ def test_methods_by_key_show_what_they_flip(opened) -> None:
     window.until(lambda image: not near(image, WARNING).any())
 
 
+@pytest.mark.slow
 def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window = opened(*load("bumps"))
     left = np.array([300, 400])
@@ -226,6 +229,7 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     assert both_marked(window.image())
 
 
+@pytest.mark.slow
 def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window = opened(*rings(40, crown))
     y = 772
@@ -240,6 +244,7 @@ def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window.until(lambda image: near(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
 
 
+@pytest.mark.slow
 def test_seams_are_drawn_by_clicks_and_taken_back(opened) -> None:
     window = opened(*load("bumps"))
     before = window.image()
@@ -324,6 +329,7 @@ def test_saved_files_replace_none(tmp_path) -> None:
     missing.plotter.close()
 
 
+@pytest.mark.slow
 def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window = opened(*igl.upsample(*igl.icosahedron(), 3))
     image = window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)

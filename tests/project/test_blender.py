@@ -21,6 +21,9 @@ else:
     import tomli as tomllib
 
 
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory) -> Path:
     """The extension, built from these sources."""
@@ -58,7 +61,7 @@ def test_every_scene_in_blender(archive: Path) -> None:
         capture_output=True,
         encoding="utf-8",
         env=environment,
-        timeout=280,
+        timeout=500,
     )
     assert process.returncode == 0, (process.stdout + process.stderr)[-3000:]
     said = json.loads(process.stdout.splitlines()[-1])

@@ -106,7 +106,7 @@ def site(tmp_path_factory) -> Path:
         shutil.copy(ROOT / name, folder)
     only = "sphinx_gallery_conf.filename_pattern=in_the_browser"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-D", only, "docs", "html"]
-    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=300)
+    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=500)
     assert process.returncode == 0, process.stderr
     return folder / "html"
 
@@ -125,11 +125,12 @@ def chromium(page: Path, folder: Path, *arguments: str) -> str:
         *arguments,
         page.as_uri(),
     ]
-    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=180)
+    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     assert process.returncode == 0, process.stderr
     return process.stdout
 
 
+@pytest.mark.slow
 def test_every_page_of_the_folder_is_in_the_site(site) -> None:
     names = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").glob("*.md")}
     assert all((site / name).is_file() for name in names)
@@ -139,6 +140,7 @@ def test_every_page_of_the_folder_is_in_the_site(site) -> None:
             assert (site / pages / f"{script.stem}.html").is_file()
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     frame = re.search(
@@ -162,6 +164,7 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     assert 0.5 < (blue[drawn] > 15).sum() / (blue[drawn] < 0).sum() < 2
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_formulas_are_typeset_without_a_network(site, tmp_path) -> None:
     text = chromium(site / "method.html", tmp_path, "--dump-dom")

@@ -35,6 +35,7 @@ WHAT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     (rows, columns), said = WHAT[name]
@@ -42,6 +43,7 @@ def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     assert min(colourful(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
 
 
+@pytest.mark.slow
 def test_tensors_are_those_of_the_mesh(tmp_path: Path) -> None:
     pytest.importorskip("torch")
     text = run(tmp_path, ROOT / "recipes" / "differentiable_renderer.py")

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -38,7 +39,7 @@ HEAVY = ("numpy", "scipy", "igl", "igl_linabf._core", "shapely", "pyvista")
 def python(*arguments: str, **options: object) -> str:
     """What another Python prints."""
     process = subprocess.run(
-        [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 120, **options}
+        [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 500, **options}
     )
     assert process.returncode == 0, process.stderr
     return process.stdout
@@ -74,6 +75,7 @@ except AttributeError as error:
     assert listed | {"adapters", "io"} == set(igl_linabf.__all__)
 
 
+@pytest.mark.slow
 def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
     pytest.importorskip("mypy")
     names = "\n".join(f"igl_linabf.{name}" for name in igl_linabf.__all__)
@@ -84,7 +86,7 @@ def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
         cwd=tmp_path,
         capture_output=True,
         encoding="utf-8",
-        timeout=600,
+        timeout=500,
         env={**os.environ, "MYPYPATH": str(ROOT)},
     )
     errors = [line for line in process.stdout.splitlines() if "error:" in line]
@@ -96,6 +98,12 @@ def test_the_package_is_a_command_and_says_its_version() -> None:
     assert python("-m", "igl_linabf", "--version") == f"igl-linabf {PROJECT['version']}\n"
     module, _, function = PROJECT["scripts"]["igl-linabf"].partition(":")
     assert inspect.isfunction(getattr(importlib.import_module(module), function))
+
+
+@cache
+def completion() -> str:
+    """What the command prints for bash."""
+    return python("-m", "igl_linabf", "--print-completion", "bash")
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
@@ -111,7 +119,7 @@ def test_the_package_is_a_command_and_says_its_version() -> None:
 def test_bash_completes_commands_options_values_and_files(words, expected, tmp_path) -> None:
     pytest.importorskip("shtab")
     (tmp_path / "bumps.obj").write_text("")
-    (tmp_path / "completion").write_text(python("-m", "igl_linabf", "--print-completion", "bash"))
+    (tmp_path / "completion").write_text(completion())
     asked = f"""
 source completion
 COMP_WORDS=(igl-linabf {" ".join(word or '""' for word in words)})
@@ -121,11 +129,12 @@ _shtab_igl_linabf igl-linabf "${{COMP_WORDS[-1]}}"
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
     process = subprocess.run(
-        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=60
+        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=500
     )
     assert set(process.stdout.split()) == expected, process.stderr
 
 
+@pytest.mark.slow
 def test_the_wheel_is_one_typed_module_with_a_page_whose_links_lead_somewhere(tmp_path) -> None:
     script("release_check.py").check_wheel(built_wheel(tmp_path))
 

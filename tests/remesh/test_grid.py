@@ -26,7 +26,7 @@ SURFACES = {
 }
 
 
-@pytest.fixture(params=SURFACES)
+@pytest.fixture(scope="module", params=SURFACES)
 def surface(request) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     V, F = SURFACES[request.param]()
     return V, F, linabf(V, F)
@@ -57,7 +57,7 @@ def corner_angles(grid: QuadGrid) -> np.ndarray:
     return np.degrees(np.arccos(cosine / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)))
 
 
-@pytest.mark.parametrize("cells", [8, 1000, 5000])
+@pytest.mark.parametrize("cells", [8, 1000, pytest.param(5000, marks=pytest.mark.slow)])
 def test_the_grid_is_a_manifold_with_the_topology_of_the_surface(surface, cells) -> None:
     V, F, uv = surface
     grid = quad_grid(V, F, uv, np.sqrt(igl.doublearea(uv, F).sum() / 2 / cells))

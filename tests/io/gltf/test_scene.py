@@ -129,6 +129,7 @@ def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
     assert opened.to_geometry().area == pytest.approx(4 * (2 * 9.574541 + 9 / 20 * 9.574541), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
 def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
     blender = python_of_blender()
@@ -145,7 +146,7 @@ def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
     )
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     said = subprocess.run(
-        [blender, "-c", script], capture_output=True, encoding="utf-8", timeout=120, env=environment
+        [blender, "-c", script], capture_output=True, encoding="utf-8", timeout=500, env=environment
     )
     line = next(line for line in said.stdout.splitlines() if line.startswith("read"))
     _, faces, layers, mean = line.split()

@@ -179,7 +179,7 @@ def test_a_surface_pressed_flat_is_unwrapped() -> None:
     assert made.quality.stretch_l2 < 1.001
 
 
-@pytest.mark.parametrize("seed", [3, 8, 12])
+@pytest.mark.parametrize("seed", [*(pytest.param(k, marks=pytest.mark.slow) for k in (3, 8)), 12])
 def test_abf_of_a_rough_surface_pressed_flat_ends_with_an_outcome(seed: int) -> None:
     """Bounds of angles that are one in double precision end the steps in the plane."""
     random = np.random.default_rng(seed)
