@@ -209,7 +209,7 @@ def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
     rows, columns = np.nonzero(images[1])
     assert len(np.unique(rows)) > 380
     assert (abs(columns - 200) < 5).all()
-    with pytest.raises(MeshError, match="no edges of the mesh"):
+    with pytest.raises(MeshError, match="not edges of the mesh"):
         plot_checkerboard(V, F, uv, seams=[[0, 220]], plotter=off_screen())
 
 
