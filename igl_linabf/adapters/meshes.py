@@ -11,7 +11,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError
 from ..io import as_mesh_file, keep_data_of_polydata, split_at_seams
 from ..surface import face_array
-from .data import CELLS_OF_NO_SURFACE, check_alike, keep_data_of_trimesh, of_triangles
+from .data import NON_SURFACE_CELLS, check_sizes, copy_trimesh_data, triangulate_polydata
 
 if TYPE_CHECKING:
     import meshio
@@ -94,12 +94,12 @@ def to_trimesh(
     """
     import trimesh
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    visual = trimesh.visual.TextureVisuals(uv=made.TC)
-    mesh = trimesh.Trimesh(made.V, made.F, visual=visual, process=False)
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    visual = trimesh.visual.TextureVisuals(uv=split.TC)
+    mesh = trimesh.Trimesh(split.V, split.F, visual=visual, process=False)
     if like is not None:
-        check_alike(V, F, len(like.vertices), len(like.faces))
-        keep_data_of_trimesh(mesh, like, made.vertex)
+        check_sizes(V, F, len(like.vertices), len(like.faces))
+        copy_trimesh_data(mesh, like, split.vertex)
     return mesh
 
 
@@ -135,7 +135,7 @@ def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
 
     if not isinstance(mesh, pyvista.PolyData):
         raise MeshError(f"this is a {type(mesh).__name__}, no pyvista.PolyData: take mesh.extract_surface()")
-    faces = of_triangles(mesh)
+    faces = triangulate_polydata(mesh)
     F = np.asarray(faces.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
     return np.array(faces.points, dtype=np.float64), np.ascontiguousarray(F)
 
@@ -178,13 +178,13 @@ def to_pyvista(
     """
     import pyvista
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    mesh = pyvista.PolyData.from_regular_faces(made.V, made.F)
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    mesh = pyvista.PolyData.from_regular_faces(split.V, split.F)
     if like is not None:
-        triangles = of_triangles(like)
-        check_alike(V, F, triangles.n_points, triangles.GetNumberOfPolys())
-        keep_data_of_polydata(mesh, triangles, made.vertex)
-    mesh.active_texture_coordinates = made.TC
+        triangles = triangulate_polydata(like)
+        check_sizes(V, F, triangles.n_points, triangles.GetNumberOfPolys())
+        keep_data_of_polydata(mesh, triangles, split.vertex)
+    mesh.active_texture_coordinates = split.TC
     return mesh
 
 
@@ -217,7 +217,7 @@ def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
     >>> textured.point_data["obj:vt"].shape == (len(textured.points), 2)
     True
     """
-    surface = [block for block in mesh.cells if block.type not in CELLS_OF_NO_SURFACE]
+    surface = [block for block in mesh.cells if block.type not in NON_SURFACE_CELLS]
     others = {block.type: len(block.data) for block in surface if block.type != "triangle"}
     if others:
         listed = ", ".join(f"{count} cells {kind!r}" for kind, count in others.items())
@@ -266,18 +266,18 @@ def to_meshio(
     """
     import meshio
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
     points, cells, fields = {}, {}, {}
     if like is not None:
-        surface = [i for i, block in enumerate(like.cells) if block.type not in CELLS_OF_NO_SURFACE]
-        check_alike(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
-        points = {name: np.asarray(values)[made.vertex] for name, values in like.point_data.items()}
+        surface = [i for i, block in enumerate(like.cells) if block.type not in NON_SURFACE_CELLS]
+        check_sizes(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
+        points = {name: np.asarray(values)[split.vertex] for name, values in like.point_data.items()}
         cells = {
             name: [np.concatenate([values[i] for i in surface])] for name, values in like.cell_data.items()
         }
         fields = like.field_data
-    points["obj:vt"] = made.TC
-    return meshio.Mesh(made.V, [("triangle", made.F)], points, cells, fields)
+    points["obj:vt"] = split.TC
+    return meshio.Mesh(split.V, [("triangle", split.F)], points, cells, fields)
 
 
 def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArray]:
@@ -348,15 +348,16 @@ def to_open3d(
     """
     import open3d
 
-    made = as_mesh_file(V, face_array(F)).textured(TC, FTC)
-    assert made.TC is not None  # it has been given them
+    mapped = as_mesh_file(V, face_array(F)).textured(TC, FTC)
+    assert mapped.TC is not None  # it has been given them
     mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(made.V), open3d.utility.Vector3iVector(made.triangles.astype(np.int32))
+        open3d.utility.Vector3dVector(mapped.V),
+        open3d.utility.Vector3iVector(mapped.triangles.astype(np.int32)),
     )
-    mesh.triangle_uvs = open3d.utility.Vector2dVector(made.TC[made.texture])
-    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(made.polygons), dtype=np.int32))
+    mesh.triangle_uvs = open3d.utility.Vector2dVector(mapped.TC[mapped.texture])
+    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(mapped.polygons), dtype=np.int32))
     if like is not None:
-        check_alike(V, F, len(like.vertices), len(like.triangles))
+        check_sizes(V, F, len(like.vertices), len(like.triangles))
         mesh.vertex_colors, mesh.vertex_normals = like.vertex_colors, like.vertex_normals
         mesh.triangle_normals = like.triangle_normals
     return mesh

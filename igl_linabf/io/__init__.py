@@ -29,7 +29,7 @@ from .files import (
     write_textured,
 )
 from .formats import FLAT as FLAT
-from .formats import READERS, WRITERS
+from .formats import READABLE_SUFFIXES, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
@@ -49,7 +49,7 @@ from .pictures import write_image
 from .vertex_splits import split_at_seams as split_at_seams
 
 SUFFIXES = tuple(WRITERS)
-READABLE = tuple(READERS)
+READABLE = tuple(READABLE_SUFFIXES)
 
 __all__ = [
     "READABLE",

@@ -8,17 +8,17 @@ import numpy as np
 from .._types import FloatArray
 from ..surface import unit_vectors
 from ..textures import Picture
-from .materials import WHITE, linear, srgb
+from .materials import WHITE, decode_srgb, encode_srgb
 from .mesh_file import MeshFile
-from .pictures import pixels_of
+from .pictures import decode_image
 
-OF_GLTF = (".glb", ".gltf")
-DIRECTIONS = ("normaltexture", "anisotropytexture")  # what the names of such maps end with in glTF
-BUMPS = ("bump", "map_bump")
-ONE = (1.0, 1.0, 1.0, 1.0)  # as a factor
+GLTF_SUFFIXES = (".glb", ".gltf")
+DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # what the names of such maps end with in glTF
+BUMP_KEYWORDS = ("bump", "map_bump")
+UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # as a factor
 
 
-def given_colours(mesh: MeshFile) -> FloatArray | None:
+def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
     """The colours at the corners (#C, 3 or 4), of corners, faces or vertices, without those of materials."""
     extras, polygons = mesh.extras, mesh.polygons
     if extras.corner_colours is not None:
@@ -36,31 +36,39 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
     one is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons
-    n, looks, given = len(polygons.corners), extras.looks or (), given_colours(mesh)
-    alone = given is None
-    if given is None:
+    n, looks, stored = len(polygons.corners), extras.looks or (), get_stored_colours(mesh)
+    from_materials = stored is None
+    if stored is None:
         if all(look.factor is None and look.colour == WHITE for look in looks):
             return None
-        given = np.ones((n, 4))
-    made = np.column_stack((given[:, :3], given[:, 3] if given.shape[1] > 3 else np.ones(n)))
-    factors = [
-        look.factor or ((*linear(np.array(look.colour)), look.alpha) if alone else ONE) for look in looks
+        stored = np.ones((n, 4))
+    colours = np.column_stack((stored[:, :3], stored[:, 3] if stored.shape[1] > 3 else np.ones(n)))
+    multipliers = [
+        look.factor or ((*decode_srgb(np.array(look.colour)), look.alpha) if from_materials else UNIT_FACTOR)
+        for look in looks
     ]
-    if extras.materials is not None and set(factors) - {ONE}:
-        of = np.array([*factors, ONE])[extras.materials[1]][polygons.owner]  # -1 is none, and the last
-        made = np.column_stack((srgb(linear(made[:, :3]) * of[:, :3]), made[:, 3] * of[:, 3]))
-    return made if (made[:, 3] < 1).any() else made[:, :3]
+    if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
+        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][
+            polygons.owner
+        ]  # -1 is none, and the last
+        colours = np.column_stack(
+            (
+                encode_srgb(decode_srgb(colours[:, :3]) * factor_of_corner[:, :3]),
+                colours[:, 3] * factor_of_corner[:, 3],
+            )
+        )
+    return colours if (colours[:, 3] < 1).any() else colours[:, :3]
 
 
-def corner_normals(mesh: MeshFile) -> FloatArray:
+def compute_corner_normals(mesh: MeshFile) -> FloatArray:
     """The normals at the corners of the triangles, (#T, 3, 3), as what shows the file takes them.
 
     Where it has none, those of the faces in glTF, which asks for them, and else those of vertices.
     """
-    V, triangles, given = mesh.V, mesh.triangles, mesh.extras.normals
-    if given is not None and mesh.extras.normal is not None:
-        normals = given[mesh.extras.normal[mesh.split.place]]
-    elif mesh.path is not None and mesh.path.suffix.lower() in OF_GLTF:
+    V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
+    if stored is not None and mesh.extras.normal is not None:
+        normals = stored[mesh.extras.normal[mesh.split.place]]
+    elif mesh.path is not None and mesh.path.suffix.lower() in GLTF_SUFFIXES:
         a, b, c = V[triangles.T]
         normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
     else:
@@ -97,16 +105,16 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     >>> [(kind, len(images), images[0].pixels.shape) for kind, images in maps.items()]
     [('baseColorTexture', 1, (8, 8, 3))]
     """
-    looks, known = mesh.extras.looks or (), dict[bytes, FloatArray]()
-    kinds = dict.fromkeys(of.kind for look in looks for of in look.maps)
-    found: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
+    looks, decoded = mesh.extras.looks or (), dict[bytes, FloatArray]()
+    kinds = dict.fromkeys(image_map.kind for look in looks for image_map in look.maps)
+    images: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
     for i, look in enumerate(looks):
-        for of in look.maps:
-            data = of.read()
-            if data not in known:
-                known[data] = pixels_of(data, f"{of.kind} of the material {mesh.materials[i]}")
-            found[of.kind][i] = Picture(known[data], of.wrap, of.matrix)
-    return found
+        for image_map in look.maps:
+            data = image_map.read()
+            if data not in decoded:
+                decoded[data] = decode_image(data, f"{image_map.kind} of the material {mesh.materials[i]}")
+            images[image_map.kind][i] = Picture(decoded[data], image_map.wrap, image_map.matrix)
+    return images
 
 
 def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
@@ -114,7 +122,7 @@ def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
 
     Those of bumps in MTL are heights by its rule, and grey; many programs write normal maps there.
     """
-    if kind.lower() in BUMPS:
+    if kind.lower() in BUMP_KEYWORDS:
         pixels = [image.pixels for image in images if image is not None]
         return any(rows.shape[2] >= 3 and bool(np.ptp(rows[..., :3], axis=2).any()) for rows in pixels)
-    return kind.lower().endswith(DIRECTIONS)
+    return kind.lower().endswith(DIRECTION_SUFFIXES)

@@ -14,9 +14,9 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .formats import GivenImages, parse_file, write_atomically
+from .formats import ImageArgument, parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
-from .obj import save_obj, with_looks
+from .obj import load_looks, save_obj
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -58,11 +58,11 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     found = parse_file(path)
     F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
-        raise _no_surface(path, found)
+        raise _make_no_faces_error(path, found)
     return vertex_array(found.V), face_array(F)
 
 
-def _no_surface(path: Path, found: MeshFile) -> MeshError:
+def _make_no_faces_error(path: Path, found: MeshFile) -> MeshError:
     """What is wrong with a file without faces."""
     hint = (
         "make a surface of these points first, as screened Poisson reconstruction in MeshLab does"
@@ -120,16 +120,16 @@ def read_file(
     path = Path(path)
     found = parse_file(path, surface)
     if not len(found.V) or not len(found.polygons):
-        raise _no_surface(path, found)
-    made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
+        raise _make_no_faces_error(path, found)
+    mesh = replace(found, V=vertex_array(found.V), extras=load_looks(found.extras, path), path=path)
     if found.TC is None or found.texture is None or not len(found.TC):
-        return replace(made, TC=None, texture=None)
-    some_lack = (found.texture < 0).any()
-    if (found.texture < 0).all() or (some_lack and not partial):
-        return replace(made, TC=None, texture=None)
-    if some_lack:
-        made = replace(made, texture=np.maximum(found.texture, -1))  # -2 is a row before the first one
-    return made
+        return replace(mesh, TC=None, texture=None)
+    is_partial = (found.texture < 0).any()
+    if (found.texture < 0).all() or (is_partial and not partial):
+        return replace(mesh, TC=None, texture=None)
+    if is_partial:
+        mesh = replace(mesh, texture=np.maximum(found.texture, -1))  # -2 is a row before the first one
+    return mesh
 
 
 def write_file(
@@ -137,7 +137,7 @@ def write_file(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: GivenImages = None,
+    image: ImageArgument = None,
     *,
     force: bool = False,
     texcoord: int = 0,
@@ -227,7 +227,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
     found = parse_file(path)
     if not len(found.polygons):
-        raise _no_surface(path, found)
+        raise _make_no_faces_error(path, found)
     TC, texture = found.TC, found.texture
     if TC is None or texture is None or not len(TC) or (texture == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")
@@ -273,7 +273,7 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    _write_one(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
+    _write_as_obj(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
 
 
 def write_mesh(
@@ -378,7 +378,7 @@ def as_mesh_file(V: ArrayLike, F: ArrayLike) -> MeshFile:
     return MeshFile(positions, faces)
 
 
-def _write_one(path: str | os.PathLike[str], mesh: MeshFile) -> None:
+def _write_as_obj(path: str | os.PathLike[str], mesh: MeshFile) -> None:
     """As OBJ, whatever the suffix."""
     with replacing(path) as temporary:
         save_obj(temporary, mesh, Path(path))
@@ -407,7 +407,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    _write_one(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
+    _write_as_obj(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
-from .parsing import NOTHING, Extras
+from .parsing import NO_EXTRAS, Extras
 
 Unit = Literal["um", "mm", "cm", "m", "in", "ft"]
-UNITS: dict[str, Unit] = {
+UNIT_SYMBOLS: dict[str, Unit] = {
     "micron": "um",
     "millimeter": "mm",
     "centimeter": "cm",
@@ -78,7 +78,7 @@ class MeshFile:
     polygons: Polygons
     TC: FloatArray | None = None
     texture: IntArray | None = None
-    extras: Extras = NOTHING
+    extras: Extras = NO_EXTRAS
     path: Path | None = None
     images: Images | None = None
     first: tuple[FloatArray, IntArray] | None = None
@@ -111,7 +111,7 @@ class MeshFile:
     @property
     def units(self) -> Unit | None:
         """The unit of length, as `write_pattern` takes it; None if the file does not say."""
-        return None if self.extras.units is None else UNITS[self.extras.units]
+        return None if self.extras.units is None else UNIT_SYMBOLS[self.extras.units]
 
     @property
     def parts(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..surface import Polygons, index_and_rank
 
 
-def triangles_of_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
+def triangulate_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
     """Each corner makes a triangle with the two before it; every second one is turned.
 
     Some have a vertex twice: programs write them to join strips into one.
@@ -32,24 +32,24 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, I
     strip : (#F,) int64
         The strip of each.
     """
-    at = np.arange(len(corners))
-    first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, at, 0))
+    position = np.arange(len(corners))
+    first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, position, 0))
     F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
-    turned = (at - first)[:-2] % 2 == 1
-    F[turned] = F[turned][:, [1, 0, 2]]
+    odd = (position - first)[:-2] % 2 == 1
+    F[odd] = F[odd][:, [1, 0, 2]]
     whole = strip[:-2] == strip[2:]
     return F[whole], strip[:-2][whole]
 
 
 SPACE = ord(" ")
-INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
+MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
 
 
 class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is known
     """The file does not follow its format; the text says where."""
 
 
-Named = tuple[tuple[str, ...], IntArray]  # names, and for each face the number of its name, or -1
+FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and for each face the number of its name, or -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +83,8 @@ class Extras:
     corner_colours: FloatArray | None = None
     normals: FloatArray | None = None
     normal: IntArray | None = None
-    parts: Named | None = None
-    materials: Named | None = None
+    parts: FaceLabels | None = None
+    materials: FaceLabels | None = None
     looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
     comments: tuple[str, ...] = ()
@@ -92,7 +92,7 @@ class Extras:
     source: Any = None
 
 
-NOTHING = Extras()
+NO_EXTRAS = Extras()
 
 
 class Property(NamedTuple):
@@ -135,10 +135,10 @@ class Column:
         return Column(self.values[np.repeat(start, sizes) + rank], sizes)
 
 
-Columns = dict[str, Column]
+Table = dict[str, Column]
 
 
-def plain_text(data: bytes) -> bytes:
+def convert_to_utf8(data: bytes) -> bytes:
     """Text as UTF-8 without a byte order mark: editors put one before it, some shells write UTF-16."""
     if not data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.removeprefix(codecs.BOM_UTF8)
@@ -148,33 +148,33 @@ def plain_text(data: bytes) -> bytes:
         raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
 
 
-def as_text(data: bytes) -> str:
+def decode_utf8(data: bytes) -> str:
     """UTF-8 as text; bytes that are none stay what they are, as in Python's names of files."""
     return data.decode("utf-8", "surrogateescape")
 
 
-def as_bytes(text: str) -> bytes:
+def encode_utf8(text: str) -> bytes:
     """The bytes that `as_text` has read."""
     return text.encode("utf-8", "surrogateescape")
 
 
-def name_of(line: bytes) -> bytes:
+def parse_name(line: bytes) -> bytes:
     """What follows a keyword: blanks and # in it belong to a name."""
     return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
-def refuse(line: int, text: bytes, what: str) -> NoReturn:
+def raise_damaged(line: int, text: bytes, what: str) -> NoReturn:
     """Raise `Damaged` for a line; `what` says what is wrong with it."""
-    raise Damaged(f"line {line}, {printable(text)}, {what}")
+    raise Damaged(f"line {line}, {quote_line(text)}, {what}")
 
 
-def printable(text: bytes, limit: int = 40) -> str:
+def quote_line(text: bytes, limit: int = 40) -> str:
     """The beginning of a damaged line, printable."""
     whole = text.strip().decode("utf-8", "backslashreplace")
     return repr(whole if len(whole) <= limit else f"{whole[:limit]}...")
 
 
-def numbers(words: Sequence[bytes], count: int) -> list[float]:
+def parse_numbers(words: Sequence[bytes], count: int) -> list[float]:
     """The words as `count` numbers; empty if they are not."""
     try:
         values = list(map(float, words))
@@ -184,21 +184,21 @@ def numbers(words: Sequence[bytes], count: int) -> list[float]:
     return values if len(values) == count and b"_" not in b"".join(words) else []
 
 
-def indices(words: Sequence[bytes], count: int) -> list[int]:
+def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
     """The words as `count` integers, 0 or larger; empty if they are not."""
     text = b"".join(words)
-    if len(words) != count or not text.isdigit() or max(map(len, words)) > INDEX_DIGITS:
+    if len(words) != count or not text.isdigit() or max(map(len, words)) > MAX_INDEX_DIGITS:
         return []
     return list(map(int, words))
 
 
-def integers(words: Sequence[bytes], count: int) -> list[int]:
+def parse_integers(words: Sequence[bytes], count: int) -> list[int]:
     """The words as `count` integers; empty if they are not."""
     unsigned = [word.removeprefix(b"-") for word in words]
-    return list(map(int, words)) if all(unsigned) and indices(unsigned, count) else []
+    return list(map(int, words)) if all(unsigned) and parse_indices(unsigned, count) else []
 
 
-def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
+def split_rows(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
     """The lines that are not empty, without comments, and their numbers, from 1."""
     lines = data.splitlines()
     if comment and comment in data:
@@ -207,20 +207,22 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
     return [text for text in lines if text], [i for i, text in enumerate(lines, 1) if text]
 
 
-def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
+def parse_table(
+    rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
+) -> Table:
     """The columns of a text table; `at` has its line numbers, `what` describes a damaged line."""
-    if not any(of.length for of in properties):
-        values = _table_of_numbers(rows, len(properties))
+    if not any(prop.length for prop in properties):
+        values = _parse_number_table(rows, len(properties))
         if values is not None:
-            return {of.name: Column(values[:, k]) for k, of in enumerate(properties)}
+            return {prop.name: Column(values[:, k]) for k, prop in enumerate(properties)}
     elif len(properties) == 1 and properties[0].is_of_indices:
-        polygons = _lists_of_one_size(rows)
+        polygons = _parse_equal_lists(rows)
         if polygons is not None:
             return {properties[0].name: polygons}
-    return _row_by_row(rows, at, properties, what)
+    return _parse_rows(rows, line_numbers, properties, what)
 
 
-def _table_of_numbers(rows: list[bytes], columns: int) -> FloatArray | None:
+def _parse_number_table(rows: list[bytes], columns: int) -> FloatArray | None:
     """The first `columns` words of each row as numbers, if all of them are numbers: fast."""
     if not rows:
         return np.empty((0, columns))
@@ -230,11 +232,11 @@ def _table_of_numbers(rows: list[bytes], columns: int) -> FloatArray | None:
         return None
 
 
-def _lists_of_one_size(rows: list[bytes]) -> Column | None:
+def _parse_equal_lists(rows: list[bytes]) -> Column | None:
     """Integers in rows `k v1 ... vk`, if k is the same in all rows: fast."""
     words = rows[0].split() if rows else []
-    (k,) = indices(words[:1], 1) or (0,)
-    table = _table_of_numbers(rows, k + 1) if 0 < k < len(words) else None
+    (k,) = parse_indices(words[:1], 1) or (0,)
+    table = _parse_number_table(rows, k + 1) if 0 < k < len(words) else None
     if table is None or not (np.abs(table) < 2.0**53).all():
         return None
     if (table != np.round(table)).any() or (table[:, 0] != k).any():
@@ -242,32 +244,40 @@ def _lists_of_one_size(rows: list[bytes]) -> Column | None:
     return Column(table[:, 1:].astype(np.int64).ravel(), np.full(len(table), k))
 
 
-def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
+def _parse_rows(
+    rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
+) -> Table:
     values: list[list[float]] = [[] for _ in properties]
     sizes: list[list[int]] = [[] for _ in properties]
-    for text, line in zip(rows, at, strict=True):
+    for text, line in zip(rows, line_numbers, strict=True):
         words, k = text.split(), 0
-        for of, column, size in zip(properties, values, sizes, strict=True):
+        for prop, column, size in zip(properties, values, sizes, strict=True):
             n = 1
-            if of.length:
-                (n,) = indices(words[k : k + 1], 1) or [-1]
+            if prop.length:
+                (n,) = parse_indices(words[k : k + 1], 1) or [-1]
                 size.append(n)
                 k += 1
-            read = numbers if not of.is_of_indices else indices if of.type[0] == "u" else integers
+            read = (
+                parse_numbers
+                if not prop.is_of_indices
+                else parse_indices
+                if prop.type[0] == "u"
+                else parse_integers
+            )
             entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
             if len(entry) != n:
-                refuse(line, text, what)
+                raise_damaged(line, text, what)
             column.extend(entry)
             k += n
     return {
-        of.name: Column(
-            np.array(column, dtype=np.int64 if of.is_of_indices else np.float64),
-            np.array(size, dtype=np.int64) if of.length else None,
+        prop.name: Column(
+            np.array(column, dtype=np.int64 if prop.is_of_indices else np.float64),
+            np.array(size, dtype=np.int64) if prop.length else None,
         )
-        for of, column, size in zip(properties, values, sizes, strict=True)
+        for prop, column, size in zip(properties, values, sizes, strict=True)
     }
 
 
-def polygons_of(column: Column) -> Polygons:
+def make_polygons(column: Column) -> Polygons:
     """Faces, which have at least three corners."""
     return Polygons(column.values.astype(np.int64), np.asarray(column.sizes, dtype=np.int64))

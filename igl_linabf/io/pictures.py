@@ -17,7 +17,7 @@ PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 655
 CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
-def picture(image: ArrayLike) -> Any:
+def make_image(image: ArrayLike) -> Any:
     """Pillow's image of numbers from 0 to 1."""
     from PIL import Image
 
@@ -30,7 +30,7 @@ def picture(image: ArrayLike) -> Any:
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
 
 
-def pixels_of(data: bytes, name: str) -> FloatArray:
+def decode_image(data: bytes, name: str) -> FloatArray:
     """The pixels (#rows, #columns, 1 to 4) of an image's file, from 0 to 1.
 
     Raises
@@ -53,10 +53,10 @@ def pixels_of(data: bytes, name: str) -> FloatArray:
     return rows[:, :, None] if rows.ndim == 2 else rows
 
 
-def png(image: ArrayLike) -> bytes:
+def encode_png(image: ArrayLike) -> bytes:
     """The image as the bytes of a PNG file."""
     data = BytesIO()
-    picture(image).save(data, "PNG")
+    make_image(image).save(data, "PNG")
     return data.getvalue()
 
 
@@ -85,4 +85,4 @@ def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
     True
     """
     with replacing(path) as temporary:
-        picture(image).save(temporary)
+        make_image(image).save(temporary)

@@ -14,7 +14,7 @@ from PIL import Image
 
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file
-from igl_linabf.io.materials import srgb
+from igl_linabf.io.materials import encode_srgb
 
 RESOLUTION = 256
 
@@ -77,7 +77,7 @@ def test_colours_are_those_of_vertices_times_those_of_materials(tmp_path: Path) 
     _, F = igl.icosahedron()
     factor = np.repeat(factors, 10, axis=0)[:, None]
     wanted = given[F] * factor
-    wanted[..., :3] = srgb(wanted[..., :3])
+    wanted[..., :3] = encode_srgb(wanted[..., :3])
     assert image.shape == (RESOLUTION, RESOLUTION, 4)
     assert np.abs(at_centres(mesh, image) - wanted.mean(axis=1)).max() < 0.02
     text = mesh.extras.source.gltf.text

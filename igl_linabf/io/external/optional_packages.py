@@ -14,13 +14,13 @@ from ..parsing import Damaged, Extras
 
 
 def import_optional(
-    module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format"
+    module: str, hint: str = "pip install 'igl-linabf[formats]' reads and writes this format"
 ) -> Any:
     """The module of another package; where it is missing, the error says how to get it."""
     try:
         return import_module(module)
     except ImportError as error:
-        raise ImportError(f"{error}: {how}") from None
+        raise ImportError(f"{error}: {hint}") from None
 
 
 def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
@@ -38,9 +38,9 @@ def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
         raise Damaged(f"{type(error).__name__}: {error}") from None
 
 
-def checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
+def make_checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
     """The mesh that a package has read; raises where faces name vertices that are not there."""
-    bad = polygons.outside(len(V))
-    if len(bad):
-        raise Damaged(f"faces {some(bad)} name vertices outside 0..{len(V) - 1}")
+    outside = polygons.outside(len(V))
+    if len(outside):
+        raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
     return MeshFile(V, polygons, extras=extras)

@@ -11,7 +11,7 @@ from ...surface import Polygons, Triangles
 EXTENSION = "FB_ngon_encoding"
 
 
-def fans(split: Triangles, corners: IntArray) -> IntArray:
+def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
     """The triangles (#T, 3) in the order that tells the polygons apart.
 
     Polygons whose triangles have no corner in common are written as triangles.
@@ -25,28 +25,28 @@ def fans(split: Triangles, corners: IntArray) -> IntArray:
     place = split.place
     count = np.bincount(split.face, minlength=len(split.polygons))[split.face]
     # how often each corner of the polygon is in its triangles
-    often = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
-    centre = often[place] == count[:, None]
+    occurrences = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
+    centre = occurrences[place] == count[:, None]
     starts = corners[place]
-    alone = ~centre.any(axis=1)
-    head = np.flatnonzero(np.append(True, (split.face[1:] != split.face[:-1]) | alone[1:]))
+    no_centre = ~centre.any(axis=1)
+    head = np.flatnonzero(np.append(True, (split.face[1:] != split.face[:-1]) | no_centre[1:]))
     length = np.diff(head, append=len(place))
-    candidates = np.where(centre | alone[:, None], np.arange(3), -1)[head].tolist()
+    candidates = np.where(centre | no_centre[:, None], np.arange(3), -1)[head].tolist()
     turn, before = np.empty(len(head), dtype=np.int64), -1
-    for i, (row, its) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
-        choice = next((k for k in its if k >= 0 and row[k] != before), max(its))
+    for i, (row, options) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
+        choice = next((k for k in options if k >= 0 and row[k] != before), max(options))
         turn[i], before = choice, row[choice]
     # the chosen corner of the first triangle comes first in all of them, and they go around it
-    own = np.repeat(place[head, turn], length)
-    shift = np.argmax(place == own[:, None], axis=1)
-    turned = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
+    centre_place = np.repeat(place[head, turn], length)
+    shift = np.argmax(place == centre_place[:, None], axis=1)
+    rotated = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
     sizes = split.polygons.sizes[split.face]
-    around = (turned[:, 1] - turned[:, 0]) % sizes
+    around = (rotated[:, 1] - rotated[:, 0]) % sizes
     order = np.lexsort((around, np.repeat(np.arange(len(head)), length)))
-    return np.asarray(corners[turned[order]])
+    return np.asarray(corners[rotated[order]])
 
 
-def turned_over(polygons: Polygons) -> Polygons:
+def reverse_polygons(polygons: Polygons) -> Polygons:
     """The same polygons with their corners the other way round; each begins where it did."""
     place = np.arange(len(polygons.corners))
     start = polygons.starts[polygons.owner]
@@ -54,7 +54,7 @@ def turned_over(polygons: Polygons) -> Polygons:
     return Polygons(polygons.corners[back], polygons.sizes)
 
 
-def polygons_among(F: IntArray) -> Polygons:
+def merge_fans(F: IntArray) -> Polygons:
     """The polygons that were written as these triangles, (#T, 3)."""
     follows = (F[1:, 0] == F[:-1, 0]) & (F[1:, 1] == F[:-1, 2])
     head = np.flatnonzero(np.append(True, ~follows)) if len(F) else np.zeros(0, dtype=np.int64)

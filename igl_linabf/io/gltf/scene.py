@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..._types import FloatArray
 from ..parsing import Damaged
-from .extensions import COMPRESSED, INSTANCES, refuse_compressed, refuse_required
+from .extensions import COMPRESSION_EXTENSIONS, INSTANCES, refuse_compressed, refuse_required
 
 
 class Component(IntEnum):
@@ -99,16 +99,16 @@ class Gltf:
     buffers: list[bytes]
     folder: Path
 
-    def listed(self, name: str) -> list[dict[str, Any]]:
+    def entries(self, name: str) -> list[dict[str, Any]]:
         """Nodes, meshes, ...; an empty list if there are none."""
         return list(self.text.get(name, ()))
 
     def view(self, number: int) -> bytes:
         """The bytes of a buffer view."""
         view = self._entry("bufferViews", number)
-        for name in COMPRESSED & set(view.get("extensions", {})):
-            said = self._entry("buffers", view["buffer"]).get("extensions", {}).get(name, {})
-            if said.get("fallback"):  # and nothing in it
+        for name in COMPRESSION_EXTENSIONS & set(view.get("extensions", {})):
+            extension = self._entry("buffers", view["buffer"]).get("extensions", {}).get(name, {})
+            if extension.get("fallback"):  # and nothing in it
                 refuse_compressed(f"its buffer view {number}", name)
         start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
         buffer = self.buffers[int(view["buffer"])]
@@ -151,12 +151,12 @@ class Gltf:
         return np.asarray(values)
 
     def _rows(
-        self, of: dict[str, Any], kind: np.dtype[Any], width: int, n: int, stride: int | None
+        self, entry: dict[str, Any], kind: np.dtype[Any], width: int, n: int, stride: int | None
     ) -> NDArray[Any]:
-        data, start = self.view(of["bufferView"]), int(of.get("byteOffset", 0))
+        data, start = self.view(entry["bufferView"]), int(entry.get("byteOffset", 0))
         step = stride or kind.itemsize * width
         if n and (start < 0 or step < 1 or start + (n - 1) * step + kind.itemsize * width > len(data)):
-            raise Damaged(f"its buffer view {of['bufferView']} is too short for {n} rows")
+            raise Damaged(f"its buffer view {entry['bufferView']} is too short for {n} rows")
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
 
     def _entry(self, name: str, number: int) -> dict[str, Any]:
@@ -167,11 +167,11 @@ class Gltf:
 
     def primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
         """The primitives of triangles: mesh, number in it, and what it is."""
-        for i, mesh in enumerate(self.listed("meshes")):
+        for i, mesh in enumerate(self.entries("meshes")):
             for j, primitive in enumerate(mesh.get("primitives", ())):
                 of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
                 if of_triangles and "POSITION" in primitive.get("attributes", {}):
-                    for name in COMPRESSED & set(primitive.get("extensions", {})):
+                    for name in COMPRESSION_EXTENSIONS & set(primitive.get("extensions", {})):
                         refuse_compressed(f"its mesh {i}", name)
                     yield i, j, primitive
 
@@ -181,7 +181,7 @@ def load_gltf(path: Path) -> Gltf:
     data = path.read_bytes()
     blob = b""
     if data[:4] == b"glTF":
-        data, blob = _chunks(data)
+        data, blob = _split_chunks(data)
     try:
         text = json.loads(data)
     except (ValueError, RecursionError) as error:
@@ -195,11 +195,11 @@ def load_gltf(path: Path) -> Gltf:
     for i, buffer in enumerate(text.get("buffers", ())):
         uri = buffer.get("uri")
         inside = blob if i == 0 else b""  # only the first one is in the container
-        buffers.append(inside if uri is None else _resource(uri, path, i))
+        buffers.append(inside if uri is None else _read_resource(uri, path, i))
     return Gltf(text, buffers, path.parent)
 
 
-def _chunks(data: bytes) -> tuple[bytes, bytes]:
+def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
     """The two chunks of a GLB file."""
     start, promised, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
     if promised > len(data):
@@ -215,7 +215,7 @@ def _chunks(data: bytes) -> tuple[bytes, bytes]:
     return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
 
 
-def _resource(uri: str, path: Path, number: int) -> bytes:
+def _read_resource(uri: str, path: Path, number: int) -> bytes:
     if uri.startswith("data:"):
         try:
             return base64.b64decode(uri.partition(",")[2], validate=True)
@@ -227,32 +227,37 @@ def _resource(uri: str, path: Path, number: int) -> bytes:
     return file.read_bytes()
 
 
-def placements(gltf: Gltf) -> dict[int, Placement]:
+def find_placements(gltf: Gltf) -> dict[int, Placement]:
     """Where each mesh is shown: by the node that makes it largest, the first one of them."""
-    nodes, found = gltf.listed("nodes"), dict[int, list[Placement]]()
-    scenes = gltf.listed("scenes")
+    nodes, placements_of_mesh = gltf.entries("nodes"), dict[int, list[Placement]]()
+    scenes = gltf.entries("scenes")
     scene = gltf.text.get("scene", 0)
     roots = scenes[scene].get("nodes", ()) if 0 <= scene < len(scenes) else ()
     children = {child for node in nodes for child in node.get("children", ())}
-    waiting = [(i, np.eye(4)) for i in (*roots, *(i for i in range(len(nodes)) if i not in children))][::-1]
+    stack = [(i, np.eye(4)) for i in (*roots, *(i for i in range(len(nodes)) if i not in children))][::-1]
     seen = set[int]()
-    while waiting:
-        i, above = waiting.pop()
+    while stack:
+        i, parent = stack.pop()
         if i in seen or not 0 <= i < len(nodes):
             continue
         seen.add(i)
-        here = above @ _transform(nodes[i])
+        matrix = parent @ _make_transform(nodes[i])
         if "mesh" in nodes[i]:
-            its, name = found.setdefault(int(nodes[i]["mesh"]), []), str(nodes[i].get("name", ""))
-            its += [Placement(name, here @ each) for each in _instances(gltf, nodes[i])]
-        waiting += [(child, here) for child in nodes[i].get("children", ())][::-1]
-    return {mesh: _largest_placement(its) for mesh, its in found.items()}
+            mesh_placements, name = (
+                placements_of_mesh.setdefault(int(nodes[i]["mesh"]), []),
+                str(nodes[i].get("name", "")),
+            )
+            mesh_placements += [
+                Placement(name, matrix @ each) for each in _find_instance_transforms(gltf, nodes[i])
+            ]
+        stack += [(child, matrix) for child in nodes[i].get("children", ())][::-1]
+    return {mesh: _largest_placement(mesh_placements) for mesh, mesh_placements in placements_of_mesh.items()}
 
 
-def _largest_placement(its: list[Placement]) -> Placement:
+def _largest_placement(candidates: list[Placement]) -> Placement:
     """The largest of a mesh's placements; one that is a point gets the mesh's own size."""
-    areas = [_area_scale(of.matrix) for of in its]
-    largest = its[int(np.argmax(areas))]._replace(times=len(its))
+    areas = [_area_scale(placement.matrix) for placement in candidates]
+    largest = candidates[int(np.argmax(areas))]._replace(times=len(candidates))
     if max(areas) > 0:
         return largest
     matrix = np.eye(4)
@@ -267,25 +272,25 @@ def _area_scale(matrix: FloatArray) -> float:
         return float(np.nan_to_num(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)])))
 
 
-def _instances(gltf: Gltf, node: dict[str, Any]) -> list[FloatArray]:
+def _find_instance_transforms(gltf: Gltf, node: dict[str, Any]) -> list[FloatArray]:
     """Transforms within a node: one that changes nothing, or those of its instances."""
     attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
     keys = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}
     rows = {key: gltf.numbers(attributes[name]) for name, key in keys.items() if name in attributes}
     count = min(map(len, rows.values()), default=0)
-    return [_transform({key: rows[key][i] for key in rows}) for i in range(count)] or [np.eye(4)]
+    return [_make_transform({key: rows[key][i] for key in rows}) for i in range(count)] or [np.eye(4)]
 
 
-def _transform(node: dict[str, Any]) -> FloatArray:
+def _make_transform(node: dict[str, Any]) -> FloatArray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-    made = np.eye(4)
-    made[:3, :3] = [
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    made[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
-    made[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-    return made
+    matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix

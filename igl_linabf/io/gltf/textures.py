@@ -4,9 +4,9 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..materials import BLACK, COLOUR, FIRST_TILE, Material
+from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, Material
 from ..mesh_file import Images
-from .images import TRANSFORM, all_uses, texture_uses, without_old_images
+from .images import TEXTURE_TRANSFORM, drop_stale_uses, find_texture_uses, iterate_texture_uses
 from .scene import Filter
 
 SHADING = "pbrMetallicRoughness"
@@ -28,28 +28,28 @@ class MaterialPages:
         self.pages: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
 
-    def of(self, material: int, page: int) -> int:
+    def material_for(self, material: int, page: int) -> int:
         """The number of the material for a page; a copy of it from the second page on."""
         if page == 0:
             return material
         if (material, page) not in self._copies:
-            made = copy.deepcopy(self.materials[material])
-            if "name" in made:
-                made["name"] = f"{made['name']}.{FIRST_TILE + page}"
+            material_copy = copy.deepcopy(self.materials[material])
+            if "name" in material_copy:
+                material_copy["name"] = f"{material_copy['name']}.{FIRST_UDIM_TILE + page}"
             self.pages[len(self.materials)] = page
             self._copies[material, page] = len(self.materials)
-            self.materials.append(made)
+            self.materials.append(material_copy)
         return self._copies[material, page]
 
     def assign(self, primitive: dict[str, Any], page: int) -> None:
         """Give a primitive, and its variants, the materials of its page."""
-        primitive["material"] = self.of(primitive["material"], page)
+        primitive["material"] = self.material_for(primitive["material"], page)
         for mapping in primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", ()):
             if "material" in mapping:
-                mapping["material"] = self.of(mapping["material"], page)
+                mapping["material"] = self.material_for(mapping["material"], page)
 
 
-def with_images(
+def add_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material] = ()
 ) -> None:
     """Add images, and name them in the materials; `looks` are these where the description is a new one.
@@ -57,12 +57,12 @@ def with_images(
     Baked colours are those of all materials, and no longer multiplied by colours of vertices.
     """
     if images.moved:
-        _name_moved(text, put, images, pages, looks)
+        _replace_images(text, put, images, pages, looks)
         return
     for material in text["materials"]:
-        without_old_images(material)
-    _leave_out_unused(text)
-    textures = _added(text, put, images.maps[COLOUR], {})
+        drop_stale_uses(material)
+    _drop_unused_textures(text)
+    textures = _add_textures(text, put, images.maps[COLOUR], {})
     for i, material in enumerate(text["materials"]):
         shading = material.get(SHADING, {})
         shading.pop("baseColorFactor", None)  # the image would be multiplied by it
@@ -73,48 +73,52 @@ def with_images(
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
-def _name_moved(
+def _replace_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material]
 ) -> None:
     """The images in the places of those that materials had; their factors stay."""
     uses: list[tuple[dict[str, Any], str, dict[str, Any], int]] = []
     for i, material in enumerate(text["materials"]):
         page = pages.get(i, 0)
-        for use in [use for use in texture_uses(material) if use.coordinates == 0]:
+        for use in [use for use in iterate_texture_uses(material) if use.coordinates == 0]:
             info = use.holder.pop(use.key)
             if use.key in images.maps:
-                uses.append((use.holder, use.key, _of_the_use(info), page))
+                uses.append((use.holder, use.key, _strip_placement(info), page))
     for material, look in zip(text["materials"], looks, strict=False):
-        for kind in (of.kind for of in look.maps if of.kind in images.maps):
+        for kind in (image_map.kind for image_map in look.maps if image_map.kind in images.maps):
             uses.append((material[SHADING] if kind == COLOUR else material, kind, {}, look.page))
             if kind == "emissiveTexture" and look.emission == BLACK:
                 material["emissiveFactor"] = [1.0, 1.0, 1.0]
-    _leave_out_unused(text)
+    _drop_unused_textures(text)
     known: dict[bytes, int] = {}
-    textures = {kind: _added(text, put, files, known) for kind, files in images.maps.items()}
+    textures = {kind: _add_textures(text, put, files, known) for kind, files in images.maps.items()}
     for holder, key, info, page in uses:
         holder[key] = {**info, "index": textures[key][page]}
 
 
-def _of_the_use(info: dict[str, Any]) -> dict[str, Any]:
+def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
     """What a use of a texture says beside which one, and where that lies."""
     kept = {key: value for key, value in info.items() if key not in ("index", "texCoord", "extensions")}
-    extensions = {name: value for name, value in info.get("extensions", {}).items() if name != TRANSFORM}
+    extensions = {
+        name: value for name, value in info.get("extensions", {}).items() if name != TEXTURE_TRANSFORM
+    }
     return {**kept, **({"extensions": extensions} if extensions else {})}
 
 
-def _added(text: dict[str, Any], put: Put, files: Sequence[bytes], known: dict[bytes, int]) -> list[int]:
+def _add_textures(
+    text: dict[str, Any], put: Put, files: Sequence[bytes], texture_of_file: dict[bytes, int]
+) -> list[int]:
     """The numbers of new textures, one for each file; equal files are one."""
-    made = []
+    numbers = []
     for file in files:
-        if file not in known:
+        if file not in texture_of_file:
             image = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
             linear = {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}
             samplers = text.setdefault("samplers", [])
             sampler = samplers.index(linear) if linear in samplers else _append(text, "samplers", linear)
-            known[file] = _append(text, "textures", {"source": image, "sampler": sampler})
-        made.append(known[file])
-    return made
+            texture_of_file[file] = _append(text, "textures", {"source": image, "sampler": sampler})
+        numbers.append(texture_of_file[file])
+    return numbers
 
 
 def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
@@ -124,7 +128,7 @@ def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
     return len(listed) - 1
 
 
-def _leave_out_unused(text: dict[str, Any]) -> None:
-    if not all_uses(text):
+def _drop_unused_textures(text: dict[str, Any]) -> None:
+    if not find_texture_uses(text):
         for name in ("images", "samplers", "textures"):
             text.pop(name, None)
