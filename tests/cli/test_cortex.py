@@ -1,4 +1,4 @@
-"""The commands for cortices: a subject in, its hemispheres out; a patch in, a flat patch out."""
+"""The commands `cortex` for subjects and `flatten` for patches."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     asked = ["flatten", str(patch), "-o", str(flat), "--method", "isometric", "--fit", "lengths", "--json"]
     assert main(asked) == 0
     printed = capsys.readouterr()
-    assert printed.err == ""  # a patch leaves vertices out: that is no news
+    assert printed.err == ""  # no warning, because patches leave vertices out on purpose
     error = json.loads(printed.out)["quality"]["distance_error"]
     assert 0.05 < error < 0.3
     mesh = read_file(flat)
