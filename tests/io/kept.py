@@ -1,4 +1,4 @@
-"""The cells of docs/kept.md, and the round trip that tests them: a file is written, read, and written again."""
+"""The cells of docs/kept.md, and the round trip that tests them: write a file, read it, write it again."""
 
 from __future__ import annotations
 
