@@ -73,7 +73,7 @@ def is_number(
 
 
 def stack_level() -> int:
-    """Return the stack level of the first frame outside this package, for warnings about the caller's code."""
+    """Return the stack level of the first frame outside this package, for use in `warnings.warn`."""
     level, frame = 1, sys._getframe(1)
     inside = ("igl_linabf", "contextlib")  # contextlib calls the package's context managers
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(inside):
