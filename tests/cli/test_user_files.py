@@ -150,7 +150,7 @@ def test_no_table_of_a_batch_is_replaced(folder: Path) -> None:
     pytest.importorskip("distributed")
     (folder / "maps").mkdir()
     (folder / "maps" / "results.csv").write_bytes(OWN)
-    with pytest.raises((OSError, MeshError), match="no table of a batch"):
+    with pytest.raises((OSError, MeshError), match="not the table of a batch"):
         batch("b.off", "maps", workers=1, progress=False)
     assert (folder / "maps" / "results.csv").read_bytes() == OWN
 

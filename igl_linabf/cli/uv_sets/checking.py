@@ -59,7 +59,7 @@ CHECK = Command(
         **shared_arguments("json", "quiet"),
     },
     "Check texture coordinates. Exit code 1: a face is flipped or has no coordinates, charts overlap by "
-    "accident, or a limit is exceeded. Mirrored charts and stacked charts are good, sharing texels.",
+    "accident, or a limit is exceeded. Mirrored and stacked charts, which share their texture, are good.",
     (
         "body.glb",
         "body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet",
