@@ -1,4 +1,4 @@
-"""What meshes of other libraries have beside points and faces, on a mesh with doubled vertices."""
+"""Copy the data of meshes from other libraries to meshes with duplicated vertices."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NON_SURFACE_CELLS = ("vertex", "line", "line3")  # meshio's cell types that are 
 
 
 def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
-    """Raise where data of so many points and faces is not that of V and F."""
+    """Raise if the numbers of points and faces differ from the numbers of rows of V and F."""
     sizes = np.shape(V)[0], np.shape(F)[0]
     if sizes != (points, faces):
         raise MeshError(
@@ -29,7 +29,7 @@ def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
 
 
 def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
-    """The mesh, or its triangles, with their data."""
+    """Return the mesh with all faces triangulated, and with the data of its faces."""
     if mesh.n_strips:
         try:
             mesh = without_strips(mesh)
@@ -39,7 +39,7 @@ def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
 
 
 def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntArray) -> None:
-    """Colours and attributes at vertices that are copies of others; faces are the same."""
+    """Copy colours, attributes and metadata to a mesh whose vertices are copies of `vertex`."""
     kind = like.visual.kind
     if kind == "vertex":
         mesh.visual.vertex_attributes["color"] = like.visual.vertex_colors[vertex]

@@ -1,7 +1,7 @@
-"""Mesh files: what they hold comes in, and goes out again with texture coordinates.
+"""Read mesh files with all their contents, and write them with new texture coordinates.
 
-A damaged file is an error that names the line. An output file is written completely or not at all. Each
-format has a module or a room; `files` has the public functions, `parsing` is shared by the readers.
+Errors name the damaged line of a file. An output file is written completely or not at all. Each format has a
+module or sub-package; `files` defines the public functions and `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing

@@ -1,4 +1,4 @@
-"""The colours, normals and images that a mesh has at its corners, wherever its file has them."""
+"""Collect the colours, normals and images of a mesh file at the corners of its faces."""
 
 from collections.abc import Sequence
 
@@ -13,13 +13,13 @@ from .mesh_file import MeshFile
 from .pictures import decode_image
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # what the names of such maps end with in glTF
-BUMP_KEYWORDS = ("bump", "map_bump")
-UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # as a factor
+DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # endings of the names of direction maps in glTF
+BUMP_KEYWORDS = ("bump", "map_bump")  # MTL's keywords for height maps
+UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # red, green, blue and alpha that leave a colour unchanged
 
 
 def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
-    """The colours at the corners (#C, 3 or 4), of corners, faces or vertices, without those of materials."""
+    """Return the colours at the corners (#C, 3 or 4) that corners, faces or vertices have, not materials."""
     extras, polygons = mesh.extras, mesh.polygons
     if extras.corner_colours is not None:
         return extras.corner_colours
@@ -29,11 +29,11 @@ def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
 
 
 def corner_colours(mesh: MeshFile) -> FloatArray | None:
-    """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
+    """Return the colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
 
-    In glTF and 3MF they are those of vertices times those of materials, proportional to light. Else those
-    of corners, faces or vertices count, or if there are none, those of materials. There are four columns if
-    one is transparent.
+    In glTF and 3MF, vertex colours are multiplied by material colours, proportional to light. In other
+    formats the colours of corners, faces or vertices take precedence, and material colours are used only
+    without them. There is a fourth column if any colour is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons
     n, looks, stored = len(polygons.corners), extras.looks or (), get_stored_colours(mesh)
@@ -48,9 +48,8 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
         for look in looks
     ]
     if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
-        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][
-            polygons.owner
-        ]  # -1 is none, and the last
+        # faces without a material have the index -1, the last row
+        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][polygons.owner]
         colours = np.column_stack(
             (
                 encode_srgb(decode_srgb(colours[:, :3]) * factor_of_corner[:, :3]),
@@ -61,9 +60,10 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
 
 
 def compute_corner_normals(mesh: MeshFile) -> FloatArray:
-    """The normals at the corners of the triangles, (#T, 3, 3), as what shows the file takes them.
+    """Return the normals at the corners of the triangles, (#T, 3, 3), as viewers of the file derive them.
 
-    Where it has none, those of the faces in glTF, which asks for them, and else those of vertices.
+    If the file stores no normals, these are face normals in glTF, as it specifies, and vertex normals in
+    all other formats.
     """
     V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
     if stored is not None and mesh.extras.normal is not None:
@@ -77,22 +77,23 @@ def compute_corner_normals(mesh: MeshFile) -> FloatArray:
 
 
 def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
-    """The images of a mesh's materials that lie on its texture coordinates, as `bake_texture` takes them.
+    """Return the material images that use the mesh's texture coordinates, as input of `bake_texture`.
 
     Parameters
     ----------
     mesh : MeshFile
-        As `read_file` returns it.
+        A mesh from `read_file`.
 
     Returns
     -------
     dict
-        By the kind of map, as "baseColorTexture" or MTL's "map_Ks", an image or None for each material.
+        For each kind of map, such as "baseColorTexture" or MTL's "map_Ks", a list with an image or None for
+        each material.
 
     Raises
     ------
     MeshError
-        An image is missing, or cannot be read.
+        An image is missing or cannot be read.
 
     Examples
     --------
@@ -118,9 +119,10 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
 
 
 def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
-    """Whether images of this kind tell directions in the tangent space of their map.
+    """Return True if images of this kind store directions in the tangent space of their map.
 
-    Those of bumps in MTL are heights by its rule, and grey; many programs write normal maps there.
+    By its specification, MTL's bump maps are grey height maps. However, many programs write normal maps
+    there.
     """
     if kind.lower() in BUMP_KEYWORDS:
         pixels = [image.pixels for image in images if image is not None]

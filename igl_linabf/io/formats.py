@@ -1,4 +1,4 @@
-"""Which module reads and writes which format, and what a format cannot keep."""
+"""Select the module that reads or writes each format, and warn of contents that a format cannot keep."""
 
 import os
 import warnings
@@ -72,15 +72,7 @@ BYTE_READERS: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".ply": lambda data, _: parse_ply(convert_to_utf8(data)),
     ".stl": lambda data, _: parse_stl(data),
 }
-FREESURFER_SUFFIXES = (
-    ".pial",
-    ".white",
-    ".inflated",
-    ".smoothwm",
-    ".orig",
-    ".sphere",
-    ".surf",
-)  # of FreeSurfer
+FREESURFER_SUFFIXES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")
 PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".glb": parse_gltf,
     ".gltf": parse_gltf,
@@ -90,8 +82,8 @@ PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".vtp": parse_vtp,
     **dict.fromkeys(FREESURFER_SUFFIXES, parse_freesurfer),
 }
-FREESURFER_MAGIC = b"\xff\xff"  # and a third byte that says whether its faces are triangles
-PATCH_SUFFIXES = (".3d", ".flat")  # of FreeSurfer, too
+FREESURFER_MAGIC = b"\xff\xff"  # the third byte states whether the faces are triangles
+PATCH_SUFFIXES = (".3d", ".flat")  # FreeSurfer patches
 SUFFIX_OF_MAGIC = {
     PATCH_MAGIC: ".3d",
     b"glTF": ".glb",
@@ -103,9 +95,9 @@ SUFFIX_OF_MAGIC = {
     b"\x1f\x8b": ".gii.gz",
 }
 READABLE_SUFFIXES = (*BYTE_READERS, *PATH_READERS, *PATCH_SUFFIXES)
-# whose files a writer writes again as they were
+# Formats whose writer reproduces the file that was read.
 LOSSLESS_SOURCES: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
-# whose files a writer writes anew, with some of what only they have: `kept`
+# Formats whose writer makes a new file, but keeps the format-specific contents listed in `kept`.
 PARTIAL_SOURCES: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
     ".3mf": ThreeMfFile,
     ".vtp": VtpFile,
@@ -126,24 +118,24 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     **dict.fromkeys(PATCH_SUFFIXES, save_patch),
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
-FLAT = (".gii", ".gii.gz", ".surf", *PATCH_SUFFIXES)  # in which the map is the surface
+FLAT = (".gii", ".gii.gz", ".surf", *PATCH_SUFFIXES)  # formats that store the flat map as the surface
 WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
 ImageArgument = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
-    """What the name of a file ends in, in lower case: ".obj", ".gii.gz"."""
+    """Return the suffix of a file name in lower case, such as ".obj" or ".gii.gz"."""
     ends = [end.lower() for end in Path(path).suffixes[-2:]]
     return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
 
 
 def lies_flat(path: str | os.PathLike[str]) -> bool:
-    """Whether files of this name hold the flat map as a surface, which has a size."""
+    """Return True if files of this name store the flat map as a surface, which therefore has a size."""
     return suffix_of(path) in FLAT
 
 
 def detect_suffix(data: bytes) -> str:
-    """What the name of a file with these first bytes ends in; OBJ has none of its own."""
+    """Return the suffix of the format that begins with these bytes; ".obj" if they match no other format."""
     with suppress(Damaged):
         data = convert_to_utf8(data)
     first, triangles = data[:100].split(maxsplit=1)[:1], int.from_bytes(data[80:84], "little")
@@ -157,7 +149,7 @@ def detect_suffix(data: bytes) -> str:
 
 
 def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
-    """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
+    """Read the mesh of a file with the reader for its suffix; FreeSurfer files may have any suffix."""
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in READABLE_SUFFIXES or suffix in PATCH_SUFFIXES:
@@ -168,7 +160,7 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
         if not head.startswith(FREESURFER_MAGIC):
             raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READABLE_SUFFIXES)}")
     if surface is not None:
-        raise ValueError(f"{path} is no patch, and holds its surface itself: leave out the surface")
+        raise ValueError(f"{path} is not a patch, and contains its own surface: leave out the surface")
     if suffix in BYTE_READERS:
         return parse(path.read_bytes(), suffix, str(path))
     read = PATH_READERS.get(suffix, parse_freesurfer)
@@ -180,14 +172,14 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
 
 
 def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
-    """A patch on its surface, which is found beside it by FreeSurfer's names if it is not given."""
+    """Read a patch on the given surface, or on the surface that FreeSurfer's file names associate with it."""
     hemisphere = path.name.partition(".")[0]
     paths = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
     if not paths:
         hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
         raise MeshError(
-            f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: give it "
-            f"by surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
+            f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: pass it "
+            f"as surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
         )
     meshes = [replace(parse_file(path_), path=path_) for path_ in paths]
     try:
@@ -197,7 +189,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
 
 
 def parse(data: bytes, suffix: str, name: str) -> MeshFile:
-    """The mesh in the bytes of a file.
+    """Parse the mesh from the bytes of a file.
 
     Parameters
     ----------
@@ -209,7 +201,7 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
     Raises
     ------
     MeshError
-        The file is damaged; the text says where.
+        The file is damaged; the message names the place.
 
     Warns
     -----
@@ -223,7 +215,7 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
 
 
 def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
-    """With names that files of this format can have, and what is to be said of those that change."""
+    """Return the mesh with names that the format can store, and a description of the names that changed."""
     extras = mesh.extras
     if isinstance(extras.source, LOSSLESS_SOURCES.get(suffix, ())):
         return mesh, []
@@ -242,34 +234,34 @@ def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
         if name != own
     ]
     if changed:
-        changed = [f"names as they are ({some(changed)})"]
+        changed = [f"the exact names ({some(changed)})"]
     return replace(mesh, extras=adapted), changed
 
 
 def _escape_invalid_utf8(name: str) -> str:
-    """The name with codes like \\xba for bytes that are not UTF-8."""
+    """Return the name with escape codes such as \\xba for bytes that are not UTF-8."""
     return encode_utf8(name).decode("utf-8", "backslashreplace")
 
 
 def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> None:
-    """One warning of what the mesh has and a file of this format has not."""
+    """Issue one warning that lists the contents of the mesh that a file of this format cannot store."""
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
     if isinstance(source, LOSSLESS_SOURCES.get(suffix, ())):
         return
     if suffix in FLAT and mesh.path is not None and not isinstance(source, Patch):
         lost.append("the positions in space")
     if suffix in FLAT and len(split_vertices(mesh).vertex) > len(np.unique(mesh.polygons.corners)):
-        lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")
+        lost.append("the vertex numbers (each vertex is written once for each of its texture coordinates)")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
     if suffix == ".3mf" and mesh.images is not None:
-        pass  # it shows them
+        pass  # the image shows them
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif any(look.images for look in extras.looks or ()) and not (mesh.images and mesh.images.moved):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
-        lost.append("what its materials are but their names")
+        lost.append("its materials, except for their names")
     if suffix in GLTF_SUFFIXES and (keys := find_keys_unknown_to_gltf(extras.looks or ())):
         lost.append(f"{', '.join(keys)} of its materials")
     if mesh.images is None:
@@ -279,7 +271,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
     if extras.normals is not None and suffix in (".3mf", *FLAT):
         lost.append("normals")
     if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
-        lost.append("polygons of more than three corners")
+        lost.append("polygons with more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
     partial = PARTIAL_SOURCES.get(suffix)
@@ -298,24 +290,26 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
 
 
 def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
-    """How the objects of a file, as it will be written, lie in the space of V.
+    """Return the frames of the objects of a file to be written, relative to the space of V.
 
     Returns
     -------
     (#F, 3, 3) float64 or None
-        For each face, what takes vectors of its object to V's space; None if no object is turned or scaled.
+        For each face, the linear map from the space of its object to the space of V; None if the format does
+        not transform objects.
     """
     source = mesh.extras.source
     if not isinstance(source, GltfFile) or suffix_of(path) not in GLTF_SUFFIXES:
         return None
-    assert mesh.extras.parts is not None  # as of every file of glTF
+    assert mesh.extras.parts is not None  # every glTF file has parts
     return source.frames[mesh.extras.parts[1]]
 
 
 def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Vertices and normals at the corners of triangles (#T, 3, 3) as the objects of a written file have them.
+    """Return vertices, and normals at triangle corners (#T, 3, 3), in the object spaces of a written file.
 
-    Translations aside; an object that its node mirrors is mirrored at a point, as its faces run that way.
+    Translations are ignored. An object mirrored by its node is reflected through a point, which matches the
+    orientation of its faces.
     """
     V, normals, frames = mesh.V, compute_corner_normals(mesh), object_frames(mesh, path)
     if frames is None:
@@ -329,20 +323,20 @@ def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArr
 
 
 def moves_textures(mesh: MeshFile) -> bool:
-    """Whether materials of its file move the texture coordinates before images are looked up."""
+    """Return True if the file's materials transform the texture coordinates before the image lookup."""
     source = mesh.extras.source
     return isinstance(source, GltfFile) and has_texture_transforms(source.gltf.text)
 
 
 def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
-    """What of the colours a format does not keep; in an image, they are in it."""
+    """Return descriptions of the colours that a format cannot store; call it only if no image shows them."""
     lost = list[str]()
     if extras.colours is not None and suffix in (".3mf", *FLAT):
         lost.append("colours")
     elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
         lost.append("the alpha of its colours")
     if suffix in GLTF_SUFFIXES and extras.colours is not None and extras.face_colours is not None:
-        lost.append("the colours of its vertices, as it has one at a corner, and its faces have some")
+        lost.append("the colours of its vertices, because a corner has one colour and faces have some, too")
     if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
         lost.append("the colours of its faces")
     if extras.corner_colours is not None and suffix not in GLTF_SUFFIXES:
@@ -353,7 +347,7 @@ def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
 def files_beside(
     path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
 ) -> tuple[Path, ...]:
-    """What is written beside the file itself, with images of these kinds on so many pages."""
+    """Return the paths of the files written next to the file itself, with images of these kinds and pages."""
     if path.suffix.lower() != ".obj":
         return ()
     images = [file for kind in kinds for file in image_paths(path, kind, pages)]
@@ -362,22 +356,17 @@ def files_beside(
 
 
 def second_map_path(path: Path) -> Path:
-    """The file beside an OBJ that has the second texture coordinates."""
+    """Return the path of the file next to an OBJ file that stores the second texture coordinates."""
     return path.with_name(f"{path.stem}_texcoord1{path.suffix}")
 
 
 def check_free(paths: Iterable[Path], force: bool) -> None:
-    """Raise where a file is there that nobody has asked to replace.
-
-    Raises
-    ------
-    FileExistsError
-    """
+    """Raise `FileExistsError` if one of the files exists and must not be replaced."""
     for path in paths:
         if os.path.lexists(path) and not force:
             message = (
-                "it is there already, and is not the file that was asked for: move it, write under another "
-                "name, or replace it with --force (in Python, force=True)"
+                "it is there already, and is not the output file itself: move it, write under another name, "
+                "or replace it with --force (in Python, force=True)"
             )
             raise FileExistsError(EEXIST, message, str(path))
 
@@ -394,23 +383,23 @@ def write_atomically(
     folder: Path | None = None,
     texcoord: int = 0,
 ) -> Iterator[None]:
-    """Write under temporary names; the files take their places when the block succeeds.
+    """Write under temporary names; the files are renamed to their final names when the block succeeds.
 
-    Names of other files lead to them from `folder`, by default that of `path`.
+    References to other files are relative to `folder`, by default the folder of `path`.
     """
     if texcoord not in (0, 1):
-        raise ValueError(f"texcoord is {texcoord!r}: give 0, or 1 for second texture coordinates")
+        raise ValueError(f"texcoord is {texcoord!r}: pass 0, or 1 for second texture coordinates")
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
-        raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
+        raise MeshError(f"{path} cannot hold an image: write one of {', '.join(WITH_IMAGES)}")
     if texcoord and suffix not in WITH_TWO_MAPS:
         known = ", ".join(WITH_TWO_MAPS)
         raise MeshError(f"{path} holds one set of texture coordinates: write one of {known}")
     if texcoord and image is not None:
-        raise MeshError("an image goes with the first texture coordinates: leave out it, or texcoord=1")
+        raise MeshError("an image needs the first texture coordinates: leave out the image or texcoord=1")
     images = _select_images(encode_images(image), suffix)
     new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
     rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in GLTF_SUFFIXES
@@ -429,7 +418,7 @@ def write_atomically(
             second = second_map_path(path)
             _warn_of_second_map(second)
             first = replace(prepared, TC=prepared.first[0], texture=prepared.first[1], first=None)
-            with warnings.catch_warnings():  # images stay, with the old texture coordinates
+            with warnings.catch_warnings():  # images still match the first texture coordinates
                 warnings.filterwarnings("ignore", ".* images of its materials were made", MeshWarning)
                 WRITERS[suffix](stack.enter_context(replacing(second)), replace(prepared, first=None), named)
                 WRITERS[suffix](temporary, first, named)
@@ -440,7 +429,7 @@ def write_atomically(
 
 def _warn_of_second_map(second: Path) -> None:
     warnings.warn(
-        f"OBJ holds one set of texture coordinates: the second one is in {second.name}, on the same vertices "
+        f"OBJ holds one set of texture coordinates: the second set is in {second.name}, on the same vertices "
         "and faces",
         MeshWarning,
         stacklevel=stack_level(),
@@ -448,7 +437,7 @@ def _warn_of_second_map(second: Path) -> None:
 
 
 def encode_images(image: ImageArgument) -> Images | None:
-    """Images that a caller gives: one, one a page, or by their kinds what old ones were moved to."""
+    """Encode images as PNG: one image, one for each page, or a dict by kind that replaces old images."""
     if image is None:
         return None
     if isinstance(image, Mapping):
@@ -464,13 +453,13 @@ def _encode_pages(image: Any) -> tuple[bytes, ...]:
 
 
 def _select_images(images: Images | None, suffix: str) -> Images | None:
-    """Those that a file of this format takes; a warning names the others."""
+    """Return the images that the format can store, and warn of all others."""
     if images is None:
         return None
     if suffix == ".3mf" and images.pages > 1:
         raise MeshError(
-            f"a 3MF file has one texture here, and the atlas {images.pages} pages: write GLB or OBJ, or use "
-            "one page"
+            f"3MF files are written with one texture, and the atlas has {images.pages} pages: write GLB or "
+            "OBJ, or use one page"
         )
     accepts: dict[str, Callable[[str], bool]] = {
         ".3mf": lambda kind: kind == COLOUR,
@@ -480,7 +469,7 @@ def _select_images(images: Images | None, suffix: str) -> Images | None:
     lost = sorted(set(images.maps) - set(kept))
     if lost:
         warnings.warn(
-            f"{suffix[1:].upper()} has no place for the maps {', '.join(lost)}: they are left out",
+            f"{suffix[1:].upper()} cannot store the maps {', '.join(lost)}: they are left out",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -492,7 +481,10 @@ def _is_gltf_kind(kind: str) -> bool:
 
 
 def split_materials_by_page(mesh: MeshFile, unchanged: bool) -> MeshFile:
-    """The mesh with a material for each page of its images; `as_it_is` where the writer sees to that."""
+    """Return the mesh with one material for each page of its images.
+
+    With `unchanged`, return the mesh itself, because the writer splits the materials.
+    """
     images, extras = mesh.images, mesh.extras
     if images is None or images.pages == 1 or unchanged:
         return mesh

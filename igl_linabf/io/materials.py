@@ -1,4 +1,4 @@
-"""What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
+"""Read and write materials, both as MTL libraries and as glTF descriptions."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,18 +13,23 @@ from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
 from .parsing import convert_to_utf8, decode_utf8, encode_utf8, parse_name, parse_numbers
 
-SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
-DEFAULT_MATERIAL = "igl_linabf"  # the material of faces that have none
-TEXTURE_SUFFIX = "Texture"  # what names of images end with in glTF
-COLOUR = "baseColorTexture"  # maps are named as glTF names them, and others by their words in MTL
+SRGB = {
+    "slope": 12.92,
+    "end of line": 0.0031308,
+    "scale": 1.055,
+    "power": 2.4,
+}  # transfer function of IEC 61966-2-1
+DEFAULT_MATERIAL = "igl_linabf"  # name of the material for faces without one
+TEXTURE_SUFFIX = "Texture"  # ending of glTF's names for image maps
+COLOUR = "baseColorTexture"  # glTF's name for the colour map; maps unknown to glTF keep their MTL keyword
 MTL_KEYWORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
-KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # what is read of MTL
-FIRST_UDIM_TILE = 1001  # of UDIM
-IMAGE_KEYWORDS = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
+KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # MTL keywords with a counterpart in glTF
+FIRST_UDIM_TILE = 1001
+IMAGE_KEYWORDS = ("map_", "bump", "disp", "decal", "refl", "norm")  # MTL keywords for images
 
 
 class Colour(NamedTuple):
-    """Red, green and blue, from 0 to 1."""
+    """A colour with red, green and blue from 0 to 1."""
 
     red: float
     green: float
@@ -36,20 +41,20 @@ WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class ImageMap:
-    """An image of a material, on the first texture coordinates.
+    """An image of a material that uses the first texture coordinates.
 
     Attributes
     ----------
     kind : str
-        "baseColorTexture", ...: glTF's name, or else the word of MTL.
+        glTF's name, such as "baseColorTexture", or the MTL keyword of maps that glTF does not have.
     read : callable
-        Returns the bytes of the image's file.
+        Returns the bytes of the image file.
     wrap : (str, str)
-        How it goes on in u and in v: "repeat", "clamp" or "mirror".
+        Wrap mode in u and in v: "repeat", "clamp" or "mirror".
     matrix : ((3,), (3,)) of float
-        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
+        Maps texture coordinates (u, v, 1), v upwards, to image coordinates.
     options : str
-        MTL's options that also hold for other texture coordinates.
+        MTL options that do not depend on the texture coordinates.
     """
 
     kind: str
@@ -61,7 +66,7 @@ class ImageMap:
 
 @dataclass(frozen=True)
 class Material:
-    """A material's look.
+    """The appearance of a material.
 
     Attributes
     ----------
@@ -70,17 +75,17 @@ class Material:
     alpha : float
         1 is opaque.
     metallic, roughness : float or None
-        From 0 to 1; None if the file does not say.
+        From 0 to 1; None if the file does not specify them.
     images : bool
-        Whether it has images, which fit to the texture coordinates that were read.
+        Whether the material has images for the old texture coordinates.
     maps : tuple of ImageMap
-        Those of its images that can be moved to other texture coordinates.
+        The images that can be moved to other texture coordinates.
     lines : tuple of str
-        Its lines in the MTL file that it comes from.
+        The lines of the material in its MTL file.
     factor : (red, green, blue, alpha) or None
-        By what other colours are multiplied, proportional to light, where the format says so: glTF, 3MF.
+        Multiplies vertex and image colours, proportional to light, in glTF and 3MF; otherwise None.
     page : int
-        Of the new images, where it is the material of one page.
+        The page of the new images for which this material is a copy.
     """
 
     colour: Colour = WHITE
@@ -96,12 +101,12 @@ class Material:
 
 
 def quantise_colours(colours: FloatArray) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 as whole numbers to 255."""
+    """Convert colours from the range 0 to 1 to bytes."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
 
 
 def encode_srgb(light: FloatArray) -> FloatArray:
-    """Colours as most formats have them, from ones proportional to light."""
+    """Convert colours proportional to light to sRGB."""
     rgb = np.clip(light, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = scale * rgb ** (1 / power) - (scale - 1)
@@ -109,7 +114,7 @@ def encode_srgb(light: FloatArray) -> FloatArray:
 
 
 def decode_srgb(colours: FloatArray) -> FloatArray:
-    """Colours as glTF stores them, proportional to light."""
+    """Convert sRGB colours to values proportional to light, as glTF stores them."""
     rgb = np.clip(colours, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = ((rgb + scale - 1) / scale) ** power
@@ -117,7 +122,7 @@ def decode_srgb(colours: FloatArray) -> FloatArray:
 
 
 def read_library(path: Path) -> dict[str, Material]:
-    """The materials of an MTL file by name; what it says that is not understood stays in their lines."""
+    """Read the materials of an MTL file by name; unsupported statements are kept in their `lines`."""
     lines: dict[str, list[str]] = {}
     current: list[str] = []
     for line in map(bytes.strip, convert_to_utf8(path.read_bytes()).splitlines()):
@@ -155,17 +160,17 @@ def _parse_material(lines: tuple[str, ...]) -> Material:
 
 
 def has_image(line: str) -> bool:
-    """Whether a line of MTL names an image."""
+    """Return True if a line of an MTL file refers to an image."""
     return line.lower().startswith(IMAGE_KEYWORDS)
 
 
 def format_library(
     materials: Mapping[str, Material], images: Mapping[str, Sequence[str]] | None = None, moved: bool = False
 ) -> str:
-    """An MTL file; with the names of images, one a page.
+    """Return the text of an MTL file that refers to the given images, one for each page.
 
-    If they are `moved`, they take the places of the materials' own; else the one of COLOUR is the texture of
-    all of them.
+    With `moved`, the images replace the images of the materials. Otherwise the image of kind COLOUR becomes
+    the texture of all materials.
     """
     text = ["# igl_linabf"]
     for name, look in materials.items():
@@ -185,7 +190,7 @@ def format_library(
                 for image_map in look.maps
                 if image_map.kind in images
             )
-        elif images is not None:  # the image is their colour
+        elif images is not None:  # the image replaces the colour
             body = tuple(line for line in body if line.split()[0] != "Kd")
             body = (*body, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
         text += body
@@ -201,7 +206,7 @@ def _format_material(look: Material) -> tuple[str, ...]:
 
 
 def parse_gltf_material(material: Mapping[str, Any]) -> Material:
-    """A material of glTF."""
+    """Return the material that a glTF description defines."""
     shading: Mapping[str, Any] = material.get("pbrMetallicRoughness", {})
     factor = [float(v) for v in shading.get("baseColorFactor", (1, 1, 1, 1))]
     return Material(
@@ -216,17 +221,17 @@ def parse_gltf_material(material: Mapping[str, Any]) -> Material:
 
 
 def find_keys_unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
-    """What lines of MTL say that glTF has no word for; images are told apart."""
+    """Return the MTL keywords of the materials that glTF has no counterpart for, except for images."""
     keys = {line.split()[0]: None for look in looks for line in look.lines if not has_image(line)}
     return [key for key in keys if key not in KEYS_IN_GLTF]
 
 
 MOVE_HINT = "--bake texture (in Python, bake_texture) moves them"
-REPLACED_HINT = "the baked one takes their place"
+REPLACED_HINT = "the baked image replaces them"
 
 
-def warn_of_stale_images(count: int, remedy: str = "bake them anew") -> None:
-    """Images that were made for what is no longer there, and what helps, or was done."""
+def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
+    """Warn of images for the old texture coordinates, and state the remedy."""
     if count:
         warnings.warn(
             f"{count} images of its materials were made for the old texture coordinates: {remedy}",
@@ -236,12 +241,12 @@ def warn_of_stale_images(count: int, remedy: str = "bake them anew") -> None:
 
 
 def count_unmovable(looks: Sequence[Material]) -> int:
-    """How many of the materials have images, none of which can be moved."""
+    """Return the number of materials with images of which none can be moved."""
     return sum(look.images and not look.maps for look in looks)
 
 
 def warn_of_lost_images(count: int) -> None:
-    """Images for the old texture coordinates give way to one for the new ones."""
+    """Warn of images for the old texture coordinates that the new library does not include."""
     if count:
         warnings.warn(
             f"the images of {count} materials were made for the old texture coordinates: the new library "
@@ -252,7 +257,7 @@ def warn_of_lost_images(count: int) -> None:
 
 
 def make_gltf_material(look: Material, name: str | None = None) -> dict[str, Any]:
-    """The material as glTF describes it."""
+    """Return the glTF description of a material."""
     shading: dict[str, Any] = {"metallicFactor": look.metallic or 0}
     if look.colour != WHITE or look.alpha != 1:
         shading["baseColorFactor"] = [*decode_srgb(np.array(look.colour)).tolist(), look.alpha]

@@ -1,4 +1,4 @@
-"""Read OFF, in text: positions, and the normals, colours and texture coordinates of NOFF, COFF and STOFF."""
+"""Read text OFF files with the normals, colours and texture coordinates of NOFF, COFF and STOFF."""
 
 import re
 from contextlib import suppress
@@ -23,16 +23,16 @@ from .parsing import (
 )
 
 FACE_PROPERTIES = (Property("corners", "i4", "i4"),)
-# Digits of a face's number of corners, at most: Python refuses to read numbers of thousands of digits. With
-# fewer, long polygons are refused; more fit no list of a file (tests/io/test_formats.py).
-MAX_CORNER_COUNT_DIGITS = 9
-INVALID_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
-INVALID_VERTEX = "is no vertex: it takes three numbers"
+MAX_CORNER_COUNT_DIGITS = (
+    9  # digits of a face's number of corners; Python rejects numbers of thousands of digits
+)
+INVALID_FACE = "is not a face: it needs a number of corners, at least 3, and this number of vertex indices"
+INVALID_VERTEX = "is not a vertex: it needs three numbers"
 DEFAULT_FACE_COLOUR = 170 / 255  # Geomview's grey for faces without a colour
 
 
 class VertexData(NamedTuple):
-    """What follows the positions in the lines of vertices."""
+    """The values that follow the positions in vertex lines."""
 
     normals: FloatArray | None
     colours: FloatArray | None
@@ -41,15 +41,15 @@ class VertexData(NamedTuple):
 
 
 def parse_off(data: bytes) -> MeshFile:
-    """The mesh in the bytes of an OFF file."""
+    """Parse the mesh from the bytes of an OFF file."""
     rows, line_numbers = split_rows(data, b"#")
-    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some leave the blank out
+    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some files omit the space
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST|C|N)*OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
     if head[1:] == [b"BINARY"]:
         raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
-    first = 1 if len(head) == 1 else 0  # the row of the counts, which may follow at once
+    first = 1 if len(head) == 1 else 0  # the counts may follow OFF on its line
     words = rows[first].split()[1 - first :][:2] if first < len(rows) else []
     counts = parse_indices(words, 2)
     if not counts:
@@ -60,8 +60,8 @@ def parse_off(data: bytes) -> MeshFile:
         rows, line_numbers = _regroup_words(rows, line_numbers, n, m)
     if len(rows) != n + m:
         raise Damaged(
-            f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow: correct the head "
-            "if these are all"
+            f"its header declares {n} vertices and {m} faces, but {len(rows)} lines follow: correct the "
+            "header if no line is missing"
         )
     V, vertex_data = _parse_vertices(rows[:n], line_numbers[:n], head[0])
     rows, line_numbers = rows[n:], line_numbers[n:]
@@ -70,7 +70,7 @@ def parse_off(data: bytes) -> MeshFile:
         raise_damaged(line_numbers[i], rows[i], INVALID_FACE)
     faces = make_polygons(polygons)
     for i in faces.outside(n)[:1]:
-        raise_damaged(line_numbers[i], rows[i], f"names a vertex outside 0..{n - 1}")
+        raise_damaged(line_numbers[i], rows[i], f"refers to a vertex outside 0..{n - 1}")
     face_colours, other = _parse_face_colours(rows, faces.sizes.tolist())
     lost = {
         "numbers after the positions of its vertices": vertex_data.unknown,
@@ -89,14 +89,14 @@ def parse_off(data: bytes) -> MeshFile:
 
 
 def _parse_vertices(rows: list[bytes], line_numbers: list[int], head: bytes) -> tuple[FloatArray, VertexData]:
-    """Positions, and the normals, colours and texture coordinates that the head promises, in this order."""
+    """Return positions and the normals, colours and texture coordinates that the header declares."""
     width = len(rows[0].split()) if rows else 3
     has_normals, has_colours, has_texture = (key in head.replace(b"OFF", b"") for key in (b"N", b"C", b"ST"))
-    colour_width = width - 3 * (1 + has_normals) - 2 * has_texture  # numbers of a colour
+    colour_width = width - 3 * (1 + has_normals) - 2 * has_texture  # components of a colour
     is_consistent = colour_width in (3, 4) if has_colours else colour_width == 0
     numbers = np.empty((0, 0))
     if is_consistent and width > 3:
-        with suppress(Damaged):  # where some vertices lack it, all do
+        with suppress(Damaged):  # ignore the values unless all vertices have them
             numbers = _parse_columns(rows, line_numbers, width)
     if not numbers.size:
         return _parse_columns(rows, line_numbers, 3), VertexData(None, None, None, unknown=width > 3)
@@ -117,14 +117,14 @@ def _parse_columns(rows: list[bytes], line_numbers: list[int], width: int) -> Fl
 
 
 def _scale_to_unit(colours: FloatArray) -> FloatArray:
-    """Colours from 0 to 1: fractions, or whole numbers to 255."""
+    """Convert colours to the range 0 to 1, from fractions or from integers up to 255."""
     return colours / 255 if colours.max(initial=0) > 1 else colours
 
 
 def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
-    """Colours after the corners of some faces, and whether anything else follows there."""
+    """Return the colours after the corners of faces, and whether any other values follow the corners."""
     blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
-    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # words
+    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # number of words
         return None, False
     colours, other = np.full((len(rows), 4), np.nan), False
     for colour, row, k in zip(colours, rows, sizes, strict=True):
@@ -136,7 +136,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
         if len(values) in (3, 4):
             colour[:] = values if len(values) == 4 else [*values, np.inf]
         else:
-            other |= bool(values)  # as an index into a map of colours
+            other |= bool(values)  # for example an index into a colour map
     given = colours[~np.isnan(colours[:, 0])]
     if not len(given):
         return None, other
@@ -151,7 +151,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
 def _regroup_words(
     rows: list[bytes], line_numbers: list[int], n: int, m: int
 ) -> tuple[list[bytes], list[int]]:
-    """A row for each vertex and face whose words are spread over lines; else the rows given."""
+    """Return one row per vertex and face if words are spread over several lines; otherwise the rows."""
     words = [(word, line) for row, line in zip(rows, line_numbers, strict=True) for word in row.split()]
     if len(words) < 3 * n + m:
         return rows, line_numbers

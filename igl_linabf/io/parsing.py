@@ -1,4 +1,4 @@
-"""Shared by the readers: numbers, tables and triangle strips parsed; damage reported with its line."""
+"""Parse numbers, tables and triangle strips, and report damage with its line; shared by all readers."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from ..surface import Polygons, index_and_rank
 
 
 def triangulate_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
-    """Each corner makes a triangle with the two before it; every second one is turned.
+    """Convert triangle strips to triangles with consistent orientation.
 
-    Some have a vertex twice: programs write them to join strips into one.
+    Each corner forms a triangle with the two corners before it, and the orientation alternates. Triangles may
+    contain a vertex twice, because programs join strips by degenerate triangles.
 
     Parameters
     ----------
     corners : (#C,) int64
         The vertices of all strips.
     strip : (#C,) int64
-        The strip of each, which does not decrease.
+        The strip of each corner, in ascending order.
 
     Returns
     -------
     F : (#F, 3) int64
     strip : (#F,) int64
-        The strip of each.
+        The strip of each triangle.
     """
     position = np.arange(len(corners))
     first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, position, 0))
@@ -42,40 +43,40 @@ def triangulate_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, In
 
 
 SPACE = ord(" ")
-MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
+MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number with this many digits fits 64 bits
 
 
-class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is known
-    """The file does not follow its format; the text says where."""
+class Damaged(Exception):  # noqa: N818  # internal; callers that know the file name raise MeshError instead
+    """Raised if a file violates its format; the message names the place."""
 
 
-FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and for each face the number of its name, or -1
+FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and the index of each face's name, or -1
 
 
 @dataclass(frozen=True, eq=False)
 class Extras:
-    """What a file has beside the mesh and its texture coordinates; None for what it has not.
+    """The contents of a file other than the mesh and its texture coordinates; None if absent.
 
     Attributes
     ----------
     colours, face_colours : (#V, 3 or 4) float64, (#F, 3 or 4) float64
-        Of vertices and of faces, from 0 to 1.
+        Colours of vertices and of faces, from 0 to 1.
     corner_colours : (#C, 3 or 4) float64
-        Of corners, where those of a vertex or of a face differ.
+        Colours of corners, if corners of a vertex or of a face have different colours.
     normals, normal : (#N, 3) float64, (#C,) int64
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
-        Objects or groups; materials.
+        Names of objects or groups and of materials, and the index of the name for each face.
     looks : tuple of Material or None
-        What the materials look like.
+        The appearance of each material.
     units : str or None
-        Of length, as 3MF names them: "millimeter", "inch", ...
+        The unit of length with its name in 3MF, such as "millimeter" or "inch".
     comments : tuple of str
-        Lines for people.
+        Comment lines.
     unshared : tuple of str
-        What else there is that no other format takes, as a warning names it: "the elements camera".
+        Descriptions, for warnings, of contents that no other format can store, such as "the elements camera".
     source : object
-        What only the format's own writer understands.
+        Data for the format's own writer.
     """
 
     colours: FloatArray | None = None
@@ -85,7 +86,7 @@ class Extras:
     normal: IntArray | None = None
     parts: FaceLabels | None = None
     materials: FaceLabels | None = None
-    looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
+    looks: tuple[Any, ...] | None = None  # Any avoids a circular import of Material
     units: str | None = None
     comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
@@ -96,14 +97,15 @@ NO_EXTRAS = Extras()
 
 
 class Property(NamedTuple):
-    """A number, or a list of numbers, in each row; types are NumPy's.
+    """A column of a table that holds a number or a list of numbers in each row.
 
     Attributes
     ----------
     name : str
     type : str
+        NumPy's code for the type of the numbers.
     length : str
-        Type of the list's length; empty for a single number.
+        NumPy's code for the type of the list length; empty for single numbers.
     """
 
     name: str
@@ -117,7 +119,7 @@ class Property(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property in all rows; lists are concatenated, with their sizes."""
+    """The values of one property in all rows; lists are concatenated, and `sizes` holds their lengths."""
 
     values: NDArray[Any]
     sizes: IntArray | None = None
@@ -126,7 +128,7 @@ class Column:
         return len(self.values if self.sizes is None else self.sizes)
 
     def take(self, rows: IntArray) -> Column:
-        """The values of these rows."""
+        """Return the column of these rows."""
         if self.sizes is None:
             return Column(self.values[rows])
         sizes = self.sizes[rows]
@@ -139,53 +141,53 @@ Table = dict[str, Column]
 
 
 def convert_to_utf8(data: bytes) -> bytes:
-    """Text as UTF-8 without a byte order mark: editors put one before it, some shells write UTF-16."""
+    """Convert text to UTF-8 without a byte order mark, from UTF-8 or UTF-16 with one."""
     if not data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.removeprefix(codecs.BOM_UTF8)
     try:
         return data.decode("utf-16").encode()
     except UnicodeError:
-        raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
+        raise Damaged("it begins as UTF-16 text, but continues in a different encoding") from None
 
 
 def decode_utf8(data: bytes) -> str:
-    """UTF-8 as text; bytes that are none stay what they are, as in Python's names of files."""
+    """Decode UTF-8; invalid bytes become surrogates, as in Python's file names."""
     return data.decode("utf-8", "surrogateescape")
 
 
 def encode_utf8(text: str) -> bytes:
-    """The bytes that `as_text` has read."""
+    """Return the bytes from which `decode_utf8` made the text."""
     return text.encode("utf-8", "surrogateescape")
 
 
 def parse_name(line: bytes) -> bytes:
-    """What follows a keyword: blanks and # in it belong to a name."""
+    """Return the name after a keyword, including spaces and `#`."""
     return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
 def raise_damaged(line: int, text: bytes, what: str) -> NoReturn:
-    """Raise `Damaged` for a line; `what` says what is wrong with it."""
+    """Raise `Damaged` for a line; `what` describes the problem."""
     raise Damaged(f"line {line}, {quote_line(text)}, {what}")
 
 
 def quote_line(text: bytes, limit: int = 40) -> str:
-    """The beginning of a damaged line, printable."""
+    """Return the beginning of a damaged line in printable form."""
     whole = text.strip().decode("utf-8", "backslashreplace")
     return repr(whole if len(whole) <= limit else f"{whole[:limit]}...")
 
 
 def parse_numbers(words: Sequence[bytes], count: int) -> list[float]:
-    """The words as `count` numbers; empty if they are not."""
+    """Return the words as `count` numbers; an empty list if they are not."""
     try:
         values = list(map(float, words))
     except ValueError:
         return []
-    # Python, but no format, reads 1_000
+    # Python accepts 1_000, but no mesh format does
     return values if len(values) == count and b"_" not in b"".join(words) else []
 
 
 def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
-    """The words as `count` integers, 0 or larger; empty if they are not."""
+    """Return the words as `count` non-negative integers; an empty list if they are not."""
     text = b"".join(words)
     if len(words) != count or not text.isdigit() or max(map(len, words)) > MAX_INDEX_DIGITS:
         return []
@@ -193,13 +195,13 @@ def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
 
 
 def parse_integers(words: Sequence[bytes], count: int) -> list[int]:
-    """The words as `count` integers; empty if they are not."""
+    """Return the words as `count` integers; an empty list if they are not."""
     unsigned = [word.removeprefix(b"-") for word in words]
     return list(map(int, words)) if all(unsigned) and parse_indices(unsigned, count) else []
 
 
 def split_rows(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
-    """The lines that are not empty, without comments, and their numbers, from 1."""
+    """Return the non-empty lines without comments, and their line numbers, counted from 1."""
     lines = data.splitlines()
     if comment and comment in data:
         lines = [text.partition(comment)[0] for text in lines]
@@ -210,7 +212,7 @@ def split_rows(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int
 def parse_table(
     rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
 ) -> Table:
-    """The columns of a text table; `at` has its line numbers, `what` describes a damaged line."""
+    """Return the columns of a text table; `what` describes the problem of a damaged line."""
     if not any(prop.length for prop in properties):
         values = _parse_number_table(rows, len(properties))
         if values is not None:
@@ -223,7 +225,7 @@ def parse_table(
 
 
 def _parse_number_table(rows: list[bytes], columns: int) -> FloatArray | None:
-    """The first `columns` words of each row as numbers, if all of them are numbers: fast."""
+    """Return the first `columns` words of each row as numbers; None if a word is not a number."""
     if not rows:
         return np.empty((0, columns))
     try:
@@ -233,7 +235,7 @@ def _parse_number_table(rows: list[bytes], columns: int) -> FloatArray | None:
 
 
 def _parse_equal_lists(rows: list[bytes]) -> Column | None:
-    """Integers in rows `k v1 ... vk`, if k is the same in all rows: fast."""
+    """Return the integers of rows `k v1 ... vk`; None unless all rows have the same k."""
     words = rows[0].split() if rows else []
     (k,) = parse_indices(words[:1], 1) or (0,)
     table = _parse_number_table(rows, k + 1) if 0 < k < len(words) else None
@@ -247,6 +249,7 @@ def _parse_equal_lists(rows: list[bytes]) -> Column | None:
 def _parse_rows(
     rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
 ) -> Table:
+    """Parse a table row by row, to support lists of different lengths and to report the damaged line."""
     values: list[list[float]] = [[] for _ in properties]
     sizes: list[list[int]] = [[] for _ in properties]
     for text, line in zip(rows, line_numbers, strict=True):
@@ -279,5 +282,5 @@ def _parse_rows(
 
 
 def make_polygons(column: Column) -> Polygons:
-    """Faces, which have at least three corners."""
+    """Return the faces that a column of vertex lists defines."""
     return Polygons(column.values.astype(np.int64), np.asarray(column.sizes, dtype=np.int64))

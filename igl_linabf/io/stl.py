@@ -1,4 +1,4 @@
-"""Read STL, text and binary."""
+"""Read text and binary STL files."""
 
 import warnings
 from dataclasses import replace
@@ -22,37 +22,38 @@ from .parsing import (
     raise_damaged,
 )
 
-COLOUR_TAG = b"COLOR="  # in the title: Magics' colour of the whole, red, green, blue and alpha in a byte each
-MATERIAL_TAG = b"MATERIAL="  # and how it shines
-COLOUR_FLAG, MAX_LEVEL = (
-    0x8000,
-    31,
-)  # the bit that says whether a triangle has a colour, and the steps of each of three
+COLOUR_TAG = b"COLOR="  # precedes Magics' body colour in the title: red, green, blue and alpha in a byte each
+MATERIAL_TAG = b"MATERIAL="  # precedes Magics' material in the title
+COLOUR_FLAG = 0x8000  # bit of the attribute bytes that states whether a triangle has its own colour
+MAX_LEVEL = 31  # largest value of a colour's component in the attribute bytes
 TRIANGLE_DTYPE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
 HEADER_DTYPE = np.dtype([("title", "S80"), ("triangles", "<u4")])
 
 
 def parse_stl(data: bytes) -> MeshFile:
-    """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
+    """Parse the mesh from the bytes of an STL file; corners at equal positions become one vertex."""
     header_size, extras = HEADER_DTYPE.itemsize, Extras()
-    promised = int(np.frombuffer(data[:header_size].ljust(header_size, b"\0"), HEADER_DTYPE)["triangles"][0])
+    declared = int(np.frombuffer(data[:header_size].ljust(header_size, b"\0"), HEADER_DTYPE)["triangles"][0])
     count, remainder = divmod(len(data) - header_size, TRIANGLE_DTYPE.itemsize)
-    if count == promised and (promised or not remainder):
+    if count == declared and (declared or not remainder):
         if remainder:
-            message = f"{remainder} bytes follow face {promised - 1}, the last one of the STL file: they are skipped"
-            warnings.warn(message, MeshWarning, stacklevel=stack_level())
-        table = np.frombuffer(data, TRIANGLE_DTYPE, promised, header_size)
+            warnings.warn(
+                f"{remainder} bytes follow face {declared - 1}, the last face of the STL file: they are "
+                "skipped",
+                MeshWarning,
+                stacklevel=stack_level(),
+            )
+        table = np.frombuffer(data, TRIANGLE_DTYPE, declared, header_size)
         V = table["corner"].astype(np.float64).reshape(-1, 3)
         extras = _parse_binary_extras(data[: header_size - 4], table["more"])
     elif (text := convert_to_utf8(data)).lstrip()[:5].lower() == b"solid":
         V, parts = _parse_text(text)
         extras = Extras(parts=parts)
     elif len(data) >= header_size:
-        raise Damaged(
-            f"its head promises {promised} triangles, and {count + remainder / TRIANGLE_DTYPE.itemsize:g} follow"
-        )
+        follow = count + remainder / TRIANGLE_DTYPE.itemsize
+        raise Damaged(f"its header declares {declared} triangles, but {follow:g} follow")
     else:
-        raise Damaged(f"its {len(data)} bytes are neither the text nor the binary form")
+        raise Damaged(f"its {len(data)} bytes are neither text nor binary STL")
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
     if len(bad):
         raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
@@ -63,10 +64,11 @@ def parse_stl(data: bytes) -> MeshFile:
 
 
 def _parse_binary_extras(title: bytes, attributes: NDArray[np.uint16]) -> Extras:
-    """The title of a binary file, and the colours in two bytes of each triangle, as programs write them.
+    """Return the title of a binary file, and the colours in the two attribute bytes of each triangle.
 
-    VisCAM and SolidView have blue in the lowest bits, and the highest bit set where there is a colour. Magics
-    has red there, the bit set where there is none, and a colour of the whole in the title.
+    VisCAM and SolidView store blue in the lowest bits, and set the highest bit for triangles with a colour.
+    Magics stores red in the lowest bits, clears the highest bit for triangles with a colour, and stores the
+    colour of all other triangles in the title.
     """
     before_tag, is_magics, after_tag = title.partition(COLOUR_TAG)
     has_own_colour = (attributes & COLOUR_FLAG > 0) != bool(is_magics)
@@ -89,7 +91,7 @@ def _parse_binary_extras(title: bytes, attributes: NDArray[np.uint16]) -> Extras
 
 
 def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
-    """The corners, and the names of the solids, if they have any."""
+    """Return the corners, and the names of the solids if any has a name."""
     V: list[float] = []
     names, starts = list[str](), list[int]()
     inside, line, words = False, 0, [b""]
@@ -101,11 +103,11 @@ def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
         if key == b"vertex" and inside:
             values = parse_numbers(words[1:4], 3)
             if not values:
-                raise_damaged(line, text, "is no vertex: it takes three numbers")
+                raise_damaged(line, text, "is not a vertex: it needs three numbers")
             V.extend(values)
         elif key in (b"outer", b"endloop"):
             if len(V) % 9 or inside == (key == b"outer"):
-                raise_damaged(line, text, "is out of place: three vertices make a loop")
+                raise_damaged(line, text, "is out of place: a loop has three vertices")
             inside = not inside
         elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
             raise_damaged(line, text, "is not understood")

@@ -417,7 +417,7 @@ CELLS = [
         "unknown extensions of meshes and primitives",
         "warning",
         _outline,
-        "the extensions CESIUM_primitive_outline of meshes may name vertices by number",
+        "the extensions CESIUM_primitive_outline of meshes may refer to vertex numbers",
     ),
     GLB(
         "unknown extensions that are required",
@@ -449,7 +449,7 @@ CELLS = [
         "maps that MTL does not have, with `--bake texture`",
         "warning",
         partial(_moved, to="out.obj", kinds=("baseColorTexture", "occlusionTexture")),
-        "OBJ has no place for the maps occlusionTexture",
+        "OBJ cannot store the maps occlusionTexture",
     ),
     OBJ("colours that differ across an edge", "warning", _colours_of_some, "the colours of its corners"),
     OBJ(
@@ -494,6 +494,6 @@ CELLS = [
             scenes=[{"nodes": [2]}],
             nodes=[{"mesh": 0}, {"name": "arm", "children": [0]}, {"name": "body", "children": [1]}],
         ),
-        "its tree of nodes",
+        "its node hierarchy",
     ),
 ]

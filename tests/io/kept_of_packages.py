@@ -334,7 +334,7 @@ CELLS = [
         "model contents in the namespaces of other programs",
         "warning",
         partial(_carry_3mf, tetra(('a:paint="4"', "", "", ""))),
-        "what is in the name spaces a",
+        "the contents of the namespaces a",
     ),
     Cell(
         "3MF",
@@ -350,7 +350,7 @@ CELLS = [
         "unknown extensions that are required",
         "error",
         partial(_carry_3mf, tetra(), of_model='requiredextensions="a"'),
-        "it requires an extension that lib3mf does not know (http://acme.com/cut)",
+        "it requires an extension that lib3mf does not support (http://acme.com/cut)",
     ),
     Cell(
         "GIFTI",
@@ -366,7 +366,7 @@ CELLS = [
         "vertex numbers at seams (data arrays follow the new numbers)",
         "warning",
         _gifti_with_seams,
-        "the numbers of vertices (each is there once for each of its texture coordinates)",
+        "the vertex numbers (each vertex is written once for each of its texture coordinates)",
     ),
     Cell(
         "GIFTI",
@@ -384,7 +384,7 @@ CELLS = [
         _gifti_elsewhere,
         "its metadata, its labels, its other data arrays",
     ),
-    Cell("GIFTI", "OBJ", "coordinate systems", "warning", _gifti_systems, "its systems of coordinates"),
+    Cell("GIFTI", "OBJ", "coordinate systems", "warning", _gifti_systems, "its coordinate systems"),
     Cell(
         "FreeSurfer",
         ".surf",

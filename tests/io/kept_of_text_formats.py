@@ -521,7 +521,7 @@ CELLS = [
         "first texture coordinates, with `--texcoord 1` (kept; the second set is in another file)",
         "warning",
         second_set("out.obj"),
-        "OBJ holds one set of texture coordinates: the second one is in out_texcoord1.obj",
+        "OBJ holds one set of texture coordinates: the second set is in out_texcoord1.obj",
     ),
     Cell(
         "OBJ",
@@ -537,7 +537,7 @@ CELLS = [
         "lines that are not OBJ statements (copied unchanged)",
         "warning",
         foreign_line,
-        "are no statements of OBJ",
+        "are not OBJ statements",
     ),
     Cell("OBJ", "PLY", "vertex numbers, including unreferenced vertices", "kept", numbers_of_vertices),
     Cell("OBJ", "PLY", "vertex colours", "kept", colours_of_obj(COLOURED, RGBY, "out.ply")),
@@ -581,7 +581,7 @@ CELLS = [
         "names that are not UTF-8 (replaced by distinct escape codes)",
         "warning",
         two_names("out.glb"),
-        "names as they are (\\xba\\xec, \\xc2\\xcc)",
+        "the exact names (\\xba\\xec, \\xc2\\xcc)",
     ),
     Cell(
         "OBJ", "GLB", "material images", "warning", painted_images("out.glb"), "the images of its materials"
@@ -597,7 +597,7 @@ CELLS = [
     *(
         Cell("OBJ", "others", what, "warning", obj(TETRA + text + FACES, "out.glb"), says)
         for what, text, says in (
-            ("groups within objects", "o a\ng b\n", "groups (g) under its objects"),
+            ("groups within objects", "o a\ng b\n", "groups (g) within its objects"),
             ("smoothing groups, without normals", "s 1\n", "smoothing groups (s)"),
             ("polylines", "l 1 2\n", "polylines (l)"),
             ("points", "p 1\n", "points (p)"),
@@ -638,7 +638,7 @@ CELLS = [
         "other properties of triangle strips",
         "warning",
         labelled_strips_of_ply,
-        "without the properties label that they had",
+        "without their properties label",
     ),
     Cell(
         "PLY",

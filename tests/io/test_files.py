@@ -165,7 +165,7 @@ QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
         (QUAD + "f 1 2 3\n", "no texture coordinates"),
         (QUAD + "f 1/1 2/2 3/3\nf 1 3 4\n", "no texture coordinates at corners of the faces 1"),
         (QUAD + "f 1/1 2/2 3/4\n", "rows outside 0..2 of vt"),
-        (QUAD + "f 1/1 2/2 3/x\n", "line 8, .* is no face"),
+        (QUAD + "f 1/1 2/2 3/x\n", "line 8, .* is not a face"),
         ("", "no faces"),
     ],
 )

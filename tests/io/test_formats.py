@@ -120,43 +120,47 @@ endsolid
 @pytest.mark.parametrize(
     ("suffix", "text", "said"),
     [
-        (".obj", OBJ.replace("1 1 0", "1 1"), "line 3, 'v 1 1', is no vertex"),
-        (".obj", OBJ.replace("1 1 0", "1 1 1_0"), "line 3, .* is no vertex"),
-        (".obj", OBJ + "f 1 2 6\n", "line 8, 'f 1 2 6', names a vertex outside the 5 of the file"),
-        (".obj", OBJ + "f -6 1 2\n", "line 8, .* names a vertex outside"),
-        (".obj", OBJ + "f 0 1 2\n", "line 8, .* is no face"),
-        (".obj", OBJ + "f 1 2\n", "line 8, .* is no face"),
-        (".obj", OBJ + "f 1 2 3/1/1/1\n", "line 8, .* is no face"),
-        (".obj", OBJ + "vt x\n", "line 8, 'vt x', is no texture coordinate"),
+        (".obj", OBJ.replace("1 1 0", "1 1"), "line 3, 'v 1 1', is not a vertex"),
+        (".obj", OBJ.replace("1 1 0", "1 1 1_0"), "line 3, .* is not a vertex"),
+        (
+            ".obj",
+            OBJ + "f 1 2 6\n",
+            "line 8, 'f 1 2 6', refers to a vertex outside the 5 vertices of the file",
+        ),
+        (".obj", OBJ + "f -6 1 2\n", "line 8, .* refers to a vertex outside"),
+        (".obj", OBJ + "f 0 1 2\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "f 1 2\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "f 1 2 3/1/1/1\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "vt x\n", "line 8, 'vt x', is not a texture coordinate"),
         (".off", OFF[3:], "it does not begin with OFF"),
         (".off", OFF.replace("OFF", "4OFF"), "it does not begin with OFF"),
         (".off", "OFF BINARY\n", "a binary OFF: export it as text"),
         (".off", "OFF\n", "numbers of vertices and faces are missing"),
-        (".off", OFF.replace("5 2 0", "5 3 0"), "promises 5 vertices and 3 faces, and 7 lines follow"),
-        (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is no vertex"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1"), "line 9, '3 0 1', is no face"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1 5"), r"line 9, .* names a vertex outside 0\.\.4"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1 1.5"), "line 9, .* is no face"),
+        (".off", OFF.replace("5 2 0", "5 3 0"), "declares 5 vertices and 3 faces, but 7 lines follow"),
+        (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is not a vertex"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1"), "line 9, '3 0 1', is not a face"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 5"), r"line 9, .* refers to a vertex outside 0\.\.4"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 1.5"), "line 9, .* is not a face"),
         (".ply", PLY.replace("ascii", "text"), "line 2, 'format text 1.0.*', is not understood"),
-        (".ply", PLY.replace("5 0 1", "6 0 1"), "line 16, .* is no row of the element face"),
-        (".ply", PLY.replace("3 0 1 2", "3 0 1 5"), r"faces 1 name vertices outside 0\.\.4"),
-        (".ply", PLY.replace("3 0 1 2", "2 0 1"), "faces 1 have less than three vertices"),
-        (".ply", PLY.replace("vertex 5", "vertex 6"), "promises 8 rows in all, and 7 lines follow"),
-        (".ply", PLY.replace("float z", "float w"), "has not the properties x, y and z"),
+        (".ply", PLY.replace("5 0 1", "6 0 1"), "line 16, .* is not a row of the element face"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 5"), r"faces 1 refer to vertices outside 0\.\.4"),
+        (".ply", PLY.replace("3 0 1 2", "2 0 1"), "faces 1 have fewer than three vertices"),
+        (".ply", PLY.replace("vertex 5", "vertex 6"), "declares 8 rows in total, but 7 lines follow"),
+        (".ply", PLY.replace("float z", "float w"), "lacks the properties x, y and z"),
         (".ply", PLY.replace("int vertex_index", "float vertex_index"), "no list of integers vertex_indices"),
         (".ply", PLY.replace("ascii", "binary_big_endian"), "a list of|it ends in row|bytes follow"),
-        (".ply", PLY.replace("3 0 1 2", "3 0 1 -"), "line 17, .* is no row of the element face"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 -"), "line 17, .* is not a row of the element face"),
         (".ply", PLY.replace("face", "tristrips").replace("3 0 1 2", "3 0 1 5"), r"outside 0\.\.4"),
         (
             ".ply",
             PLY.replace("face", "tristrips").replace("int vertex", "float vertex"),
             "element tristrips has no",
         ),
-        (".ply", PLY.replace("face", "range_grid"), "range scan, no faces: mesh it first"),
+        (".ply", PLY.replace("face", "range_grid"), "range scan without faces: mesh it first"),
         (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
         (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
         (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
-        (".stl", "x" * 100, "its head promises 2021161080 triangles, and 0.32 follow"),
+        (".stl", "x" * 100, "its header declares 2021161080 triangles, but 0.32 follow"),
         (".stl", "", "its 0 bytes are neither"),
     ],
 )
@@ -178,7 +182,7 @@ def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
             assert (mesh.V == plain.V).all()
             assert (mesh.polygons.corners == plain.polygons.corners).all()
             assert (mesh.polygons.sizes == plain.polygons.sizes).all()
-        with pytest.raises(MeshError, match="begins as text in UTF-16, and goes on"):
+        with pytest.raises(MeshError, match="begins as UTF-16 text, but continues"):
             parse(b"\xff\xfe" + f"{text} ".encode() + b"\x00\xd8", f".{suffix}", "mesh")
 
 
@@ -187,13 +191,13 @@ def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -
     with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
         mesh = parse(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()
-    with pytest.raises(MeshError, match="promises 1 triangles, and 2 follow"):
+    with pytest.raises(MeshError, match="declares 1 triangles, but 2 follow"):
         parse(data + data[-50:], ".stl", "mesh")
 
 
 def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
     with pytest.warns(
-        MeshWarning, match=r"lines 1, 9 of mesh are no statements of OBJ \(the first: 'nanf 1 2'\)"
+        MeshWarning, match=r"lines 1, 9 of mesh are not OBJ statements \(the first: 'nanf 1 2'\)"
     ):
         mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
     assert len(mesh.triangles) == 4

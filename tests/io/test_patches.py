@@ -76,7 +76,7 @@ def test_the_surface_is_found_by_name_or_given_and_a_patch_alone_says_what_it_ne
     with pytest.raises(ValueError, match="leave out the surface"):
         read_file(tmp_path / "lh.mine", surface=tmp_path / "lh.pial")
     freesurfer.write_geometry(tmp_path / "lh.small", *igl.icosahedron())
-    with pytest.raises(MeshError, match=r"lh\.small has 12: give the surface"):
+    with pytest.raises(MeshError, match=r"lh\.small has 12: pass the surface"):
         read_file(path, surface=tmp_path / "lh.small")
 
 

@@ -98,7 +98,7 @@ def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
         as_mesh_file(V, F),
         extras=Extras(materials=(names, of), parts=(("none", "x", "x"), of % 4 - 1), looks=looks),
     )
-    with pytest.warns(MeshWarning, match="names as they are"):
+    with pytest.warns(MeshWarning, match="the exact names"):
         write_file(tmp_path / "out.obj", mesh, V[:, :2])
     after = read_file(tmp_path / "out.obj")
     assert after.materials == (

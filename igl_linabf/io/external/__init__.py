@@ -1,4 +1,4 @@
-"""Formats that other packages read and write: 3MF, GIFTI, FreeSurfer, VTP."""
+"""Read and write 3MF, GIFTI, FreeSurfer and VTP files with optional packages."""
 
 from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
 from .optional_packages import call_reader, import_optional

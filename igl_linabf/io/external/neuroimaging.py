@@ -1,4 +1,4 @@
-"""Surfaces of brains, by nibabel: GIFTI and FreeSurfer."""
+"""Read and write GIFTI and FreeSurfer brain surfaces with nibabel."""
 
 import copy
 import gzip
@@ -20,15 +20,13 @@ from .optional_packages import call_reader, import_optional, make_checked_mesh_f
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
-TRIANGLE_FILE_MAGIC = (
-    b"\xff\xff\xfe"  # how FreeSurfer's surfaces of triangles begin; two lines of text follow
-)
+TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # of FreeSurfer's triangle surfaces; two lines of text follow
 VOLUME = "the volume that it was made from"
 
 
 @dataclass(frozen=True, eq=False)
 class GiftiFile:
-    """The file itself, nibabel's image."""
+    """The nibabel image of a GIFTI file, and the contents that a new GIFTI file keeps."""
 
     image: Any
     kept: tuple[str, ...] = (METADATA, LABELS, ARRAYS)
@@ -36,20 +34,22 @@ class GiftiFile:
 
 @dataclass(frozen=True)
 class FreeSurferFile:
-    """What follows the faces of a surface: its volume's geometry, and the commands that made it."""
+    """The trailer of a surface file: the geometry of its volume, and the commands that created it."""
 
     trailer: bytes
     kept: tuple[str, ...] = (VOLUME,)
 
 
 def parse_gifti(path: Path) -> MeshFile:
-    """The surface of a GIFTI file, compressed or not."""
+    """Read the surface of a GIFTI file, which may be compressed."""
     image = call_reader(import_optional("nibabel").load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
     except (AttributeError, ValueError):
-        raise Damaged("it has not one array of points and one of triangles: is it a .surf.gii?") from None
+        raise Damaged(
+            "it does not have one array of points and one of triangles: is it a .surf.gii?"
+        ) from None
     V = np.asarray(points.data, dtype=np.float64)
     F = np.asarray(triangles.data)
     if V.ndim != 2 or V.shape[1] != 3 or F.ndim != 2 or F.shape[1] != 3:
@@ -58,7 +58,7 @@ def parse_gifti(path: Path) -> MeshFile:
         METADATA: any(len(element.meta) for element in (image, points, triangles)),
         LABELS: bool(image.labeltable.labels),
         ARRAYS: bool(_get_other_arrays(image)),
-        "its systems of coordinates": any(map(_is_meaningful, (points.coordsys and [points.coordsys]) or [])),
+        "its coordinate systems": any(map(_is_meaningful, (points.coordsys and [points.coordsys]) or [])),
     }
     return make_checked_mesh_file(
         V,
@@ -73,18 +73,18 @@ def parse_gifti(path: Path) -> MeshFile:
 
 
 def _get_other_arrays(image: Any) -> list[Any]:
-    """The arrays beside points and triangles."""
+    """Return the arrays other than points and triangles."""
     names = import_optional("nibabel.nifti1").intent_codes.niistring
     return [array for array in image.darrays if names[array.intent] not in (POINTS, TRIANGLES)]
 
 
 def _is_meaningful(system: Any) -> bool:
-    """Whether a system of coordinates tells the space of points, or leads to another one."""
+    """Return True if a coordinate system names the space of the points, or transforms to another space."""
     return bool(system.dataspace or system.xformspace or not np.array_equal(system.xform, np.eye(4)))
 
 
 def _read_point_colours(image: Any, n: int) -> FloatArray | None:
-    """Of the vertices, from 0 to 1."""
+    """Return the colours of the vertices, from 0 to 1, or None."""
     for intent in COLOURS:
         for array in image.get_arrays_from_intent(intent):
             values = np.asarray(array.data, dtype=np.float64)
@@ -94,7 +94,7 @@ def _read_point_colours(image: Any, n: int) -> FloatArray | None:
 
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the flat map as a surface, as flat cortices are."""
+    """Write the flat map as a surface, the usual form of flat cortices."""
     gifti = import_optional("nibabel.gifti")
     points, triangles, vertex = make_flat_surface(mesh)
     of_points, of_triangles = {"GeometricType": "Flat"}, dict[str, str]()
@@ -119,7 +119,7 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
-    """Arrays of n vertices at those that are written, by their old numbers; None: they are the same."""
+    """Return arrays of n vertices at the written vertices; None for `vertex` means unchanged vertices."""
     if vertex is None:
         return arrays
     selected = []
@@ -131,8 +131,8 @@ def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any
             selected.append(array)
     if len(selected) < len(arrays):
         warnings.warn(
-            f"{len(arrays) - len(selected)} data arrays of the GIFTI file have no value a vertex, and vertices "
-            "are written several times: they are left out",
+            f"{len(arrays) - len(selected)} data arrays of the GIFTI file do not have one value per vertex, "
+            "and vertices are duplicated: the arrays are left out",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -140,7 +140,7 @@ def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any
 
 
 def parse_freesurfer(path: Path) -> MeshFile:
-    """The surface of a FreeSurfer file, lh.pial for example."""
+    """Read the surface of a FreeSurfer file, for example lh.pial."""
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
     trailer = _read_trailer(path.read_bytes(), 12 * (len(V) + len(F)))
@@ -153,16 +153,16 @@ def parse_freesurfer(path: Path) -> MeshFile:
 
 
 def _read_trailer(data: bytes, size: int) -> bytes:
-    """What follows the vertices and faces, which take so many bytes."""
+    """Return the bytes after the vertices and faces, which take `size` bytes."""
     if not data.startswith(TRIANGLE_FILE_MAGIC):
         return b""
     first = data.index(b"\n", len(TRIANGLE_FILE_MAGIC))
-    start = data.index(b"\n", first + 1) + 1 + 8  # two numbers: of vertices and of faces
+    start = data.index(b"\n", first + 1) + 1 + 8  # skip the numbers of vertices and faces
     return data[start + size :]
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the flat map as a surface."""
+    """Write the flat map as a FreeSurfer surface."""
     points, triangles, _ = make_flat_surface(mesh)
     to_single_precision(points, "TC")
     import_optional("nibabel.freesurfer").write_geometry(

@@ -1,4 +1,4 @@
-"""VTP, the polygons of VTK, by pyvista."""
+"""Read and write VTP, the polygons of VTK, with pyvista."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,21 +13,21 @@ from ..parsing import Column, Damaged, Extras, make_polygons, triangulate_strips
 from ..vertex_splits import split_vertices
 from .optional_packages import call_reader, import_optional, make_checked_mesh_file
 
-# VTK's numbers of what an array may be, and how many there are: scalars, vectors, normals, ..., tangents
+# VTK's numbers of attributes (scalars, vectors, normals, ..., tangents), and the number of attributes.
 NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
 NEW_TEXTURE = "Texture Coordinates"
 
 
 @dataclass(frozen=True, eq=False)
 class VtpFile:
-    """The file itself, of pyvista."""
+    """The pyvista mesh of a VTP file, and the contents that a new VTP file keeps."""
 
     mesh: Any
     kept: tuple[str, ...]
 
 
 def parse_vtp(path: Path) -> MeshFile:
-    """The polygons of a VTK file."""
+    """Read the polygons of a VTP file."""
     pyvista = import_optional("pyvista")
     mesh = call_reader(_read_polydata, path)
     extra_cells = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
@@ -38,7 +38,7 @@ def parse_vtp(path: Path) -> MeshFile:
     corners, sizes = _read_cells(pyvista, mesh.GetPolys())
     polygons = make_polygons(Column(corners, sizes))
     if (polygons.sizes < 3).any():
-        raise Damaged("it has polygons of less than three corners")
+        raise Damaged("it has polygons with fewer than three corners")
     texture = _get_texture_name(mesh.GetPointData())
     normals = mesh.point_data.active_normals
     arrays = _describe_arrays(mesh)
@@ -60,7 +60,7 @@ def parse_vtp(path: Path) -> MeshFile:
 
 
 def _read_polydata(path: str) -> Any:
-    """What VTK reads. It prints what is damaged and goes on without: the first of its errors is raised."""
+    """Read a VTK file; raise the first error that VTK reports, because VTK itself continues after errors."""
     pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
     with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
         reader = readers.vtkXMLPolyDataReader()
@@ -73,7 +73,7 @@ def _read_polydata(path: str) -> Any:
 
 
 def _read_cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
-    """The points of VTK's cells, cell after cell, and how many each has."""
+    """Return the points of VTK cells, concatenated, and the number of points of each cell."""
     offsets, corners = (
         np.asarray(pyvista.convert_array(array), dtype=np.int64)
         for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray())
@@ -82,16 +82,16 @@ def _read_cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
 
 
 def without_strips(mesh: Any) -> Any:
-    """The same with the triangles of its strips, whose data are those of their strip.
+    """Return the mesh with its triangle strips replaced by triangles, which get the data of their strip.
 
-    VTK's own filter leaves data of cells behind that nobody has written.
+    VTK's own filter produces incorrect cell data.
     """
     pyvista = import_optional("pyvista")
     (corners, sizes), (of_strips, lengths) = (
         _read_cells(pyvista, cells) for cells in (mesh.GetPolys(), mesh.GetStrips())
     )
     if (lengths < 3).any() or of_strips.max(initial=0) >= mesh.n_points:
-        raise Damaged("it has triangle strips of less than three points, or of points that are not there")
+        raise Damaged("it has triangle strips with fewer than three points, or with missing points")
     triangles, strip = triangulate_strips(of_strips, np.repeat(np.arange(len(lengths)), lengths))
     faces = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
     faces = np.concatenate((faces, np.insert(triangles, 0, 3, axis=1).ravel()))
@@ -110,7 +110,7 @@ def without_strips(mesh: Any) -> Any:
 
 
 def _describe_arrays(mesh: Any) -> str:
-    """The arrays that are nothing but numbers, as a warning names them."""
+    """Return a description, for warnings, of the arrays without a special meaning."""
     points = mesh.GetPointData()
     known = {
         _get_attribute_name(points, NORMALS),
@@ -124,19 +124,19 @@ def _describe_arrays(mesh: Any) -> str:
 
 
 def _get_attribute_name(data: Any, attribute: int) -> str | None:
-    """The array of VTK that is this attribute."""
+    """Return the name of VTK's array for this attribute."""
     array = data.GetAbstractAttribute(attribute)
     return None if array is None else str(array.GetName())
 
 
 def _get_texture_name(points: Any) -> str | None:
-    """The array of texture coordinates; one number a point is no place in an image."""
+    """Return the name of the array of texture coordinates; None unless it has at least two components."""
     name = _get_attribute_name(points, TEXTURE)
     return name if name is not None and points.GetArray(name).GetNumberOfComponents() > 1 else None
 
 
 def _find_colour_array(arrays: Any) -> str | None:
-    """The first array of bytes with three or four columns, as VTK has colours."""
+    """Return the name of the first byte array with three or four columns, VTK's form of colours."""
     for name, values in arrays.items():
         if values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
             return str(name)
@@ -144,13 +144,13 @@ def _find_colour_array(arrays: Any) -> str | None:
 
 
 def _read_colours(arrays: Any, first: int, count: int) -> FloatArray | None:
-    """The colours of some rows."""
+    """Return the colours of `count` rows from row `first` on."""
     name = _find_colour_array(arrays)
     return None if name is None else np.asarray(arrays[name], dtype=np.float64)[first : first + count] / 255
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write polygons with texture coordinates at the points; all arrays that were read stay."""
+    """Write polygons with texture coordinates at the points, and all other arrays of a file that was read."""
     pyvista, source, extras = import_optional("pyvista"), mesh.extras.source, mesh.extras
     split = split_vertices(mesh, normals=not isinstance(source, VtpFile))
     rows = split.vertex
@@ -174,11 +174,11 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
-    """Arrays of points that are copies of rows, of cells and of fields; which ones are active stays.
+    """Copy the arrays of points (at `rows`), cells and fields, and their active attributes, to a new mesh.
 
-    The old texture coordinates, and the tangents made of them, are left out.
+    The old texture coordinates and the tangents derived from them are not copied.
     """
-    first = given.n_verts + given.n_lines  # cells of points and lines come before
+    first = given.n_verts + given.n_lines  # cells of points and lines precede polygons
     points = given.GetPointData()
     replaced = {_get_texture_name(points), _get_attribute_name(points, TANGENTS)}
     for name, values in given.point_data.items():
@@ -193,7 +193,7 @@ def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
 
 
 def _restore_active(given: Any, written: Any) -> None:
-    """Say again which arrays are scalars, normals and so on."""
+    """Mark arrays as active scalars, normals and other attributes, as in the original data."""
     for attribute in range(ATTRIBUTES):
         name = _get_attribute_name(given, attribute)
         if name is not None and written.HasArray(name):

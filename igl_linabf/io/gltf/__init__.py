@@ -1,4 +1,4 @@
-"""glTF 2.0, as text and as GLB."""
+"""Read and write glTF 2.0, as text and as binary GLB."""
 
 from .images import has_texture_transforms
 from .reading import GltfFile, parse_gltf

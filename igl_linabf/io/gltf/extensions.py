@@ -1,4 +1,4 @@
-"""What extensions of glTF name by number: so that it is refused, carried over, or left out with a word."""
+"""Determine which glTF extensions remain valid in a file with renumbered vertices, accessors and views."""
 
 import warnings
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from ..parsing import Damaged
 
 COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
-VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # of a property of METADATA
-# They name no vertices, accessors or views: or those only that are renumbered here.
+VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # keys of buffer views in properties of METADATA
+# Extensions without references to vertices, accessors or buffer views that are not renumbered here.
 KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
@@ -21,34 +21,34 @@ KNOWN_EXTENSIONS = (
 
 
 def is_known(name: str) -> bool:
-    """Whether what an extension says stays true in a file with other vertices."""
+    """Return True if an extension remains valid in a file with other vertices."""
     return any(fnmatchcase(name, pattern) for pattern in KNOWN_EXTENSIONS)
 
 
 def refuse_required(text: dict[str, Any]) -> None:
-    """Raise where a file cannot be read without an extension that is not known here."""
+    """Raise if the file requires an unknown extension."""
     for name in text.get("extensionsRequired", ()):
         if name in COMPRESSION_EXTENSIONS:
             refuse_compressed("it", name)
         if not is_known(str(name)):
             raise Damaged(
-                f"it requires the extension {name}, which is not known here, and without it would be read as "
-                "something else: export it without"
+                f"it requires the extension {name}, which is not supported, and cannot be read correctly "
+                "without it: export the file without the extension"
             )
 
 
 def refuse_compressed(what: str, name: str) -> None:
-    """Raise: it would be read as garbage."""
-    raise Damaged(f"{what} is compressed by {name}: write it without, as `gltf-transform copy` does")
+    """Raise because compressed data cannot be read."""
+    raise Damaged(f"{what} is compressed by {name}: write it without, for example by `gltf-transform copy`")
 
 
 def iterate_extended(value: Any) -> Iterator[dict[str, Any]]:
-    """Everything in a description that has extensions."""
+    """Yield all objects in a description that have extensions."""
     return (entry for entry in iterate_objects(value) if isinstance(entry.get("extensions"), dict))
 
 
 def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
-    """Everything in a description that has keys, but for what is in its extras."""
+    """Yield all objects in a description, except those within extras."""
     if isinstance(value, dict):
         yield value
         for key, inner in value.items():
@@ -60,12 +60,12 @@ def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
 
 
 def has_unknown_references(text: dict[str, Any]) -> bool:
-    """Whether an extension may name accessors or views where nobody knows: their numbers have to stay."""
+    """Return True if an unknown extension may refer to accessors or views, whose numbers must not change."""
     return any(not is_known(name) for holder in iterate_extended(text) for name in holder["extensions"])
 
 
 def drop_unknown_extensions(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
-    """Leave out the unknown extensions of meshes and primitives, which may name vertices by number."""
+    """Remove unknown extensions of meshes and primitives, because they may refer to vertex numbers."""
     dropped = set[str]()
     for holder in changed:
         extensions = holder.get("extensions", {})
@@ -83,27 +83,27 @@ def drop_unknown_extensions(text: dict[str, Any], changed: list[dict[str, Any]])
             if not text[key]:
                 del text[key]
     warnings.warn(
-        f"the extensions {', '.join(sorted(dropped))} of meshes may name vertices by number, and these are "
-        "other ones now: they are left out; write OBJ or PLY if you do not need them, or apply them again",
+        f"the extensions {', '.join(sorted(dropped))} of meshes may refer to vertex numbers, which have "
+        "changed: they are left out; write OBJ or PLY if you do not need them, or apply them again",
         MeshWarning,
         stacklevel=stack_level(),
     )
 
 
 def iterate_table_properties(text: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """What holds the numbers of views in METADATA."""
+    """Yield the properties of METADATA tables, which refer to buffer views."""
     for table in text.get("extensions", {}).get(METADATA, {}).get("propertyTables", ()):
         yield from table.get("properties", {}).values()
 
 
 def iterate_instance_attributes(text: dict[str, Any]) -> Iterator[dict[str, int]]:
-    """The attributes, accessors by name, of nodes' INSTANCES."""
+    """Yield the attributes of INSTANCES, accessors by name, of all nodes."""
     for node in text.get("nodes", ()):
         if INSTANCES in node.get("extensions", {}):
             yield node["extensions"][INSTANCES].get("attributes", {})
 
 
 def find_implicit_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """The FEATURES of a primitive whose numbers are those of the vertices."""
+    """Return the FEATURES of a primitive that are identified by vertex numbers."""
     features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
     return [feature for feature in features if not {"attribute", "texture"} & set(feature)]

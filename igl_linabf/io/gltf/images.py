@@ -1,4 +1,4 @@
-"""Where a file of glTF names textures, and which of them were made for the old texture coordinates."""
+"""Find the textures that a glTF description uses, and remove textures of old texture coordinates."""
 
 import base64
 from collections.abc import Iterator
@@ -14,18 +14,18 @@ from ..references import find_file
 from .scene import Gltf
 
 TEXTURE_TRANSFORM = "KHR_texture_transform"
-WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # glTF's numbers; all else repeats
+WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF's codes; all other codes mean "repeat"
 
 
 class TextureUse(NamedTuple):
-    """A place that names a texture.
+    """A reference to a texture.
 
     Attributes
     ----------
     holder, key : dict and str
-        `holder[key]` is what names it.
+        `holder[key]` is the reference.
     coordinates : int
-        The number of the texture coordinates that go with it.
+        The number of the set of texture coordinates that the texture uses.
     """
 
     holder: dict[str, Any]
@@ -34,7 +34,7 @@ class TextureUse(NamedTuple):
 
 
 def iterate_texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUse]:
-    """The uses of textures in a material, or in anything else; `inside`: of property textures."""
+    """Yield the references to textures in a material or any other value; `inside` marks property textures."""
     if isinstance(value, list):
         for inner in value:
             yield from iterate_texture_uses(inner, inside)
@@ -52,7 +52,7 @@ def iterate_texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUs
 
 
 def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
-    """Those of materials, of primitives, and of the whole file."""
+    """Return the references to textures in materials, primitives and extensions of a file."""
     primitives = [primitive for mesh in text.get("meshes", ()) for primitive in mesh.get("primitives", ())]
     holders = [
         text.get("materials", []),
@@ -63,16 +63,16 @@ def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
 
 
 def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
-    """How many textures go with the texture coordinates of this number, which are new."""
+    """Return the number of textures that use the texture coordinates with this number, which are new."""
     return len(
         {use.holder[use.key]["index"] for use in find_texture_uses(text) if use.coordinates == coordinates}
     )
 
 
 def drop_stale_images(text: dict[str, Any]) -> None:
-    """Leave out textures, and images, that materials name for the first texture coordinates alone.
+    """Remove textures and images that only materials with the first texture coordinates use.
 
-    What names them stays, with the number -1, until it is named anew or left out.
+    References to them get the index -1 until they are replaced or removed.
     """
     old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
@@ -99,7 +99,7 @@ def drop_stale_images(text: dict[str, Any]) -> None:
 
 
 def find_image_maps(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
-    """The images of a material that go with the first texture coordinates."""
+    """Return the images of a material that use the first texture coordinates."""
     return tuple(_make_image_map(gltf, use) for use in iterate_texture_uses(material) if use.coordinates == 0)
 
 
@@ -112,19 +112,19 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     transform = info.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
     (x, y), (across, down) = transform.get("offset", (0, 0)), transform.get("scale", (1, 1))
     cos, sin = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
-    # u = a u + b v + x, v = c u + d v + y, v downwards: counterclockwise as one sees it, which is what
-    # programs do, and not the listing in the extension's text
+    # u' = a u + b v + x, v' = c u + d v + y, v downwards. The rotation appears counterclockwise, which
+    # matches existing programs but not the listing in the extension's specification.
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     return ImageMap(use.key, partial(_read_image, gltf, texture), (wrap[0], wrap[1]), upwards)
 
 
 def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
-    """The file of a texture's image: the one that every program reads, or that of an extension."""
+    """Return the image file of a texture: the core image, or otherwise the image of an extension."""
     sources = [texture, *texture.get("extensions", {}).values()]
     number = next((source["source"] for source in sources if "source" in source), None)
     if number is None:
-        raise MeshError("a texture names no image: leave it out")
+        raise MeshError("a texture has no image: remove it")
     image = gltf.entries("images")[number]
     if "bufferView" in image:
         return gltf.view(image["bufferView"])
@@ -138,14 +138,14 @@ def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
 
 
 def has_texture_transforms(text: dict[str, Any]) -> bool:
-    """Whether images lie elsewhere on the first texture coordinates than these say."""
+    """Return True if a transform changes the first texture coordinates before the image lookup."""
     uses = [use for use in find_texture_uses(text) if use.coordinates == 0]
     transforms = [use.holder[use.key].get("extensions", {}).get(TEXTURE_TRANSFORM, {}) for use in uses]
     return any({"offset", "rotation", "scale"} & set(transform) for transform in transforms)
 
 
 def drop_stale_uses(material: dict[str, Any]) -> None:
-    """Leave out the images of a material that go with the first texture coordinates."""
+    """Remove a material's references to textures that use the first texture coordinates."""
     for use in list(iterate_texture_uses(material)):
         if use.coordinates == 0:
             del use.holder[use.key]

@@ -1,4 +1,4 @@
-"""Read glTF and GLB."""
+"""Read the mesh of glTF and GLB files."""
 
 from dataclasses import dataclass, replace
 from itertools import accumulate
@@ -22,18 +22,18 @@ IDENTITY_PLACEMENT = Placement("", np.eye(4))
 
 
 class Primitive(NamedTuple):
-    """Where the faces of a primitive are.
+    """The faces of the mesh that belong to a primitive.
 
     Attributes
     ----------
     mesh, number : int
-        Its place in the file.
+        The mesh of the primitive, and its number within this mesh.
     faces, corners : (#f,) int64 and (#c,) int64
-        Of the polygons.
+        Faces and corners in the polygons of the whole file.
     vertex : (#c,) int64
-        Its own vertex at each corner.
+        The primitive's vertex at each corner.
     mirrored : bool
-        Whether the scene mirrors it, so that its own faces run the other way round.
+        Whether the scene mirrors the primitive, which reverses the orientation of its faces.
     """
 
     mesh: int
@@ -46,12 +46,14 @@ class Primitive(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GltfFile:
-    """The file itself.
+    """The contents of a glTF file.
 
     Attributes
     ----------
+    gltf : Gltf
+    primitives : list of Primitive
     frames : (#meshes, 3, 3) float64
-        From the space of each mesh to that of the scene, but for a translation.
+        The linear map from the space of each mesh to the space of the scene.
     """
 
     gltf: Gltf
@@ -60,18 +62,18 @@ class GltfFile:
 
 
 class _PrimitiveContent(NamedTuple):
-    """What a primitive holds.
+    """The contents of a primitive.
 
     Attributes
     ----------
     V : (#v, 3) float64
-        Where the scene has its vertices.
+        Vertices in the space of the scene.
     polygons : Polygons
-        By these vertices.
+        Faces over these vertices.
     attributes : dict
-        COLOURS, NORMALS and TEXTURE, (#v, width) float64 each, or None.
+        COLOURS, NORMALS and TEXTURE, each (#v, width) float64 or None.
     material : int
-        -1 if it has none.
+        -1 for a primitive without a material.
     """
 
     V: FloatArray
@@ -81,13 +83,11 @@ class _PrimitiveContent(NamedTuple):
 
 
 def parse_gltf(path: Path) -> MeshFile:
-    """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
+    """Read a glTF or GLB file. A mesh with several instances is read once, where its largest instance is."""
     try:
         return _parse_gltf(load_gltf(path))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
-        raise Damaged(
-            f"its description is not as glTF 2.0 has it ({type(error).__name__}: {error})"
-        ) from None
+        raise Damaged(f"its description does not follow glTF 2.0 ({type(error).__name__}: {error})") from None
 
 
 def _parse_gltf(gltf: Gltf) -> MeshFile:
@@ -164,11 +164,11 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
 def _read_primitive(
     gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray
 ) -> _PrimitiveContent:
-    """What a primitive of a mesh holds, placed by a transform (4, 4)."""
+    """Read the contents of a primitive, transformed by a matrix (4, 4)."""
     indices_of_attribute, linear = primitive["attributes"], matrix[:3, :3]
     local = gltf.numbers(indices_of_attribute["POSITION"])
     if local.ndim != 2 or local.shape[1] != 3:
-        raise Damaged(f"the positions of its mesh {mesh} have not three columns")
+        raise Damaged(f"the positions of its mesh {mesh} do not have three columns")
     polygons = _read_polygons(gltf, primitive, len(local))
     if np.linalg.det(linear) < 0:
         polygons = reverse_polygons(polygons)
@@ -181,7 +181,7 @@ def _read_primitive(
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
     number = int(primitive.get("material", -1))
     material = number if number < len(gltf.entries("materials")) else -1
-    with np.errstate(invalid="ignore"):  # infinite positions: whoever uses the mesh names their vertices
+    with np.errstate(invalid="ignore"):  # infinite positions are reported when the mesh is used
         V = local @ linear.T + matrix[:3, 3]
     return _PrimitiveContent(V, polygons, attributes, material)
 
@@ -189,7 +189,10 @@ def _read_primitive(
 def _gather_colours_and_normals(
     contents: list[_PrimitiveContent], used: IntArray, merged: IntArray, flat: IntArray
 ) -> dict[str, Any]:
-    """Of `Extras`: colours at the vertices that are used, or at corners where copies differ; normals."""
+    """Return the colours and normals as fields of `Extras`.
+
+    Colours are per vertex, or per corner if merged vertices have different colours.
+    """
     normals = _concatenate_if_complete([part.attributes[NORMALS] for part in contents])
     gathered: dict[str, Any] = {"normals": normals, "normal": None if normals is None else flat}
     colours = _stack_colours(
@@ -204,9 +207,9 @@ def _gather_colours_and_normals(
 
 
 def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
-    """Of `Extras`: the materials and what they look like, if one has a name."""
+    """Return the names and the appearance of the materials as fields of `Extras`."""
     listed = gltf.entries("materials")
-    plain = make_gltf_material(Material())  # texture coordinates are written with it where there is none
+    plain = make_gltf_material(Material())  # written for faces without a material
     while listed and listed[-1] == plain:
         listed.pop()
     if not listed:
@@ -220,7 +223,7 @@ def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
 
 
 def _stack_colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:
-    """Of the vertices; those of primitives that have none are white, as glTF says."""
+    """Return the colours of all vertices; primitives without colours are white, as glTF specifies."""
     if all(values is None for values in rows):
         return None
     width = max(values.shape[1] for values in rows if values is not None)
@@ -232,7 +235,7 @@ def _stack_colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArra
 
 
 def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[str, ...]:
-    """Of the meshes: those of the nodes that show them, or their own."""
+    """Return the name of each mesh: the name of its node, or otherwise its own name."""
     return tuple(
         placement_of_mesh.get(i, IDENTITY_PLACEMENT).name or str(mesh.get("name", f"mesh {i}"))
         for i, mesh in enumerate(gltf.entries("meshes"))
@@ -240,7 +243,7 @@ def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[s
 
 
 def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None:
-    """An attribute, if all primitives have it in one width."""
+    """Return an attribute of all primitives; None unless all have it with the same width."""
     known = [values for values in rows if values is not None and values.ndim == 2]
     if len(known) < len(rows) or len({values.shape[1] for values in known}) > 1:
         return None
@@ -248,12 +251,12 @@ def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None
 
 
 def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
-    """The faces of a primitive, by its own vertices."""
+    """Return the faces of a primitive over its own vertices."""
     index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
     mode = primitive.get("mode", Mode.TRIANGLES)
     if mode == Mode.TRIANGLES:
         if len(index) % 3:
-            raise Damaged(f"{len(index)} indices are no triangles")
+            raise Damaged(f"{len(index)} indices do not form triangles")
         F = index.reshape(-1, 3)
     elif mode == Mode.TRIANGLE_STRIP:
         F, _ = triangulate_strips(index, np.zeros_like(index))
@@ -263,12 +266,15 @@ def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])
         )
     if len(F) and int(F.max()) >= n:
-        raise Damaged(f"triangles name vertices beyond the {n} of their mesh")
+        raise Damaged(f"triangles refer to vertices beyond the {n} vertices of their mesh")
     return merge_fans(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
 
 
 def _weld_vertices(V: FloatArray, mesh: IntArray) -> IntArray:
-    """For each vertex the first of its mesh in the same place: glTF doubles them at creases and seams."""
+    """Return for each vertex the first vertex of its mesh at the same position.
+
+    glTF duplicates vertices at creases and seams.
+    """
     _, first, same = np.unique(
         np.column_stack((mesh, V + 0.0)), axis=0, return_index=True, return_inverse=True
     )

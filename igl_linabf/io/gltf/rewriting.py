@@ -1,4 +1,4 @@
-"""Write glTF and GLB: a new file, or the one that was read with texture coordinates."""
+"""Write glTF and GLB: a new file, or the file that was read with new texture coordinates."""
 
 import copy
 import warnings
@@ -40,7 +40,7 @@ from .writing import Buffer, order_triangles, save_new_gltf, write_gltf
 
 TANGENT, FEATURE_ID = "TANGENT", "_FEATURE_ID_{}"
 TEXTURE_ATTRIBUTES = (TEXTURE, "TEXCOORD_1")
-# keys of accessors; and all in "attributes"
+# Keys of accessors, in addition to all keys in "attributes".
 ACCESSOR_KEYS = {"indices", "input", "output", "inverseBindMatrices"}
 MIME_TYPES = {
     ".png": "image/png",
@@ -54,7 +54,7 @@ MIME_TYPES = {
 
 
 def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write GLB or glTF: a new file, or the one that was read with texture coordinates."""
+    """Write GLB or glTF: a new file, or the file that was read with new texture coordinates."""
     if isinstance(mesh.extras.source, GltfFile):
         _rewrite_gltf(temporary, mesh, mesh.extras.source, path)
     else:
@@ -62,15 +62,15 @@ def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) -> None:
-    """The file that was read, each primitive's vertices once for each of their texture coordinates."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    """Write the file that was read, with one vertex for each of a vertex's texture coordinates."""
+    assert mesh.TC is not None and mesh.texture is not None
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][place.mesh]["primitives"][place.number] for place in source.primitives]
     second = int(mesh.first is not None)
     if mesh.images is None or not mesh.images.moved:
         warn_of_stale_images(
             count_stale_textures(text, second),
-            REPLACED_HINT if mesh.images else "bake them anew" if second else MOVE_HINT,
+            REPLACED_HINT if mesh.images else "bake them again" if second else MOVE_HINT,
         )
     if mesh.images is not None and not has_unknown_references(text):
         drop_stale_images(text)
@@ -123,7 +123,7 @@ def _split_by_page(
     primitives: list[dict[str, Any]],
     old: list[Any],
 ) -> Iterator[tuple[Primitive, dict[str, Any], Any, int]]:
-    """The primitives, their descriptions and old attributes, and their pages: one for each page of images."""
+    """Yield the primitives, split by page, with their descriptions, their old attributes and their pages."""
     has_pages = mesh.images is not None and mesh.images.pages > 1
     page_of_face = find_face_pages(mesh) if has_pages else np.zeros(len(mesh.polygons), dtype=np.int64)
     for place, primitive, attributes in zip(places, primitives, old, strict=True):
@@ -141,9 +141,9 @@ def _split_by_page(
 def _drop_tangents(
     text: dict[str, Any], primitives: list[dict[str, Any]], old: list[Any], second: int
 ) -> None:
-    """Leave out, of attributes and targets, what was made of the old map; glTF has tangents made of a map.
+    """Remove the old texture coordinates from attributes and targets, and the tangents derived from them.
 
-    Tangents stay where their image goes with other texture coordinates.
+    Tangents are kept if the normal map uses other texture coordinates.
     """
     replaced = (TANGENT, TEXTURE_ATTRIBUTES[second])
     count = 0
@@ -163,14 +163,14 @@ def _drop_tangents(
     if count:
         warnings.warn(
             f"the tangents ({TANGENT}) of {count} of its primitives were made for the old texture "
-            "coordinates: they are left out, and readers make new ones, as glTF asks them to",
+            "coordinates: they are left out, and readers compute new tangents, as glTF specifies",
             MeshWarning,
             stacklevel=stack_level(),
         )
 
 
 def _store_feature_ids(primitive: dict[str, Any], vertex_index: IntArray, buffer: Buffer) -> None:
-    """Write what the old numbers of vertices told, as an attribute: they have others now."""
+    """Store features that are identified by old vertex numbers as an attribute."""
     attributes = primitive["attributes"]
     for feature in find_implicit_features(primitive):
         feature["attribute"] = next(
@@ -180,7 +180,7 @@ def _store_feature_ids(primitive: dict[str, Any], vertex_index: IntArray, buffer
 
 
 def _add_default_material(text: dict[str, Any]) -> int:
-    """Readers drop texture coordinates that no material goes with."""
+    """Return the number of the default material, which readers need in order to keep texture coordinates."""
     materials = text.setdefault("materials", [])
     for i, material in enumerate(materials):
         if material.get("name") == DEFAULT_MATERIAL:
@@ -190,9 +190,9 @@ def _add_default_material(text: dict[str, Any]) -> int:
 
 
 def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
-    """Move what the description still uses of the old buffers to the new one.
+    """Copy the buffer data that the description still uses to the new buffer.
 
-    All of it, and under its old numbers, if an extension may name some that nobody knows of.
+    If an unknown extension may refer to views or accessors, all of them are copied and keep their numbers.
     """
     views, accessors = dict[int, int](), dict[int, int]()
 
@@ -238,7 +238,7 @@ def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
 
 
 def _embed_images(text: dict[str, Any], old: Path, new: Path, buffer: Buffer) -> None:
-    """Images in files of their own go into the new file; other names lead from its folder."""
+    """Embed image files in the new file, and make all other references relative to its folder."""
     for image in text.get("images", ()):
         file, kind = (
             _find_referenced_file(image.get("uri"), old),
@@ -253,14 +253,14 @@ def _embed_images(text: dict[str, Any], old: Path, new: Path, buffer: Buffer) ->
 
 
 def _find_referenced_file(uri: Any, folder: Path) -> Path | None:
-    """The file that a relative name leads to; None if it is no such name, or leads nowhere."""
+    """Return the file that a relative URI points to; None for other URIs and missing files."""
     if not isinstance(uri, str) or urlsplit(uri).scheme:
         return None
     return find_file(unquote(uri), folder)
 
 
 def _iterate_uris(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
-    """Where a description names files: "uri", "schemaUri", ..."""
+    """Yield the keys of URIs, such as "uri" and "schemaUri", and the objects that contain them."""
     if isinstance(value, list):
         for inner in value:
             yield from _iterate_uris(inner)
@@ -273,7 +273,7 @@ def _iterate_uris(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
 
 
 def _renumber_accessors(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
-    """Apply `change` to each number of an accessor in the description, extensions aside."""
+    """Apply `change` to each accessor number in the description outside extensions."""
     if isinstance(text, dict):
         for key, value in text.items():
             if isinstance(value, int) and not isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""New images in a description of glTF: baked colours, or old images moved to the new texture coordinates."""
+"""Add new images to a glTF description: baked colours, or old images moved to new texture coordinates."""
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
@@ -11,16 +11,16 @@ from .scene import Filter
 
 SHADING = "pbrMetallicRoughness"
 VARIANTS = "KHR_materials_variants"
-Put = Callable[..., int]  # bytes into the buffer: the number of their view
+Put = Callable[..., int]  # appends bytes to the buffer, and returns the number of their view
 
 
 class MaterialPages:
-    """The materials of a description, of which each page of new images needs its own.
+    """The materials of a description, with a copy for each page of new images.
 
     Attributes
     ----------
     pages : dict of int to int
-        The page of each material that is not for the first one.
+        The page of each material copy; all other materials belong to the first page.
     """
 
     def __init__(self, text: dict[str, Any]) -> None:
@@ -29,7 +29,7 @@ class MaterialPages:
         self._copies: dict[tuple[int, int], int] = {}
 
     def material_for(self, material: int, page: int) -> int:
-        """The number of the material for a page; a copy of it from the second page on."""
+        """Return the number of the material for a page, a copy for all pages but the first."""
         if page == 0:
             return material
         if (material, page) not in self._copies:
@@ -42,7 +42,7 @@ class MaterialPages:
         return self._copies[material, page]
 
     def assign(self, primitive: dict[str, Any], page: int) -> None:
-        """Give a primitive, and its variants, the materials of its page."""
+        """Assign the materials of a page to a primitive and its variants."""
         primitive["material"] = self.material_for(primitive["material"], page)
         for mapping in primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", ()):
             if "material" in mapping:
@@ -52,9 +52,9 @@ class MaterialPages:
 def add_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material] = ()
 ) -> None:
-    """Add images, and name them in the materials; `looks` are these where the description is a new one.
+    """Add images and refer to them in the materials; `looks` are the materials of a new description.
 
-    Baked colours are those of all materials, and no longer multiplied by colours of vertices.
+    A baked image becomes the texture of all materials, and is no longer multiplied by vertex colours.
     """
     if images.moved:
         _replace_images(text, put, images, pages, looks)
@@ -69,14 +69,14 @@ def add_images(
         material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
     for mesh in text["meshes"]:
         for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data
+            if "COLOR_0" in primitive["attributes"]:  # kept as data that viewers ignore
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
 def _replace_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material]
 ) -> None:
-    """The images in the places of those that materials had; their factors stay."""
+    """Replace the old images of the materials; their factors do not change."""
     uses: list[tuple[dict[str, Any], str, dict[str, Any], int]] = []
     for i, material in enumerate(text["materials"]):
         page = pages.get(i, 0)
@@ -97,7 +97,7 @@ def _replace_images(
 
 
 def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
-    """What a use of a texture says beside which one, and where that lies."""
+    """Return a texture reference without its index, set of coordinates and transform."""
     kept = {key: value for key, value in info.items() if key not in ("index", "texCoord", "extensions")}
     extensions = {
         name: value for name, value in info.get("extensions", {}).items() if name != TEXTURE_TRANSFORM
@@ -108,7 +108,7 @@ def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
 def _add_textures(
     text: dict[str, Any], put: Put, files: Sequence[bytes], texture_of_file: dict[bytes, int]
 ) -> list[int]:
-    """The numbers of new textures, one for each file; equal files are one."""
+    """Return the numbers of new textures, one for each file; equal files share a texture."""
     numbers = []
     for file in files:
         if file not in texture_of_file:
@@ -122,7 +122,7 @@ def _add_textures(
 
 
 def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
-    """Add an entry to a list; returns its number."""
+    """Append an entry to a list, and return its number."""
     listed = text.setdefault(name, [])
     listed.append(entry)
     return len(listed) - 1

@@ -1,22 +1,27 @@
-"""What a file of glTF has that other formats have not."""
+"""List the contents of a glTF file that other formats cannot store."""
 
 from typing import Any
 
 from .extensions import iterate_extended, iterate_objects
 
-# Extensions whose content is read, or changes no number that is.
+# Extensions that are read, or do not affect the numbers that are read.
 HANDLED_EXTENSIONS = ("FB_ngon_encoding", "KHR_mesh_quantization")
 SHARED_ATTRIBUTES = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
 SKIN_PREFIXES = ("JOINTS_", "WEIGHTS_")
 
 
 def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
-    """What a description has beyond its surface, as a warning names it; `further` instances of its meshes."""
+    """Return descriptions, for warnings, of the contents of a file other than its surface.
+
+    `instance_count` is the number of further instances of its meshes.
+    """
     found = [f"its {name}" for name in ("animations", "skins", "cameras") if text.get(name)]
     if len(text.get("scenes", ())) > 1:
         found.append(f"its {len(text['scenes'])} scenes")
-    if sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1:  # one is the root of all
-        found.append("its tree of nodes")
+    if (
+        sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1
+    ):  # one may be the root of all nodes
+        found.append("its node hierarchy")
     if instance_count:
         found.append(f"{instance_count} further instances of its meshes")
     primitives = [entry for mesh in text.get("meshes", ()) for entry in mesh.get("primitives", ())]
@@ -36,7 +41,7 @@ def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
     if extensions:
         found.append(f"the extensions {', '.join(sorted(extensions))}")
     if any(entry.get("alphaMode") == "MASK" for entry in text.get("materials", ())):
-        found.append("where its materials are cut off")
+        found.append("the alpha cutoff of its materials")
     if any("extras" in holder for holder in iterate_objects(text)):
         found.append("its extras")
     if text.get("asset", {}).get("copyright"):

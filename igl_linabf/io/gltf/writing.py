@@ -1,4 +1,4 @@
-"""Write glTF 2.0: GLB, its binary form, or .gltf, one text that holds the buffer, too."""
+"""Write new glTF 2.0 files: binary GLB, or a .gltf text file with an embedded buffer."""
 
 import base64
 import json
@@ -23,11 +23,18 @@ from .textures import add_images
 
 ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES_PER_UNIT = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
-KEPT_ACCESSOR_KEYS = ("componentType", "normalized", "type", "name", "extensions", "extras")  # of an accessor
+KEPT_ACCESSOR_KEYS = (
+    "componentType",
+    "normalized",
+    "type",
+    "name",
+    "extensions",
+    "extras",
+)  # keys of an accessor that are copied from the original one
 
 
 class Buffer:
-    """The binary part of a file while it grows, and the description of what is in it."""
+    """A growing binary buffer with its buffer views and accessors."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] = []
@@ -36,7 +43,7 @@ class Buffer:
         self.accessors: list[dict[str, Any]] = []
 
     def put(self, data: bytes, **properties: Any) -> int:
-        """Bytes; returns the number of their view."""
+        """Append bytes, and return the number of their buffer view."""
         self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), **properties})
         self.parts.append(data + b"\0" * (-len(data) % 4))
         self.size += len(self.parts[-1])
@@ -48,7 +55,11 @@ class Buffer:
         use: Target = Target.VERTEX_ATTRIBUTES,
         like: Mapping[str, Any] | None = None,
     ) -> int:
-        """An array of 32-bit numbers, or of those of another accessor; returns the number of its own."""
+        """Append an array, and return the number of its accessor.
+
+        Component type and other properties are those of the accessor `like`; without it, the array is
+        stored as 32-bit numbers.
+        """
         if like is None:
             kind = Component.FLOAT if rows.dtype.kind == "f" else Component.UNSIGNED_INT
             like = {"componentType": kind, "type": ACCESSOR_TYPES[1 if rows.ndim == 1 else rows.shape[1]]}
@@ -56,18 +67,18 @@ class Buffer:
         data = np.ascontiguousarray(rows, DTYPES[accessor["componentType"]])
         view_properties = {"target": use}
         width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
-        if use == Target.VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
+        if use == Target.VERTEX_ATTRIBUTES and width % 4:  # rows are aligned to four bytes
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             view_properties["byteStride"] = data.shape[1]
         accessor["bufferView"] = self.put(data.tobytes(), **view_properties)
-        if accessor["type"] == ACCESSOR_TYPES[3]:  # asked for of positions, as they are stored
+        if accessor["type"] == ACCESSOR_TYPES[3]:  # required for positions
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
         return len(self.accessors) - 1
 
 
 def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
-    """Write polygons with texture coordinates at the vertices, v downwards: a node for each part."""
+    """Write polygons with a node for each part and texture coordinates at the vertices, v downwards."""
     extras, buffer = mesh.extras, Buffer()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
     material_names, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
@@ -91,7 +102,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
         translation = {"translation": (metres * origin).tolist()} if origin.any() else {}
         nodes.append({"mesh": len(meshes), **name_entry, **translation, **size})
         meshes.append({"primitives": primitives, **name_entry})
-    # readers (trimesh) drop texture coordinates that no material goes with
+    # readers such as trimesh discard texture coordinates without a material
     looks = extras.looks or (Material(),) * len(material_names)
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())
@@ -114,13 +125,13 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
 
 
 def _make_asset_extras(mesh: MeshFile) -> dict[str, Any]:
-    """What the file says to people, where glTF has room for it."""
+    """Return the comments as extras of the asset."""
     lines = [encode_utf8(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
     return {"extras": {"comments": lines}} if lines else {}
 
 
 def _write_primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
-    """The faces of one part and one material, with vertices of their own."""
+    """Append the faces of one part and one material with their vertices, and return the primitive."""
     corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
     split = split_vertices(mesh, corner, normals=True, colours=get_stored_colours(mesh))
     attributes = {
@@ -146,9 +157,9 @@ def _write_primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buf
 def order_triangles(
     mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray, mirrored: bool = False
 ) -> tuple[IntArray, dict[str, Any]]:
-    """Triangles of faces, with a vertex at each corner, in an order that keeps polygons; whether it does.
+    """Return triangles of faces in an order that encodes polygons, and the extension that declares it.
 
-    With `mirrored` the other way round.
+    `vertex` is the vertex at each corner in `corner`. With `mirrored`, the orientation is reversed.
     """
     if (mesh.polygons.sizes[faces] == 3).all():
         return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
@@ -156,7 +167,7 @@ def order_triangles(
     vertex_of_corner[corner] = vertex
     triangles = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
     ordered = order_as_fans(triangles, vertex_of_corner)
-    if mirrored:  # a fan runs the other way round, too
+    if mirrored:  # reverse the order of each fan, too
         ordered = ordered[np.lexsort((-np.arange(len(ordered)), triangles.face))][:, [0, 2, 1]]
     return ordered, {"extensions": {EXTENSION: {}}}
 
@@ -167,7 +178,7 @@ def _normalise(normals: np.ndarray) -> np.ndarray:
 
 
 def write_gltf(path: str, description: dict[str, Any], buffer: Buffer) -> None:
-    """The container: a text that describes, and the bytes that it describes."""
+    """Write the container: the JSON description and the buffer."""
     description |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
     description["buffers"] = [{"byteLength": buffer.size}]
     if path.lower().endswith(".gltf"):

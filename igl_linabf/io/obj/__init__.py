@@ -1,4 +1,4 @@
-"""OBJ, with the groups and materials that it names."""
+"""Read and write OBJ files with their groups, and MTL files with their images."""
 
 from .reading import ObjText, load_looks, parse_obj
 from .writing import (

@@ -1,4 +1,4 @@
-"""Images that the lines of MTL files name, and their options."""
+"""Parse the image statements of MTL files with their options."""
 
 from dataclasses import replace
 from functools import partial
@@ -10,23 +10,17 @@ from ..parsing import encode_utf8, parse_numbers
 from ..references import find_file
 
 KIND_OF_KEYWORD = {word.lower(): kind for kind, word in MTL_KEYWORDS.items()}
-OPTION_LENGTHS = {  # how many words follow an option at most; of those with three, numbers only
+OPTION_LENGTHS = {  # largest number of arguments; options with several arguments take numbers only
     **dict.fromkeys(("-blendu", "-blendv", "-bm", "-boost", "-cc", "-clamp", "-imfchan"), 1),
     **dict.fromkeys(("-texres", "-type"), 1),
     "-mm": 2,
     **dict.fromkeys(("-o", "-s", "-t"), 3),
 }
-PLACEMENT_OPTIONS = (
-    "-o",
-    "-s",
-    "-t",
-    "-clamp",
-    "-texres",
-)  # they say how the image lies on the old coordinates
+PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # depend on the old coordinates
 
 
 def attach_maps(look: Material, folder: Path) -> Material:
-    """With the images that its lines name, seen from the folder of the library."""
+    """Return the material with the images that its lines refer to, relative to the folder of the library."""
     found = {
         image_map.kind: image_map
         for line in look.lines
@@ -37,7 +31,7 @@ def attach_maps(look: Material, folder: Path) -> Material:
 
 
 def _parse_map_line(line: str, folder: Path) -> list[ImageMap]:
-    """The image that a line names; none of reflections, which do not lie on texture coordinates."""
+    """Return the image of a line; none for reflections, which do not use texture coordinates."""
     word, *rest = line.split()
     if word.lower() == "refl" or not rest:
         return []
@@ -72,7 +66,7 @@ def _parse_map_line(line: str, folder: Path) -> list[ImageMap]:
 
 
 def _parse_pair(words: list[str], default: float) -> tuple[float, float]:
-    """Two numbers; a second one that is left out is the default."""
+    """Return two numbers; missing numbers are replaced by the default."""
     values = [*map(float, words[:2]), default, default]
     return values[0], values[1]
 
@@ -80,5 +74,5 @@ def _parse_pair(words: list[str], default: float) -> tuple[float, float]:
 def _read_image(name: str, folder: Path) -> bytes:
     file = find_file(name, folder)
     if file is None:
-        raise MeshError(f"a material names the image {name}, which is not in {folder}: put it there")
+        raise MeshError(f"a material refers to the image {name}, which is not in {folder}: put it there")
     return file.read_bytes()

@@ -1,7 +1,7 @@
 """Read OBJ: positions with colours, texture coordinates, normals, polygons, groups and materials.
 
-Lines of one form are read at once by numpy; only if that fails they are read one by one, so that the damaged
-line can be named.
+NumPy parses all lines of the same form together. If this fails, the lines are parsed one by one to find the
+damaged line.
 """
 
 import contextlib
@@ -39,8 +39,8 @@ STATEMENTS = frozenset(
 )
 LIBRARY_KEYWORD = b"mtllib"
 LIBRARY_NAME_PATTERN = re.compile(r'"([^"]*)"|(\S.*?\.(?:mtl|map))(?=\s|$)|(\S+)', re.IGNORECASE)
-NAMING_KEYWORDS = (b"o", b"g", b"usemtl", LIBRARY_KEYWORD)  # whose names may have a # in them
-# what only OBJ has, by the words that a warning has for it
+NAMING_KEYWORDS = (b"o", b"g", b"usemtl", LIBRARY_KEYWORD)  # statements whose names may contain #
+# Statements without a counterpart in other formats, by their description in warnings.
 OBJ_ONLY_STATEMENTS = {
     "polylines (l)": b"l",
     "points (p)": b"p",
@@ -49,38 +49,28 @@ OBJ_ONLY_STATEMENTS = {
     "texture maps (usemap)": b"usemap maplib",
     "calls of other files": b"call csh",
 }
-POLYPAINT_PREFIX = (
-    b"#MRGB"  # ZBrush's colours of vertices, as comments: a mask, red, green and blue in eight digits
-)
+POLYPAINT_PREFIX = b"#MRGB"  # comment with ZBrush's vertex colours: mask, red, green and blue in eight digits
 NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
-# 0 is no index; textures and normals may be left out
+# A corner v/vt/vn of a face. An index is not 0; vt and vn are optional.
 CORNER_PATTERN = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
-COLUMNS_OF_FORM = {
-    b"": (0,),
-    b"/": (0, 1),
-    b"//": (0, 1, 2),
-    b"!": (0, 2),
-}  # v, v/vt, v/vt/vn, v//vn without digits
-# Forms of face lines (numbers of corners, with or without vt and vn) up to which the lines of a form are read
-# at once. With fewer, common files are read line by line, which takes much longer; with more, many short
-# tables are made. No result depends on it (tests/io/test_formats.py).
-MAX_LINE_FORMS = 50
+COLUMNS_OF_FORM = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn
+MAX_LINE_FORMS = 50  # largest number of different forms of face lines for which lines are parsed together
 SEPARATORS_TO_SPACES = bytes.maketrans(b"/!", b"  ")
-INVALID_VERTEX = "is no vertex: it takes three numbers"
-INVALID_TEXTURE = "is no texture coordinate: it takes two numbers"
-INVALID_NORMAL = "is no normal: it takes three numbers"
-INVALID_FACE = "is no face: it takes three vertex indices or more, from 1 on"
+INVALID_VERTEX = "is not a vertex: it needs three numbers"
+INVALID_TEXTURE = "is not a texture coordinate: it needs two numbers"
+INVALID_NORMAL = "is not a normal: it needs three numbers"
+INVALID_FACE = "is not a face: it needs at least three vertex indices, counted from 1"
 
 
 @dataclass(frozen=True, eq=False)
 class ObjText:
-    """The file itself.
+    """The lines of an OBJ file.
 
     Attributes
     ----------
     lines : list of bytes
     faces : (#F,) int64
-        The line of each face, from 0.
+        The line of each face, counted from 0.
     """
 
     lines: list[bytes]
@@ -88,7 +78,7 @@ class ObjText:
 
 
 def parse_obj(data: bytes, name: str) -> MeshFile:
-    """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
+    """Parse the mesh from the bytes of an OBJ file; warn of lines that are not OBJ statements."""
     raw = _join_continued_lines(data.splitlines()) if b"\\" in data else data.splitlines()
     lines = _strip_comments(data, raw)
     where = _group_by_statement(lines)
@@ -105,11 +95,11 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     outside = polygons.outside(n)
     if len(outside):
         line = where[b"f"][outside[0]]
-        raise_damaged(int(line) + 1, raw[line], f"names a vertex outside the {n} of the file")
+        raise_damaged(int(line) + 1, raw[line], f"refers to a vertex outside the {n} vertices of the file")
     unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key].tolist())
     if unknown and len(sizes):
         warnings.warn(
-            f"lines {some(np.array(unknown) + 1)} of {name} are no statements of OBJ (the first: "
+            f"lines {some(np.array(unknown) + 1)} of {name} are not OBJ statements (the first: "
             f"{quote_line(raw[unknown[0]])}): they are skipped",
             MeshWarning,
             stacklevel=stack_level(),
@@ -137,15 +127,15 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
 def _list_unshared(
     lines: list[bytes], where: dict[bytes, IntArray], has_normals: bool, has_all_normals: bool
 ) -> tuple[str, ...]:
-    """What no other format takes."""
+    """Return descriptions of the contents that no other format can store."""
     found = [
         what for what, words in OBJ_ONLY_STATEMENTS.items() if any(word in where for word in words.split())
     ]
     if b"o" in where and b"g" in where:
-        found.append("groups (g) under its objects")
+        found.append("groups (g) within its objects")
     flat = [[b"s", b"off"], [b"s", b"0"]]
     smooth = any(lines[i].split() not in flat for key in (b"s", b"mg") for i in where.get(key, ()))
-    if smooth and not has_all_normals:  # normals say what is smooth
+    if smooth and not has_all_normals:  # otherwise the normals imply the smoothing
         found.append("smoothing groups (s)")
     if has_normals and not has_all_normals:
         found.append("normals, which not all corners have")
@@ -153,7 +143,7 @@ def _list_unshared(
 
 
 def _extract_comments(raw: list[bytes], where: dict[bytes, IntArray]) -> tuple[list[bytes], tuple[str, ...]]:
-    """Painted colours, and all other comments."""
+    """Return the painted colours and all other comments."""
     names = {i for key in NAMING_KEYWORDS for i in where.get(key, NO_LINES).tolist()}
     found = [
         line[line.index(b"#") :].strip() for i, line in enumerate(raw) if b"#" in line and i not in names
@@ -164,7 +154,7 @@ def _extract_comments(raw: list[bytes], where: dict[bytes, IntArray]) -> tuple[l
 
 
 def _decode_polypaint(painted: list[bytes], n: int) -> FloatArray | None:
-    """ZBrush's colours, if there are as many as vertices."""
+    """Return ZBrush's vertex colours; None if their number differs from the number of vertices."""
     try:
         values = np.frombuffer(bytes.fromhex(b"".join(painted).decode("latin-1")), dtype=np.uint8)
     except ValueError:
@@ -173,7 +163,7 @@ def _decode_polypaint(painted: list[bytes], n: int) -> FloatArray | None:
 
 
 def parse_library_names(line: bytes, folder: Path) -> list[str]:
-    """The files that a `mtllib` or `maplib` line names: one whose name has blanks, or several."""
+    """Return the files of a `mtllib` or `maplib` line: one whose name contains spaces, or several."""
     whole = os.fsdecode(parse_name(line))
     if find_file(whole, folder):
         return [whole]
@@ -181,7 +171,10 @@ def parse_library_names(line: bytes, folder: Path) -> list[str]:
 
 
 def load_looks(extras: Extras, path: Path) -> Extras:
-    """With what the libraries say that an OBJ file names; one that is missing says nothing."""
+    """Return the extras with the appearance of the materials of an OBJ file.
+
+    Materials are looked up in the libraries of the file; missing libraries are ignored.
+    """
     text = extras.source
     if extras.materials is None or not isinstance(text, ObjText):
         return extras
@@ -197,16 +190,16 @@ def load_looks(extras: Extras, path: Path) -> Extras:
                         name: attach_maps(look, library_path.parent)
                         for name, look in read_library(library_path).items()
                     }
-                    found = materials | found  # the first one counts
+                    found = materials | found  # the first definition takes precedence
     if not found:
         return extras
-    names = extras.materials[0]  # a comment may follow
+    names = extras.materials[0]  # names may contain a comment
     looks = [found.get(name) or found.get(name.partition(" #")[0].rstrip()) for name in names]
     return replace(extras, looks=tuple(look or Material() for look in looks))
 
 
 def _join_continued_lines(lines: list[bytes]) -> list[bytes]:
-    """Lines that end with a backslash go on in the next one, of which an empty line is left."""
+    """Join lines that end with a backslash with the next line, which becomes an empty line."""
     joined = [*lines, b""]
     for i in reversed(range(len(lines))):
         text = joined[i].rstrip()
@@ -216,7 +209,7 @@ def _join_continued_lines(lines: list[bytes]) -> list[bytes]:
 
 
 def _strip_comments(data: bytes, lines: list[bytes]) -> list[bytes]:
-    """The lines without comments, their words one space apart."""
+    """Return the lines without comments, with single spaces between words."""
     if b"#" in data:
         lines = [text.partition(b"#")[0] if b"#" in text else text for text in lines]
     if _has_loose_blanks(data):
@@ -225,7 +218,7 @@ def _strip_comments(data: bytes, lines: list[bytes]) -> list[bytes]:
 
 
 def _has_loose_blanks(data: bytes) -> bool:
-    """Whether there are tabs, or spaces beside spaces or at the ends of lines."""
+    """Return True if there are tabs, several adjacent spaces, or spaces at the ends of lines."""
     if b"\t" in data:
         return True
     text = np.frombuffer(data, dtype=np.uint8)
@@ -234,8 +227,8 @@ def _has_loose_blanks(data: bytes) -> bool:
 
 
 def _group_by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
-    """The lines of each keyword, from 0."""
-    head = np.array(lines, dtype="S3").view(np.uint8).reshape(-1, 3).T  # the first three bytes of each
+    """Return the indices of the lines of each keyword, counted from 0."""
+    head = np.array(lines, dtype="S3").view(np.uint8).reshape(-1, 3).T  # the first three bytes of each line
     rest, where = head[0] > 0, dict[bytes, IntArray]()
     for key in (b"v", b"vt", b"vn", b"f"):
         found = np.logical_and.reduce([row == code for row, code in zip(head, key + b" ", strict=False)])
@@ -250,9 +243,9 @@ def _group_by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
 
 
 def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, FloatArray | None, bool]:
-    """Positions, the colours that follow them in some files, and whether more follows that is not 1.
+    """Return positions, vertex colours or None, and whether any further value differs from 1.
 
-    Colours are from 0 to 1, or whole numbers to 255; vertices without are white.
+    Colours are from 0 to 1, or integers up to 255; vertices without a colour are white.
     """
     table = _parse_statement_numbers(lines, rows, (7, 6, 4, 3), INVALID_VERTEX, 1.0)
     colours = table[:, 3:7] if table.shape[1] in (6, 7) else None
@@ -265,7 +258,7 @@ def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, Flo
 def _parse_statement_numbers(
     lines: list[bytes], rows: IntArray, counts: tuple[int, ...], what: str, fill: float = 0.0
 ) -> FloatArray:
-    """The numbers of the lines, of which each has one of these counts or more, the largest first."""
+    """Return the numbers of these lines. `counts` lists the valid numbers of values, largest first."""
     if not len(rows):
         return np.empty((0, 3))
     texts = [lines[i].partition(b" ")[2] for i in rows.tolist()]
@@ -287,9 +280,9 @@ def _parse_statement_numbers(
 
 
 def _parse_faces(lines: list[bytes], where: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
-    """Vertex, texture and normal indices from 0 at the corners, (#C, 3), and the sizes of the faces.
+    """Return vertex, texture and normal indices from 0 at the corners, (#C, 3), and the sizes of the faces.
 
-    An index that is not given is -1; a texture or normal before the first is -2.
+    Missing indices are -1; relative indices of textures or normals before the first one are -2.
     """
     texts = [lines[i][2:] for i in where[b"f"].tolist()]
     index, sizes = _parse_faces_by_form(texts) or _parse_faces_by_line(texts, lines, where[b"f"])
@@ -298,14 +291,14 @@ def _parse_faces(lines: list[bytes], where: dict[bytes, IntArray]) -> tuple[IntA
         values = index[:, column]
         relative = np.flatnonzero(values < 0)
         values -= values >= 0
-        if len(relative):  # counted back from the last one so far; -1 is what is not given
+        if len(relative):  # relative to the last element before the line; a missing index gives -1
             so_far = np.searchsorted(where[key], line[relative])
             values[relative] = np.where(so_far + values[relative] < 0, -2, so_far + values[relative])
     return index, sizes
 
 
 def _parse_faces_by_form(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
-    """The faces, if there are only a few forms of lines; None if one of them is damaged."""
+    """Parse faces with a table for each form of line; return None for too many forms or damaged lines."""
     whole = b"\n".join(texts)
     if b"!" in whole:
         return None
@@ -350,10 +343,7 @@ def _parse_faces_by_line(texts: list[bytes], lines: list[bytes], rows: IntArray)
 def _label_faces(
     raw: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
 ) -> FaceLabels | None:
-    """Names that statements before the faces give them, and the name's number of each face; -1: none.
-
-    Bytes that are not UTF-8 stay what they are, as in Python's names of files.
-    """
+    """Return the names of these statements, and for each face the index of the preceding name, or -1."""
     rows = where.get(key)
     if rows is None:
         return None

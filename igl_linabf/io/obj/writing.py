@@ -1,4 +1,4 @@
-"""Write OBJ: a new file, or the one that was read with other texture coordinates."""
+"""Write OBJ: a new file, or the file that was read with new texture coordinates."""
 
 import os
 import warnings
@@ -27,19 +27,14 @@ from ..parsing import FaceLabels, encode_utf8, parse_name
 from ..references import relocate_reference
 from .reading import LIBRARY_KEYWORD, ObjText, parse_library_names
 
-# elements that may name texture coordinates, too: those of curves and surfaces are their control points
+# Elements other than faces that may refer to texture coordinates.
 MAPPED_ELEMENTS = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
-FILE_STATEMENTS = {
-    LIBRARY_KEYWORD: None,
-    b"maplib": None,
-    b"shadow_obj": 0,
-    b"trace_obj": 0,
-    b"call": 1,
-}  # many, one, the first
+# Statements that refer to files: to several (None), to one (0), or to one with arguments (1).
+FILE_STATEMENTS = {LIBRARY_KEYWORD: None, b"maplib": None, b"shadow_obj": 0, b"trace_obj": 0, b"call": 1}
 
 
 def make_obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
-    """The names in lines of OBJ: each on one line, without blanks around it, and no two alike."""
+    """Return distinct names that OBJ can store: on one line, without leading or trailing spaces."""
     unique: dict[str, None] = {taken: None}
     for name in names:
         line = " ".join(part.strip() for part in name.splitlines()).strip()
@@ -50,14 +45,14 @@ def make_obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
 
 
 def make_unused_name(names: Sequence[str], name_: str) -> str:
-    """A word for faces that have none of these names."""
+    """Return a name that is not in `names`, for faces without a name."""
     while name_ in names:
         name_ += "_"
     return name_
 
 
 def encode_material_files(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
-    """The library of the materials, and the image that they have: what the files beside an OBJ file hold."""
+    """Return the contents of the files next to an OBJ file: the material library and its images."""
     if not has_library(mesh):
         return {}
     names, material = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
@@ -78,12 +73,12 @@ def encode_material_files(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
 
 
 def library_path(path: Path) -> Path:
-    """The library beside an OBJ file."""
+    """Return the path of the material library next to an OBJ file."""
     return path.with_suffix(".mtl")
 
 
 def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
-    """The images of one kind beside an OBJ file, one a page, numbered as UDIM tiles if there are several."""
+    """Return the paths of the images of one kind next to an OBJ file; several pages have UDIM numbers."""
     word = MTL_KEYWORDS.get(kind, kind)
     stem = path.stem if kind == COLOUR else f"{path.stem}_{word}"
     tiles = [""] if pages == 1 else [f".{FIRST_UDIM_TILE + page}" for page in range(pages)]
@@ -91,14 +86,14 @@ def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
 
 
 def has_library(mesh: MeshFile) -> bool:
-    """Whether an MTL file is written: that of an OBJ that was read stays as it is but for an image."""
+    """Return True if an MTL file is written. OBJ files keep their libraries unless an image is added."""
     from_obj = isinstance(mesh.extras.source, ObjText)
     return mesh.images is not None or (mesh.extras.materials is not None and not from_obj)
 
 
 def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the mesh; the lines that were read stay as they are, but for `vt` and the faces."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    """Write the mesh; of a file that was read, only `vt` lines and faces change."""
+    assert mesh.TC is not None and mesh.texture is not None
     if isinstance(mesh.extras.source, ObjText):
         _rewrite_obj(temporary, mesh, mesh.extras.source, path)
         return
@@ -132,7 +127,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> dict[int, str]:
-    """What is written before which face: where the name of its part or material is another one."""
+    """Return the statements before each face at which the name of the part or material changes."""
     headings: dict[int, str] = {}
     for keyword, names in labels:
         if names is None:
@@ -149,7 +144,7 @@ def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> d
 
 
 def _rewrite_obj(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> None:
-    """The lines as they were read, with other texture coordinates."""
+    """Write the original lines with new texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None
     map_ = "".join(f"vt {u!r} {v!r}\n" for u, v in mesh.TC.tolist()).encode()
     faces = _rewrite_face_lines(text, mesh.texture + 1, mesh.polygons.sizes)
@@ -193,8 +188,8 @@ def _rewrite_obj(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> N
             file.write(line + b"\n")
     if stale:
         warnings.warn(
-            f"the texture coordinates of {' and '.join(sorted(stale))} were those of the old map: they are "
-            "left out",
+            f"the texture coordinates of {' and '.join(sorted(stale))} belong to the old map: they are left "
+            "out",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -215,7 +210,7 @@ def _rewrite_face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> It
 
 
 def _replace_texture_index(word: bytes, texture: int) -> bytes:
-    """`v/vt/vn` with another vt."""
+    """Return `v/vt/vn` with another vt."""
     vertex, *rest = word.split(b"/")
     if len(rest) == 2 and rest[1]:
         return b"%b/%d/%b" % (vertex, texture, rest[1])
@@ -223,13 +218,13 @@ def _replace_texture_index(word: bytes, texture: int) -> bytes:
 
 
 def _strip_texture_index(word: bytes) -> bytes:
-    """`v`, or `v//vn`, of `v/vt/vn`."""
+    """Return `v` or `v//vn` for `v/vt/vn`."""
     vertex, *rest = word.split(b"/")
     return vertex + b"//" + rest[1] if len(rest) == 2 and rest[1] else vertex
 
 
 def _relocate_file_names(line: bytes, word: bytes, old: Path, new: Path) -> bytes:
-    """A statement that names files, as seen from the folder of the new file: one line each."""
+    """Return a statement with references relative to the folder of the new file, one line for each file."""
     if FILE_STATEMENTS[word] is None:
         names, arguments = parse_library_names(line, old), ""
     elif FILE_STATEMENTS[word] == 0:

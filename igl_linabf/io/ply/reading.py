@@ -1,4 +1,4 @@
-"""Read PLY in text and binary, with any elements and properties."""
+"""Read text and binary PLY files with all their elements and properties."""
 
 import itertools
 import re
@@ -31,10 +31,10 @@ TYPE_NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": 
 TYPE_NAMES |= {"f4": "float", "f8": "double"}
 TYPE_CODES = {
     name: kind for kind in TYPE_NAMES for name in (TYPE_NAMES[kind], np.dtype(kind).name)
-}  # char or int8, ...
+}  # for example char or int8
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 INTEGER_TYPES = [name for name, kind in TYPE_CODES.items() if kind[0] != "f"]
-TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertex properties, by program
 COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("red", "green", "blue", "alpha"),
     ("red", "green", "blue"),
@@ -42,12 +42,10 @@ COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("diffuse_red", "diffuse_green", "diffuse_blue"),
 )
 NORMAL_NAMES = ("nx", "ny", "nz")
-CORNER_TEXTURE = "texcoord"  # of faces: u and v of each corner
+CORNER_TEXTURE = "texcoord"  # face property with u and v of each corner
 INDEX_NAMES = ("vertex_indices", "vertex_index")
-IMAGE_COMMENT = "TextureFile"  # a comment that begins with it names an image
-# Digits of an element's number of rows, at most: with fewer, large files are refused; with more, damaged
-# numbers pass whose products overflow (tests/io/test_formats.py).
-MAX_ROW_COUNT_DIGITS = 12
+IMAGE_COMMENT = "TextureFile"  # begins a comment that refers to an image
+MAX_ROW_COUNT_DIGITS = 12  # digits of an element's number of rows; damaged headers cannot cause overflow
 
 
 class Element(NamedTuple):
@@ -59,7 +57,7 @@ class Element(NamedTuple):
 
 
 class PlyTables(NamedTuple):
-    """The file itself."""
+    """The elements, tables and comments of a PLY file."""
 
     elements: list[Element]
     tables: dict[str, Table]
@@ -67,12 +65,12 @@ class PlyTables(NamedTuple):
 
 
 def parse_ply(data: bytes) -> MeshFile:
-    """The mesh in the bytes of a PLY file.
+    """Parse the mesh from the bytes of a PLY file.
 
     Raises
     ------
     Damaged
-        The text names the line of a text file, or the element of a binary one.
+        The file is damaged. The message names the line of a text file or the element of a binary file.
     """
     order, elements, comments, start, line = _parse_header(data)
     tables = (
@@ -81,29 +79,31 @@ def parse_ply(data: bytes) -> MeshFile:
         else _read_text_elements(data[start:], elements, line)
     )
     if "vertex" not in tables:
-        raise Damaged("its head has no element vertex")
+        raise Damaged("its header has no element vertex")
     if "range_grid" in tables and "face" not in tables:
-        raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
+        raise Damaged(
+            "it contains a range scan without faces: mesh it first, for example by opening it in MeshLab"
+        )
     of_strips = [name for name in tables.get("tristrips", ()) if name not in INDEX_NAMES]
     if "tristrips" in tables:
         elements = _append_strips(elements, tables)
     vertex = tables["vertex"]
     V = _stack_columns(vertex, *"xyz")
     if V is None:
-        raise Damaged("its element vertex has not the properties x, y and z")
-    if "face" not in tables:  # a cloud of points
+        raise Damaged("its element vertex lacks the properties x, y and z")
+    if "face" not in tables:  # a point cloud
         return MeshFile(V, Polygons.of_triangles(np.empty((0, 3), dtype=np.int64)))
     _, polygons = _find_index_list(tables, "face")
     small = np.flatnonzero(np.asarray(polygons.sizes) < 3)
     if len(small):
-        raise Damaged(f"faces {some(small)} have less than three vertices")
+        raise Damaged(f"faces {some(small)} have fewer than three vertices")
     faces = make_polygons(polygons)
     outside = faces.outside(len(V))
     if len(outside):
-        raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
+        raise Damaged(f"faces {some(outside)} refer to vertices outside 0..{len(V) - 1}")
     if of_strips:
         warnings.warn(
-            f"triangle strips become faces, without the properties {', '.join(of_strips)} that they had",
+            f"triangle strips become faces, without their properties {', '.join(of_strips)}",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -111,7 +111,7 @@ def parse_ply(data: bytes) -> MeshFile:
     at_corners = tables["face"].get(CORNER_TEXTURE)
     if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
         pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
-        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than of rows
+        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than for rows
         TC = pairs.view(np.float64).reshape(-1, 2)
         return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
     for names in TEXTURE_NAMES:
@@ -122,7 +122,7 @@ def parse_ply(data: bytes) -> MeshFile:
 
 
 def _find_index_list(tables: dict[str, Table], element: str) -> tuple[str, Column]:
-    """The name and the values of an element's lists of vertices."""
+    """Return the name and the values of an element's vertex lists."""
     for name in INDEX_NAMES:
         column = tables[element].get(name)
         if column is not None and column.sizes is not None and column.values.dtype.kind != "f":
@@ -131,12 +131,12 @@ def _find_index_list(tables: dict[str, Table], element: str) -> tuple[str, Colum
 
 
 def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[Element]:
-    """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
+    """Append the triangles of the strips to the faces, with 0 or empty lists for all other properties."""
     _, rows = _find_index_list(tables, "tristrips")
     del tables["tristrips"]
-    assert rows.sizes is not None  # of lists
+    assert rows.sizes is not None
     row = np.repeat(np.arange(len(rows)), rows.sizes)
-    ends = rows.values == -1  # it stands between two strips of a list
+    ends = rows.values == -1  # separates two strips of a list
     strip = row + np.cumsum(ends)
     F, _ = triangulate_strips(rows.values[~ends].astype(np.int64), strip[~ends])
     F = F[distinct_corners(F)]
@@ -157,7 +157,7 @@ def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[El
 
 
 def _make_extras(faces: Polygons, source: PlyTables) -> Extras:
-    """Colours and normals, in the names that most programs give them, and what else there is."""
+    """Return colours and normals under their common names, and descriptions of all other contents."""
     properties = {element.name: element.properties for element in source.elements}
     normals = _stack_columns(source.tables["vertex"], *NORMAL_NAMES)
     colours, colour_names = _find_colours(source.tables["vertex"], properties["vertex"])
@@ -191,7 +191,7 @@ def _make_extras(faces: Polygons, source: PlyTables) -> Extras:
 
 
 def _find_colours(table: Table, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """The colours of an element, from 0 to 1, and the names of their properties."""
+    """Return the colours of an element, from 0 to 1, and the names of their properties."""
     for names in COLOUR_NAMES:
         colours = _stack_columns(table, *names)
         if colours is not None:
@@ -201,13 +201,13 @@ def _find_colours(table: Table, properties: list[Property]) -> tuple[FloatArray 
 
 
 def _stack_columns(table: Table, *names: str) -> FloatArray | None:
-    """The numbers of these properties, if the element has all of them."""
+    """Return the numbers of these properties; None unless the element has all of them."""
     columns = [table[name].values for name in names if name in table and table[name].sizes is None]
     return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
 
 
 def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
-    """Byte order ("" for text), the elements, and the byte and line where the header ends."""
+    """Return the byte order ("" for text), elements, comments, and the byte and line of the header's end."""
     order, elements, comments, start = None, list[Element](), list[str](), 0
     newline = b"\r" if re.match(rb"ply\s*\r(?!\n)", data) else b"\n"
     for line in itertools.count(1):
@@ -218,7 +218,7 @@ def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]
         if line == 1 and words != ["ply"]:
             raise Damaged("it does not begin with the line ply")
         if end < 0:
-            raise Damaged("its head has no end_header")
+            raise Damaged("its header has no end_header")
         match words:
             case ["format", encoding, _] if encoding in BYTE_ORDERS:
                 order = BYTE_ORDERS[encoding]
@@ -239,30 +239,30 @@ def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]
             case _ if line > 1:
                 raise_damaged(line, text, "is not understood")
     if order is None:
-        raise Damaged("its head has no line format")
+        raise Damaged("its header has no line format")
     for element in elements:
         names = [prop.name for prop in element.properties]
         if not names or len(set(names)) < len(names):
-            raise Damaged(f"its element {element.name} has no properties, or two of one name")
+            raise Damaged(f"its element {element.name} has no properties, or two with the same name")
     if len({element.name for element in elements}) < len(elements):
-        raise Damaged("it has two elements of one name")
+        raise Damaged("it has two elements with the same name")
     return order, elements, comments, start, line
 
 
 def _read_text_elements(data: bytes, elements: list[Element], before: int) -> dict[str, Table]:
-    """All elements of a text file, one row a line."""
+    """Read all elements of a text file, with one row per line."""
     rows, line_numbers = split_rows(data)
     declared = sum(element.rows for element in elements)
     if len(rows) != declared:
         raise Damaged(
-            f"its head promises {declared} rows in all, and {len(rows)} lines follow: correct the head "
-            "if these are all"
+            f"its header declares {declared} rows in total, but {len(rows)} lines follow: correct the header "
+            "if no line is missing"
         )
     tables, start = {}, 0
     for element in elements:
         end = start + element.rows
         lines = [before + i for i in line_numbers[start:end]]
-        problem = f"is no row of the element {element.name}"
+        problem = f"is not a row of the element {element.name}"
         tables[element.name] = parse_table(rows[start:end], lines, element.properties, problem)
         start = end
     return tables
@@ -273,15 +273,15 @@ def _read_binary_elements(data: bytes, start: int, elements: list[Element], orde
     for element in elements:
         tables[element.name], start = _read_element(data, start, element, order)
     if start != len(data):
-        raise Damaged(f"{len(data) - start} bytes follow after the rows that its head promises")
+        raise Damaged(f"{len(data) - start} bytes follow after the rows that its header declares")
     return tables
 
 
 def _read_element(data: bytes, start: int, element: Element, order: str) -> tuple[Table, int]:
-    """The columns of an element and the byte where it ends, read in runs of rows with equal list sizes."""
+    """Read the columns of an element and the byte where it ends, in runs of rows with equal list sizes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
-    done, ahead = 0, element.rows  # a run is looked for among so many rows
+    done, ahead = 0, element.rows  # number of rows to search for a run
     while done < element.rows:
         sizes.append(_read_list_sizes(data, start, element, order, done))
         dtype = make_row_dtype(tuple(element.properties), sizes[-1], order)
@@ -315,7 +315,7 @@ def make_row_dtype(properties: tuple[Property, ...], sizes: tuple[int, ...], ord
 
 
 def _read_list_sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
-    """How many values row `i`, at byte `start`, has of each property."""
+    """Return the number of values of each property in row `i`, which starts at byte `start`."""
     sizes = []
     for prop in element.properties:
         n = 1

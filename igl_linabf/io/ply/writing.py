@@ -1,4 +1,4 @@
-"""Write PLY in binary: a new file, or the one that was read with texture coordinates."""
+"""Write binary PLY: a new file, or the file that was read with new texture coordinates."""
 
 import os
 from collections.abc import Iterable
@@ -26,20 +26,21 @@ from .reading import (
     make_row_dtype,
 )
 
-TEXTURE_PROPERTIES = ("s", "t")  # MeshLab passes over them if they are doubles
-SECOND_MAP_SUFFIX = "1"  # behind their names: PLY has no rule for second ones
+TEXTURE_PROPERTIES = ("s", "t")  # written as floats, because MeshLab ignores doubles
+SECOND_MAP_SUFFIX = "1"  # ending of the names of second texture coordinates, which PLY does not define
 TEXTURE_NAMES_TO_REPLACE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
 SECOND_NAMES_TO_REPLACE = {name + SECOND_MAP_SUFFIX for name in (*TEXTURE_PROPERTIES, CORNER_TEXTURE)}
 Fields = list[tuple[Property, Column]]
 
 
 def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write vertices, each under its number, and polygons; all other elements stay.
+    """Write vertices with unchanged indices, polygons, and all other elements of a file that was read.
 
-    Texture coordinates are at the vertices. Where there are seams, they are lists at the triangles; polygons
-    have more vertices behind the others instead, as MeshLab opens no polygons with such lists.
+    Texture coordinates are vertex properties. If there are seams, triangles store them as lists instead;
+    meshes with other polygons get additional vertices, because MeshLab does not open polygons with such
+    lists.
     """
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    assert mesh.TC is not None and mesh.texture is not None
     source = mesh.extras.source if isinstance(mesh.extras.source, PlyTables) else None
     polygons, split_at_normals = mesh.polygons, source is None
     split = split_with_stable_indices(mesh)
@@ -78,8 +79,8 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
 def _list_maps(
     mesh: MeshFile, split: SplitVertices
 ) -> list[tuple[str, tuple[FloatArray, IntArray], FloatArray]]:
-    """What the names of texture coordinates end in, their rows at corners, and those of vertices."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    """Return for each map the suffix of its names, its rows at corners, and its values at vertices."""
+    assert mesh.TC is not None and mesh.texture is not None
     if mesh.first is None or split.first is None:
         return [("", (mesh.TC, mesh.texture), split.TC)]
     return [("", mesh.first, split.first), (SECOND_MAP_SUFFIX, (mesh.TC, mesh.texture), split.TC)]
@@ -106,7 +107,7 @@ def _make_colour_fields(colours: FloatArray) -> Fields:
 
 
 def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) -> dict[str, Fields]:
-    """The elements that were read, vertices and faces first, without what is written anew."""
+    """Return the original elements, vertices and faces first, without the properties that are replaced."""
     replaced = TEXTURE_NAMES_TO_REPLACE | SECOND_NAMES_TO_REPLACE if has_second else TEXTURE_NAMES_TO_REPLACE
     kept = {
         name: [(prop, source.tables[name][prop.name]) for prop in props] for name, _, props in source.elements
@@ -119,13 +120,13 @@ def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) ->
 
 
 def _make_comments(mesh: MeshFile) -> list[str]:
-    """A comment is one line of bytes, of which PLY says no encoding."""
+    """Return comments for a new file; PLY does not specify their encoding."""
     lines = [encode_utf8(line).decode("latin-1") for line in mesh.extras.comments]
     return ["comment igl_linabf", *(f"comment {line}" for line in lines)]
 
 
 def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
-    """The comments that were read; images are named as seen from the new folder."""
+    """Return the original comments, with image references relative to the new folder."""
     comments = []
     for line in source.comments:
         head, name, rest = line.partition(f"comment {IMAGE_COMMENT} ")
@@ -141,11 +142,12 @@ def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
 
 
 def _declare_property(prop: Property) -> str:
-    return f"property {f'list {TYPE_NAMES[prop.length]} ' if prop.length else ''}{TYPE_NAMES[prop.type]} {prop.name}"
+    list_type = f"list {TYPE_NAMES[prop.length]} " if prop.length else ""
+    return f"property {list_type}{TYPE_NAMES[prop.type]} {prop.name}"
 
 
 def _encode_rows(columns: Fields) -> bytes:
-    """Rows one after another, which differ in length where their lists do: those of one form at a time."""
+    """Return the rows as bytes; rows with equal list sizes are encoded together."""
     ones = np.ones(len(columns[0][1]), dtype=np.int64)
     sizes = [ones if column.sizes is None else column.sizes for _, column in columns]
     (_, *forms), form = find_unique_tuples(ones, *sizes)

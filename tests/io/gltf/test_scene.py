@@ -243,11 +243,11 @@ def test_colours_and_normals_of_vtp_come_in_and_a_warning_points_at_the_caller(t
 def test_3mf_leaves_out_faces_with_a_vertex_twice(tmp_path: Path) -> None:
     pytest.importorskip("lib3mf")
     V, F = np.eye(3), np.array([[0, 1, 1], [0, 1, 2], [2, 2, 2]])
-    with pytest.warns(MeshWarning, match="faces 0, 2 have a vertex twice, which 3MF does not know"):
+    with pytest.warns(MeshWarning, match="faces 0, 2 have a vertex twice, which 3MF does not allow"):
         write_mesh(tmp_path / "one.3mf", V, F, V[:, :2])
     mesh = read_file(tmp_path / "one.3mf")
     assert np.allclose(mesh.V[mesh.triangles], V[F[1:2]])
-    with pytest.raises(MeshError, match="no face has three vertices"):
+    with pytest.raises(MeshError, match="no face has three distinct vertices"):
         write_mesh(tmp_path / "none.3mf", V, F[[0, 2]], V[:, :2])
     assert not (tmp_path / "none.3mf").exists()
 

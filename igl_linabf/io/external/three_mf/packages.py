@@ -1,11 +1,11 @@
-"""What the package of a 3MF file has that lib3mf does not read."""
+"""Find contents of a 3MF package that lib3mf does not read."""
 
 import re
 from pathlib import Path
 from zipfile import ZipFile
 
 NAMESPACE_PATTERN = re.compile(rb"""xmlns:([\w.-]+)\s*=\s*["']([^"']*)""")
-# Name spaces of the consortium, by which lib3mf reads core, materials, production and so on.
+# Prefixes of the 3MF Consortium's namespaces, which lib3mf reads.
 CONSORTIUM_NAMESPACES = (
     b"http://schemas.microsoft.com/3dmanufacturing/",
     b"http://schemas.3mf.io/3dmanufacturing/",
@@ -16,7 +16,7 @@ TRIANGLE_ATTRIBUTES = {b"v1", b"v2", b"v3", b"p1", b"p2", b"p3", b"pid"}
 
 
 def find_required_extensions(path: str) -> list[str]:
-    """The name spaces that the models of a package require."""
+    """Return the namespaces that the models of a package require."""
     from xml.etree.ElementTree import iterparse
 
     found = dict[str, None]()
@@ -27,7 +27,7 @@ def find_required_extensions(path: str) -> list[str]:
             uri_of_prefix = dict[str, str]()
             with package.open(name) as file:
                 for event, element in iterparse(file, ("start-ns", "start")):
-                    if event == "start":  # the first element has them
+                    if event == "start":  # only the first element declares them
                         prefixes = element.get("requiredextensions", "").split()
                         found |= {uri_of_prefix.get(prefix, prefix): None for prefix in prefixes}
                         break
@@ -36,7 +36,7 @@ def find_required_extensions(path: str) -> list[str]:
 
 
 def list_unread_content(path: Path, known: set[str]) -> tuple[str, ...]:
-    """What is left aside, as a warning names it: parts that are not `known`, and what other programs add."""
+    """Return descriptions, for warnings, of parts that are not in `known` and of unsupported extensions."""
     parts, spaces, attributes = list[str](), set[str](), set[str]()
     with ZipFile(path) as package:
         for name in package.namelist():
@@ -60,7 +60,7 @@ def list_unread_content(path: Path, known: set[str]) -> tuple[str, ...]:
                 parts.append(name)
     unread = {
         f"the parts {', '.join(parts)} of its package": parts,
-        f"what is in the name spaces {', '.join(sorted(spaces))}": spaces,
+        f"the contents of the namespaces {', '.join(sorted(spaces))}": spaces,
         f"the attributes {', '.join(sorted(attributes))} of triangles": attributes,
     }
     return tuple(what for what, is_there in unread.items() if is_there)

@@ -1,4 +1,4 @@
-"""What triangles of 3MF have by number: colours, materials, texture coordinates, or several of these."""
+"""Read the properties of 3MF triangles: colours, materials, texture coordinates, and combinations of them."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -8,22 +8,22 @@ import numpy as np
 from ...._types import IntArray
 from ...materials import Colour, Material, decode_srgb
 
-PROPERTY_DTYPE = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle's corners
+PROPERTY_DTYPE = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # properties of a triangle's corners
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 class PropertyGroup(NamedTuple):
-    """A resource of properties.
+    """A 3MF resource that defines properties.
 
     Attributes
     ----------
     kind : {"colour", "material", "texture", "several"}
     ids : (n,) int64
-        The numbers of its properties, increasing.
+        The numbers of the properties in ascending order.
     rows : (n,) int64, or (n, layers) int64
-        Where each is in the table of its kind; of several, their numbers in each layer.
+        The row of each property in the table of its kind; for "several", the property number in each layer.
     layers : tuple of int
-        Of several: the resources.
+        For "several", the resource of each layer.
     """
 
     kind: str
@@ -33,13 +33,13 @@ class PropertyGroup(NamedTuple):
 
 
 class Properties:
-    """All properties of a model, and which ones the corners of its triangles have."""
+    """The properties of a model as tables of colours, materials and texture coordinates."""
 
     def __init__(self, model: Any) -> None:
         self.groups: dict[int, PropertyGroup] = {}
         colours, TC = [np.zeros((0, 4))], [np.zeros((0, 2))]
         self.materials: list[tuple[str, Material]] = []
-        self.covered = False  # whether there are materials under colours
+        self.covered = False  # whether colours hide materials
         rows = 0
         for group in _iterate_resources(model.GetColorGroups()):
             ids = self._add(group, "colour", rows)
@@ -60,7 +60,9 @@ class Properties:
         for group in _iterate_resources(model.GetMultiPropertyGroups()):
             layers = tuple(group.GetLayer(i).ResourceID for i in range(group.GetLayerCount()))
             ids = sorted(group.GetAllPropertyIDs())
-            table = [group.GetMultiProperty(i, [0] * len(layers)) for i in ids]  # it asks for their number
+            table = [
+                group.GetMultiProperty(i, [0] * len(layers)) for i in ids
+            ]  # lib3mf needs a list of the right length
             several = np.array(table, dtype=np.int64).reshape(-1, len(layers))
             self.groups[group.GetResourceID()] = PropertyGroup("several", np.array(ids), several, layers)
         self.colours, self.TC = np.concatenate(colours), np.concatenate(TC)
@@ -72,7 +74,7 @@ class Properties:
         return ids
 
     def at_corners(self, mesh: Any) -> dict[str, IntArray]:
-        """Rows (#T, 3) of the tables of each kind at the corners of a mesh; -1 where there is none."""
+        """Return the rows (#T, 3) of each kind's table at the corners of a mesh; -1 if there is none."""
         corner_properties = np.frombuffer(
             b"".join(map(bytes, mesh.GetAllTriangleProperties())), dtype=PROPERTY_DTYPE
         )
@@ -111,7 +113,7 @@ def _make_material(colour: Any) -> Material:
 
 
 def _iterate_resources(resources: Any) -> Iterator[Any]:
-    """The resources of an iterator of lib3mf, each as what it is."""
+    """Yield the resources of a lib3mf iterator with their specific types."""
     get = next(name for name in dir(resources) if name.startswith("GetCurrent") and name != "GetCurrent")
     while resources.MoveNext():
         yield getattr(resources, get)()
@@ -120,19 +122,19 @@ def _iterate_resources(resources: Any) -> Iterator[Any]:
 def assign_colours(
     rows_of_kind: dict[str, IntArray], properties: Properties, corners: IntArray, n: int
 ) -> dict[str, Any]:
-    """Of `Extras`: colours of vertices, faces or corners, whichever tells all.
+    """Return the colours of vertices, faces or corners, whichever suffices, as a field of `Extras`.
 
-    Where there are none, it is white, by which a material's is multiplied.
+    Corners without a colour are white, the neutral factor of material colours.
 
     Parameters
     ----------
     at : dict of (#T, 3) int64
-        The rows of the tables, as `Properties.of` has them.
+        The rows of the tables, from `Properties.at_corners`.
     properties : Properties
     corners : (3 #T,) int64
-        The vertices there.
+        The vertices at the corners.
     n : int
-        Number of vertices.
+        The number of vertices.
     """
     rows = rows_of_kind["colour"]
     if (rows < 0).all():

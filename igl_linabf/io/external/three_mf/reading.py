@@ -1,4 +1,4 @@
-"""Read 3MF."""
+"""Read the placed objects of 3MF files."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -18,21 +18,21 @@ from ..optional_packages import call_reader, import_optional, make_checked_mesh_
 from .packages import find_required_extensions, list_unread_content
 from .properties import Properties, assign_colours
 
-UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
-UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's warning of an extension that it does not know
-METADATA, TYPES, NUMBERS = "its metadata", "what its objects are for", "its part numbers"
+UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # in the order of lib3mf's codes
+UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's code for a required extension that it does not support
+METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers"
 
 
 class PlacedMesh(NamedTuple):
-    """A mesh where the build has it.
+    """A mesh with the placement that the build defines.
 
     Attributes
     ----------
     mesh : object of lib3mf
     matrix : (4, 3) float64
-        Of rows.
+        Transform of row vectors.
     name, number : str
-        Of the mesh or what it is a part of; the part's number.
+        The name of the mesh or its assembly, and the part number.
     """
 
     mesh: Any
@@ -43,14 +43,14 @@ class PlacedMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class ThreeMfFile:
-    """What only 3MF has, and is written again.
+    """The contents of a 3MF file that only 3MF can store, and that a new 3MF file keeps.
 
     Attributes
     ----------
     metadata : tuple of tuples
-        As lib3mf adds them: name space, name, value, type, whether they must be kept.
+        Arguments of lib3mf's `AddMetaData`: namespace, name, value, type, whether it must be preserved.
     types, numbers : tuple
-        What the parts are for, by lib3mf's numbers, and their part numbers.
+        The object types of the parts as lib3mf's codes, and their part numbers.
     """
 
     metadata: tuple[tuple[str, str, str, str, bool], ...]
@@ -60,7 +60,7 @@ class ThreeMfFile:
 
 
 def parse_3mf(path: Path) -> MeshFile:
-    """All objects of a 3MF file, where its build places them."""
+    """Read all objects of a 3MF file with the placements that its build defines."""
     wrapper = import_optional("lib3mf").get_wrapper()
     model = wrapper.CreateModel()
     reader = model.QueryReader("3mf")
@@ -69,8 +69,8 @@ def parse_3mf(path: Path) -> MeshFile:
     if UNKNOWN_EXTENSION_WARNING in codes:
         names = ", ".join(call_reader(find_required_extensions, path))
         raise Damaged(
-            f"it requires an extension that lib3mf does not know ({names}), and without it would be read as "
-            "something else: export it without"
+            f"it requires an extension that lib3mf does not support ({names}), and cannot be read correctly "
+            "without it: export the file without the extension"
         )
     mesh: MeshFile = call_reader(_parse_model, model)
     rest = call_reader(partial(list_unread_content, known=_list_attachment_paths(model)), path)
@@ -78,7 +78,7 @@ def parse_3mf(path: Path) -> MeshFile:
 
 
 def _list_attachment_paths(model: Any) -> set[str]:
-    """The parts of the package that lib3mf reads beside models."""
+    """Return the parts of the package that lib3mf reads in addition to models."""
     found = [model.GetAttachment(i) for i in range(model.GetAttachmentCount())]
     if model.HasPackageThumbnailAttachment():
         found.append(model.GetPackageThumbnailAttachment())
@@ -93,7 +93,7 @@ def _parse_model(model: Any) -> MeshFile:
     for mesh, matrix, name, _ in placed:
         positions = read_records(mesh.GetVertices(), "<f4", 3).astype(np.float64)
         spacing = np.abs(positions).max(initial=0) * np.finfo(np.float32).eps / 2
-        warn_of_rounding(positions, (positions + spacing).astype(np.float32), "what lib3mf reads")
+        warn_of_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
         F.append(read_records(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
         V.append(positions @ matrix[:3] + matrix[3])
         for kind, index in properties.at_corners(mesh).items():
@@ -114,7 +114,8 @@ def _parse_model(model: Any) -> MeshFile:
     extras = Extras(
         parts=(tuple(names), np.concatenate(part)),
         units=UNITS[int(model.GetUnit())],
-        unshared=_list_unshared(model, source, placed) + ("materials under colours",) * properties.covered,
+        unshared=_list_unshared(model, source, placed)
+        + ("materials hidden by colours",) * properties.covered,
         source=source,
     )
     if not polygons.outside(points).any():
@@ -142,7 +143,7 @@ def _read_metadata(model: Any) -> tuple[tuple[str, str, str, str, bool], ...]:
 
 
 def _list_unshared(model: Any, source: ThreeMfFile, placed: list[PlacedMesh]) -> tuple[str, ...]:
-    """What the model has beyond its surface, as a warning names it."""
+    """Return descriptions, for warnings, of the contents of the model that other formats cannot store."""
     meshes = [mesh_.mesh for mesh_ in placed]
     textures = model.GetTexture2Ds().Count()
     found = {
@@ -165,7 +166,7 @@ def _list_unshared(model: Any, source: ThreeMfFile, placed: list[PlacedMesh]) ->
 
 
 def _iterate_placed_meshes(model: Any) -> Iterator[PlacedMesh]:
-    """The meshes of the build, those in assemblies as well."""
+    """Yield the meshes of the build, including the meshes of assemblies."""
     items = model.GetBuildItems()
     waiting = []
     while items.MoveNext():
@@ -193,5 +194,5 @@ def _to_matrix(transform: Any) -> FloatArray:
 
 
 def read_records(records: list[Any], kind: str, width: int) -> NDArray[Any]:
-    """lib3mf's lists of records, all of one size, as rows."""
+    """Return a list of lib3mf records of equal size as rows of an array."""
     return np.frombuffer(b"".join(map(bytes, records)), dtype=kind).reshape(-1, width)

@@ -1,4 +1,4 @@
-"""Write 3MF."""
+"""Write 3MF files with lib3mf."""
 
 import warnings
 from pathlib import Path
@@ -19,18 +19,14 @@ from .properties import PROPERTY_DTYPE
 from .reading import UNITS, ThreeMfFile
 
 TEXTURE_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"
-
-# The largest coordinate that lib3mf takes.
-MAX_COORDINATE = 1e9
-
-# Digits that lib3mf's integers of 64 bits hold, less one; and the most that it writes after the point. With
-# more, it writes wrong numbers; with less, it rounds small bodies. tests/io/test_precision.py.
-INTEGER_DIGITS, MAX_DECIMALS = 17, 16
+MAX_COORDINATE = 1e9  # largest coordinate that lib3mf accepts
+INTEGER_DIGITS = 17  # digits for which lib3mf's 64-bit integers do not overflow
+MAX_DECIMALS = 16  # largest number of decimals that lib3mf writes
 
 
 def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write an object for each part, with texture coordinates at the corners of its triangles."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    assert mesh.TC is not None and mesh.texture is not None
     lib3mf = import_optional("lib3mf")
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
@@ -48,7 +44,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         used, F = np.unique(mesh.triangles[in_part], return_inverse=True)
         mesh_object = model.AddMeshObject()
         mesh_object.SetName(names[i] if i >= 0 else "")
-        # lib3mf writes six digits of it, in single precision
+        # lib3mf writes the translation with six digits, in single precision
         origin = np.array([float(np.float32(f"{x:.6g}")) for x in choose_origin(mesh.V[used])])
         shifted = mesh.V[used] - origin
         decimals = min(decimals, _count_decimals(shifted), _count_decimals(mesh.TC))
@@ -58,7 +54,10 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
             _make_records(lib3mf.Triangle, F.reshape(-1, 3).astype("<u4")),
         )
         table = np.zeros(int(in_part.sum()), dtype=PROPERTY_DTYPE)
-        table["resource"], table["index"] = group.GetResourceID(), corners[in_part] + 1  # they count from 1
+        table["resource"], table["index"] = (
+            group.GetResourceID(),
+            corners[in_part] + 1,
+        )  # property numbers count from 1
         mesh_object.SetAllTriangleProperties(_make_records(lib3mf.TriangleProperties, table))
         mesh_object.SetObjectLevelProperty(group.GetResourceID(), int(corners[in_part][0, 0]) + 1)
         transform = wrapper.GetIdentityTransform()
@@ -75,31 +74,33 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _count_decimals(rows: FloatArray) -> int:
-    """How many digits after the point these numbers may have, whose integers lib3mf writes."""
+    """Return the number of decimals that lib3mf can write for these numbers."""
     largest = float(np.abs(rows).max(initial=0))
     if largest > MAX_COORDINATE:
         raise MeshError(
-            f"V or TC has the number {largest:.3g}, and 3MF takes {MAX_COORDINATE:g} at most: scale it"
+            f"V or TC has the number {largest:.3g}, and 3MF takes at most {MAX_COORDINATE:g}: scale it"
         )
     before = int(np.floor(np.log10(largest))) + 1 if largest > 0 else 0
     return min(MAX_DECIMALS, INTEGER_DIGITS - before)
 
 
 def _find_valid_triangles(mesh: MeshFile) -> BoolArray:
-    """The triangles that 3MF takes; a warning names the faces of the others."""
+    """Return whether 3MF can store each triangle; warn of faces with degenerate triangles."""
     F = mesh.triangles
     kept = distinct_corners(F)
     left_out = np.unique(mesh.split.face[~kept])
     if len(left_out) == len(mesh.polygons):
-        raise MeshError("no face has three vertices, as 3MF asks for: write OBJ, or remove them")
+        raise MeshError(
+            "no face has three distinct vertices, which 3MF requires: write OBJ, or remove the faces"
+        )
     if len(left_out):
-        message = f"faces {some(left_out)} have a vertex twice, which 3MF does not know: they are left out"
+        message = f"faces {some(left_out)} have a vertex twice, which 3MF does not allow: they are left out"
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
     return kept
 
 
 def _add_texture_group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
-    """The texture with its coordinates; 3MF knows none without an image."""
+    """Add the texture with its coordinates; 3MF does not support coordinates without an image."""
     assert mesh.TC is not None
     attached = model.AddAttachment("/3D/Textures/texture.png", TEXTURE_RELATION)
     attached.ReadFromBuffer(mesh.images.maps[COLOUR][0] if mesh.images else encode_png(np.ones((1, 1))))
@@ -112,5 +113,5 @@ def _add_texture_group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
 
 
 def _make_records(kind: Any, rows: NDArray[Any]) -> Any:
-    """Rows as an array of lib3mf's records."""
+    """Return rows as an array of lib3mf records."""
     return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())
