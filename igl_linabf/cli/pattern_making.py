@@ -18,7 +18,7 @@ from .outputs import check_outputs, report_troubles, write_outputs
 UNITS_NOTES = {
     "option": "as --units says",
     "file": "as its file says",
-    "default": "taken so, as its file does not say: --units",
+    "default": "the default, because its file does not state a unit: see --units",
 }
 
 
