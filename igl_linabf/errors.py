@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 
 class MeshError(ValueError):
-    """The mesh, the pins or the angles cannot be used; the message says why, where and what to do."""
+    """The mesh, the pins or the angles cannot be used; the message names reason, place and remedy."""
 
 
 class SingularSystemError(MeshError):
@@ -17,19 +17,19 @@ class SingularSystemError(MeshError):
 
 
 class MemoryLimitError(MeshError):
-    """There is not enough free memory; the message says how much is needed."""
+    """There is not enough free memory; the message includes the required amount."""
 
 
 class MeshWarning(UserWarning):
-    """The input was accepted, but a part of it was left out or repaired; the message says which."""
+    """The input was accepted, but a part of it was left out or repaired; the message names the part."""
 
 
 class FallbackWarning(UserWarning):
-    """A different computation than the requested one was done; the message says which and why."""
+    """A different computation than the requested one was done; the message names it and the reason."""
 
 
 class OutcomeWarning(UserWarning):
-    """The returned map is not valid or not converged; the message says what is wrong and what helps."""
+    """The returned map is not valid or has not converged; the message names the problem and a remedy."""
 
 
 LISTED = 5  # indices that a message lists before it gives their number

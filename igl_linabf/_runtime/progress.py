@@ -44,7 +44,7 @@ SECONDS_WITHOUT_BAR = 2.0  # before a progress bar appears
 
 @dataclass
 class _Report:
-    """The fraction done, the fraction at which the current part ends, and the callback unless silent."""
+    """The state of a report: callback (None if silent), fraction done, and end of the current part."""
 
     show: Callable[[str, float], None] | None
     done: float = 0.0

@@ -13,7 +13,7 @@ from .._types import FloatArray, IntArray, Solve
 from ..errors import FallbackWarning, stack_level
 from .factors import Analysis, Factor, NotPositiveDefiniteError
 
-SIMPLICIAL_ROWS = 25_000  # largest system for which a simplicial factor is faster than a supernodal one
+SIMPLICIAL_ROWS = 25_000  # above this size, a supernodal factor is faster than a simplicial one
 
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "

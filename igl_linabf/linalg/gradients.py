@@ -21,8 +21,8 @@ def conjugate_gradients(
     """Solve A x = b to |A x - b| <= rtol |b| in each block of a block-diagonal system.
 
     A and its preconditioner have the same blocks. Each block has its own step lengths and stops when it has
-    converged. Its iterates are therefore those of the block as a separate system. The scalar products avoid
-    BLAS, because starting its threads takes longer than they save.
+    converged, so that its iterates equal the iterates of the block as a separate system. The scalar products
+    avoid BLAS, because starting its threads takes longer than they save.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def conjugate_gradients(
         Apply A, or the preconditioner, to a vector (n,) that contains all blocks.
     b : (n,) float64
     rtol : float
-        Relative residual at which a block has converged.
+        Largest relative residual of a converged block.
     most : int
         Maximum number of steps.
     first_rtol : float, optional

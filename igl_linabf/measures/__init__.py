@@ -1,7 +1,7 @@
 """Quality measures of flat maps.
 
 Given a surface and a map of it: the distortion of each triangle, totals over the map, the error of distances,
-and the pairs of overlapping triangles. F/3nt is the measure of the paper (table 1); the stretch is that of
+and the pairs of overlapping triangles. F/3nt is the measure of the paper (table 1). The stretch is defined by
 Sander, Snyder, Gortler and Hoppe (2001).
 """
 

@@ -14,7 +14,7 @@ from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 
 RINGS = 7  # rings of neighbours within which distances are compared, as in FreeSurfer
-MAX_SOURCES = 1000  # vertices from which distances are measured; a random sample of a larger mesh
+MAX_SOURCES = 1000  # source vertices; a random sample of a larger mesh
 SOURCES_A_CALL = 8  # vertices per call of igl, whose single queue is slow for many
 
 NO_INDICES: IntArray = np.zeros(0, dtype=np.int64)

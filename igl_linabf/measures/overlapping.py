@@ -55,8 +55,8 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     Notes
     -----
     In a chart without flipped faces, a point is covered as often as the boundary loops wind around it.
-    Therefore, if the loops do not cross and only one of them runs counter-clockwise, there is no overlap, and
-    no faces are compared.
+    Therefore, if the loops do not cross and only one of them runs counter-clockwise, faces cannot overlap and
+    are not compared.
 
     Examples
     --------
@@ -133,12 +133,12 @@ def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
 
 
 def _find_all_pairs(z: ComplexArray, F: IntArray) -> IntArray:
-    """Find all overlapping pairs, including those of different charts."""
+    """Find all overlapping pairs, including pairs of faces of different charts."""
     return overlapping(z, F, np.zeros(len(F), dtype=np.int64))
 
 
 def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
-    """Return a mask of the charts whose boundary and face orientations prove that there is no overlap."""
+    """Return a mask of the charts whose boundary and face orientations prove that faces do not overlap."""
     number = int(chart.max()) + 1
     proved = np.zeros(number, dtype=bool)
     upright = np.ones(number, dtype=bool)
@@ -159,8 +159,8 @@ def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArr
 def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
     """Return, for each chart, True if all loops are simple and exactly one is counter-clockwise.
 
-    If no face is flipped, this proves that there is no overlap: the number of faces that cover a point is the
-    winding number of the loops, which is at most one. Because it is never negative, the loops are disjoint.
+    If no face is flipped, this proves that faces do not overlap: the number of faces that cover a point is
+    the winding number of the loops, which is at most one. Because it is never negative, the loops are disjoint.
 
     `following` and `of` are the index of the next point and the chart of each point in `z`; `number` is the
     number of charts.

@@ -6,7 +6,7 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
 
 MOST_GRID_CELLS = 512  # along a side of the grid
-CELL_MARGIN = 1e-6  # share of a cell by which ranges are widened against rounding
+CELL_MARGIN = 1e-6  # margin of ranges against rounding, relative to a cell
 
 
 def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:

@@ -1,4 +1,4 @@
-"""Areas of faces in space, and the scalar products of their sides, from which cotangents are computed."""
+"""Areas of faces in space, and the scalar products of their sides for the cotangents of angles."""
 
 import numpy as np
 

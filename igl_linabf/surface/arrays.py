@@ -69,7 +69,7 @@ def check_indices(F: IntArray, n: int) -> None:
 
 
 def count_vertices(F: IntArray) -> int:
-    """Return the number of vertices that the faces imply if there are no positions: the largest index + 1."""
+    """Return the number of vertices that the faces imply without positions: the largest index + 1."""
     bad = np.flatnonzero((F >= MOST_VERTICES).any(axis=1))
     if len(bad):
         raise MeshError(
@@ -162,7 +162,7 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
 
 
 def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
-    """Check vertex indices given by the caller, and return their positions in `vertices`, the ones in use.
+    """Check vertex indices given by the caller, and return their positions in `vertices`, the used vertices.
 
     Raises
     ------

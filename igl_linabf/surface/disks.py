@@ -55,7 +55,7 @@ class Disks:
 def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
     """Concatenate the meshes that are valid disks without holes; return them and their indices in `meshes`.
 
-    Call `planar_mesh` for any other mesh to learn what is wrong with it.
+    For any other mesh, `planar_mesh` raises an error that describes its defects.
     """
     places = np.arange(len(meshes))
     while len(places):

@@ -49,7 +49,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Connectivity of an oriented manifold surface in which every vertex has a face.
+    """The connectivity of an oriented manifold surface without unreferenced vertices.
 
     Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of triangle `t` opposite to
     its corner `k`, from corner k + 1 to corner k + 2.
@@ -188,7 +188,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
-    """Same as `topology_of`, but return None if an edge has more than two faces or inconsistent ones."""
+    """Same as `topology_of`, but return None if an edge has more than two or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     edges, sides, sound = undirected(corner, n)

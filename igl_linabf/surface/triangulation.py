@@ -58,7 +58,7 @@ def _triangulate_with_costs(points: FloatArray, taken: BoolArray | None) -> IntA
 
 
 def _triangulate_by_fans(points: FloatArray) -> tuple[IntArray, IntArray]:
-    """Triangulate by fans around the first corners, as igl does; also return the polygons where that fails.
+    """Triangulate by fans around the first corners, like igl; also return the polygons where that fails.
 
     A fan fails if one of its triangles is reversed or has no area.
     """

@@ -12,7 +12,7 @@
 
 #include "arrays.hpp"
 
-constexpr Index PARALLEL_SIZE = 250'000;  // array elements from which threads save more time than they take to start
+constexpr Index PARALLEL_SIZE = 250'000;  // shorter arrays are processed by a single thread
 constexpr int PIECES = 16;                // of a long array, independent of the number of threads
 constexpr int MOST_THREADS = 8;           // memory bandwidth limits the gain of more threads
 
@@ -46,7 +46,7 @@ void parallel_for(Index count, const Work& work) {
     const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
     try {
         for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
-    } catch (const std::system_error&) {  // no more threads are available: continue with those that have started
+    } catch (const std::system_error&) {  // no more threads are available: continue with the started ones
     }
     run_tasks();
     for (auto& other : others) other.join();

@@ -6,8 +6,8 @@ namespace angles {
 
 // Compute the edges of a loop of n vertices, divided by their total length. Edge k starts at vertex k.
 //
-// The logarithm of the length increases by log_ratio(k) minus the mean of log_ratio, so that the loop ends at the scale
-// at which it begins. The direction turns by turning(k).
+// The logarithm of the length increases by log_ratio(k) minus the mean of log_ratio, so that the loop begins and ends
+// with the same scale. The direction turns by turning(k).
 template <class Ratio, class Turning>
 void develop_loop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* edge) {
     double mean = 0, at = 0, largest = -INFINITY, total = 0;

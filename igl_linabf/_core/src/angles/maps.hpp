@@ -27,7 +27,7 @@ inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers dou
                                View<const Index> vertex_start, View<const Index> face_start) {
     Array<Complex> made(z.size);
     const Rows at(corner);
-    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // an arbitrary direction unlike that of any usual axis
+    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // arbitrary; maps are not usually aligned to it
     for (Index i = 0; i < area.size; ++i) {
         const Index first = face_start[i], last = face_start[i + 1];
         double total = 0, size = 0, third = 0;

@@ -8,7 +8,7 @@
 
 namespace cholesky {
 
-constexpr double SHARED_FRONT_WORK = 1e8;  // operations from which threads share a front above the subtrees
+constexpr double SHARED_FRONT_WORK = 1e8;  // threads share fronts above the subtrees with more operations than this
 constexpr Index THIN_COLUMNS = 2;          // most columns of a leaf whose update matrix is not stored
 
 // Return true if the update matrix of this supernode is computed in its parent's front instead of being stored.

@@ -160,7 +160,7 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
     return a;
 }
 
-constexpr Index PARALLEL_ROWS = 20'000;  // rows from which threads save more time than they take to start
+constexpr Index PARALLEL_ROWS = 20'000;  // smallest matrix that is factored in parallel
 constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // share of the total work in a subtree
 
 // A partition of the elimination tree into subtrees, which threads process in parallel, and the rest above them.

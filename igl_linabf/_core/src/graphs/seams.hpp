@@ -180,7 +180,7 @@ inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<c
     return made;
 }
 
-// A flow network in which edge e is the pair of arcs 2 e and 2 e + 1.
+// A flow network; edge e consists of the arcs 2 e and 2 e + 1.
 struct Network {
     std::vector<Index> head, left, level;  // head and residual capacity of each arc, level of each node
     Lists arcs;                            // arcs by tail

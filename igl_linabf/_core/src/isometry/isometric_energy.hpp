@@ -137,7 +137,7 @@ inline Grid<double> outer_products(Values rows, Corners own, Corners across, Ind
     return made;
 }
 
-// Return the step length along `direction` at which each triangle collapses, |p|^2 = |q|^2; infinite if it never does.
+// Return the step length along `direction` until each triangle collapses, |p|^2 = |q|^2; infinite if it never does.
 inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
     const WirtingerDerivatives at(corner, gradient, z), change(corner, gradient, direction);
     return angles::tabulate(corner.columns, [at, change](Index t) {
@@ -146,7 +146,7 @@ inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z,
         const double a = squared(dp) - squared(dq), b = dot(p, dp) - dot(q, dq), c = squared(p) - squared(q);
         const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // avoids cancellation
         const double one = sum / a, other = c / sum;
-        const double least = one > 0 ? one : INFINITY;  // also if it is NaN, because there is no real root
+        const double least = one > 0 ? one : INFINITY;  // NaN, without a real root, also counts as infinite
         return other > 0 && other < least ? other : least;
     });
 }

@@ -241,8 +241,8 @@ struct MergedRegions {
 // to the plane of the chart. Hinge h joins the regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] from
 // the frame of b to that of a.
 inline MergedRegions merge_regions(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
-                           Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
-                           View<const double> worth, View<const double> page) {
+                                  Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
+                                  View<const double> worth, View<const double> page) {
     const Regions regions(triangle, depth, start);
     Assembly assembly(regions);
     for (Index h = 0; h < pairs.rows; ++h)

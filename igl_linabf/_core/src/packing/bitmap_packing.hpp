@@ -220,7 +220,7 @@ inline Squares<bool> taken_cells(Index side, View<const Place> places, View<cons
     return taken;
 }
 
-// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of those that
+// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of all that
 // fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
 inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;

@@ -123,7 +123,7 @@ struct Masks {
 // 1] - 1. Mask k is that of the outline of[k] times turns[k], in its smallest grid. If turns[k] is the opposite of
 // turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
 inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
-                   View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
+                       View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
     Masks made;
     made.begin.push_back(0);
     Zeros<std::uint32_t> change;

@@ -9,7 +9,7 @@ namespace packing {
 constexpr double EQUAL_AREA_FACTOR = 1 + 1e-12;  // areas within this factor count as equal
 constexpr double COLLINEAR_SHARE = 1e-14;        // relative area below which three points are collinear
 
-constexpr std::size_t FAN = 16;  // directions in which extreme points are sought
+constexpr std::size_t FAN = 16;  // directions of extreme points
 
 struct Directions {
     std::array<double, FAN> x, y;
