@@ -23,7 +23,7 @@ class Cell:
     source, to : names on the page of the formats that are read and written
     what : the contents of the file
     outcome : "kept" (without a warning), "warning" (one MeshWarning), or "error" (a MeshError)
-    act : writes a file into an empty folder, carries it over with `carried`, and checks the result
+    act : writes a file into an empty folder, calls `round_trip`, and checks the result
     says : part of the text of the warning or error, shown on the page
     """
 
@@ -35,7 +35,7 @@ class Cell:
     says: str = ""
 
 
-def carried(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> tuple[MeshFile, MeshFile]:
+def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> tuple[MeshFile, MeshFile]:
     """Read a file and write it with an atlas that cuts every edge; return the contents before and after.
 
     The file is written to another folder than it is read from, so that relative paths have to change.
@@ -51,11 +51,11 @@ def carried(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> 
     return mesh.textured(TC, FTC), read_file(out)
 
 
-def tables(cells: Iterable[Cell]) -> str:
+def format_tables(cells: Iterable[Cell]) -> str:
     """Return the sections of the page, one for each format that is read, in the order of the cells."""
     sections: dict[str, list[str]] = {}
     for cell in cells:
         rows = sections.setdefault(cell.source, ["| contents | written as | result |", "|---|---|---|"])
-        said = f": “{cell.says}”" if cell.says else ""
-        rows.append(f"| {cell.what} | {cell.to} | {cell.outcome}{said} |")
+        quote = f": “{cell.says}”" if cell.says else ""
+        rows.append(f"| {cell.what} | {cell.to} | {cell.outcome}{quote} |")
     return "\n\n".join("\n".join([f"## {name}", "", *rows]) for name, rows in sections.items()) + "\n"

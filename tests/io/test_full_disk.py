@@ -1,4 +1,4 @@
-"""A full disk, and a folder that cannot be written to: one sentence, no partial file."""
+"""A full disk or an unwritable folder causes one error line and leaves no partial file."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def run(name: str, mesh: Path, folder: Path, limit: int | None = None, **options: object):
-    """The command, with files of `limit` bytes at most."""
+def run_command(name: str, mesh: Path, folder: Path, limit: int | None = None, **options: object):
+    """Run the command with a limit on the size of files, in bytes."""
 
-    def limited() -> None:
+    def limit_file_size() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         if limit is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
@@ -52,7 +52,7 @@ def run(name: str, mesh: Path, folder: Path, limit: int | None = None, **options
     command = [argument.format(mesh=mesh, folder=folder) for argument in COMMANDS[name]]
     return subprocess.run(
         [sys.executable, "-m", "igl_linabf", *command],
-        **{"capture_output": True, "text": True, "timeout": 120, "preexec_fn": limited, **options},
+        **{"capture_output": True, "text": True, "timeout": 120, "preexec_fn": limit_file_size, **options},
     )
 
 
@@ -61,8 +61,8 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_old_file(name: str, mesh: Pa
     old = [tmp_path / f"x.{suffix}" for suffix in ("obj", "ply", "glb", "png")]
     for path in old:
         path.write_text("old")
-    # more than the OBJ takes, and less than the picture, where there are both
-    process = run(name, mesh, tmp_path, 60_000 if "and" in name else 4096)
+    # if there are two files, the limit suffices for the OBJ but not for the picture
+    process = run_command(name, mesh, tmp_path, 60_000 if "and" in name else 4096)
     assert process.returncode == 2
     assert process.stdout == ""
     assert len(process.stderr.splitlines()) == 1
@@ -81,7 +81,7 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
         pytest.skip("mounting is forbidden")
     try:
         for name in COMMANDS:
-            process = run(name, mesh, tmp_path)
+            process = run_command(name, mesh, tmp_path)
             assert process.returncode == 2
             assert process.stderr.startswith(f"igl-linabf: {tmp_path}/x.")
             assert process.stderr.endswith(": No space left on device\n")
@@ -92,9 +92,11 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
-def test_where_nothing_can_be_printed_no_file_is_written(mesh: Path, tmp_path: Path) -> None:
+def test_no_file_is_written_if_standard_output_is_full(mesh: Path, tmp_path: Path) -> None:
     with open("/dev/full", "w", encoding="utf-8") as full:
-        process = run("obj", mesh, tmp_path, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+        process = run_command(
+            "obj", mesh, tmp_path, capture_output=False, stdout=full, stderr=subprocess.PIPE
+        )
     assert (process.returncode, process.stderr) == (
         2,
         "igl-linabf: standard output: No space left on device\n",
@@ -107,7 +109,7 @@ def test_a_folder_that_is_none_is_one_sentence(name: str, mesh: Path, tmp_path: 
     (tmp_path / "file").write_text("")
     unwritable = [Path("/proc")] if sys.platform == "linux" else []
     for folder in (tmp_path / "nowhere", tmp_path / "file", *unwritable):
-        process = run(name, mesh, folder)
+        process = run_command(name, mesh, folder)
         assert process.returncode == 2
         assert len(process.stderr.splitlines()) == 1
         assert str(folder) in process.stderr

@@ -9,7 +9,7 @@ import warnings
 from pathlib import Path
 
 import pytest
-from kept import Cell, tables
+from kept import Cell, format_tables
 from kept_of_gltf import CELLS as GLTF
 from kept_of_packages import CELLS as PACKAGES
 from kept_of_text_formats import CELLS as TEXT_FORMATS
@@ -35,11 +35,11 @@ def test_what_the_page_says_of_a_cell_is_so(cell: Cell, tmp_path: Path) -> None:
     assert all(cell.says in text for text in messages)
 
 
-def test_the_page_has_all_cells() -> None:
+def test_the_page_lists_all_cells() -> None:
     head, *_ = PAGE.read_text("utf-8").partition("\n## ")
-    assert PAGE.read_text("utf-8") == f"{head}\n{tables(CELLS)}", "run python tests/io/test_kept.py"
+    assert PAGE.read_text("utf-8") == f"{head}\n{format_tables(CELLS)}", "run python tests/io/test_kept.py"
 
 
 if __name__ == "__main__":
     head, *_ = PAGE.read_text("utf-8").partition("\n## ")
-    PAGE.write_text(f"{head}\n{tables(CELLS)}", "utf-8")
+    PAGE.write_text(f"{head}\n{format_tables(CELLS)}", "utf-8")
