@@ -170,7 +170,7 @@ def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_told(tmp_path: Pat
     assert rest
     (tmp_path / "a.surf.gii").write_text(f"{head}<MatrixData>1 0 0 0\n{rest}", "utf-8")
     mesh = read_file(tmp_path / "a.surf.gii")
-    with pytest.warns(il.MeshWarning, match="its systems of coordinates"):
+    with pytest.warns(il.MeshWarning, match="its coordinate systems"):
         write_file(tmp_path / "b.obj", mesh, mesh.V[:, :2])
 
 
@@ -180,7 +180,7 @@ def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_told(tmp_path: Pat
         ("faces 3, 7 have zero area: remove them", True),
         ("F has the shape (4, 2): pass #F by 3", True),
         ("the mesh has 2 components: use unwrap", True),
-        ("a/b.ply cannot be read: its head has no end_header", True),
+        ("a/b.ply cannot be read: its header has no end_header", True),
         ("it failed after 3 tries: use another mesh", False),
         ("and/or the mesh is bad", False),
         ("40 faces are bad: remove them", False),

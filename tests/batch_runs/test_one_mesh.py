@@ -1,4 +1,4 @@
-"""The row of a mesh says what its map is, and what was warned of; a full disk is no mesh's fault."""
+"""The row of a mesh has its outcome and its warnings; a full disk ends the whole batch."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from igl_linabf.flattening import method_of
 
 
 def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
-    """What becomes of a mesh."""
+    """Process a mesh, and return its row."""
     (folder / "out").mkdir(exist_ok=True)
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
     settings = Settings(how, method_of("linabf"), "obj")

@@ -1,4 +1,4 @@
-"""What a batch plans: nothing that is done, all that is missing, changed or cut off, each by its name."""
+"""A batch plans exactly the meshes that are missing, changed or incomplete."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import pytest
 
 from igl_linabf.batch_runs import places
 from igl_linabf.batch_runs.one_mesh import Settings, Task
-from igl_linabf.batch_runs.running import _planned
-from igl_linabf.batch_runs.table import Row, Table, write_down
+from igl_linabf.batch_runs.running import _plan_tasks
+from igl_linabf.batch_runs.table import Row, Table, append_to_journal
 from igl_linabf.flattening import method_of
 
 SETTINGS = Settings("unwrap", method_of("linabf"), "obj")
@@ -20,7 +20,7 @@ SETTINGS = Settings("unwrap", method_of("linabf"), "obj")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two meshes, one of them in a folder of its own."""
+    """A folder with two meshes, one of them in a subfolder."""
     (tmp_path / "in" / "deep").mkdir(parents=True)
     for name in ("in/a.obj", "in/deep/b.off"):
         igl.write_triangle_mesh(str(tmp_path / name), *igl.icosahedron())
@@ -28,9 +28,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 def planned(folder: Path, out: Path, settings: Settings = SETTINGS, retry: bool = False) -> list[Task]:
-    """The tasks of a batch of a folder."""
+    """Return the tasks of a batch over a folder."""
     with Table(str(out)) as table:
-        return _planned(places.found([folder], str(out)), table, settings, retry, force=False)
+        return _plan_tasks(places.find_inputs([folder], str(out)), table, settings, retry, force=False)
 
 
 def names(tasks: list[Task]) -> list[str]:
@@ -38,7 +38,7 @@ def names(tasks: list[Task]) -> list[str]:
 
 
 def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
-    """As a batch leaves them: maps, and rows in the table."""
+    """Create the maps and the rows that a batch leaves behind."""
     with Table(str(out)) as table:
         for task in tasks:
             path = out / task.row.output
@@ -48,7 +48,7 @@ def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
 
 
 def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(folder: Path) -> None:
-    out = folder / "maps"  # within the input: its meshes are no inputs
+    out = folder / "maps"  # inside the input folder: maps are not inputs
     first = planned(folder, out)
     assert names(first) == ["a.obj", "deep/b.obj"]
     done(first, out)
@@ -57,7 +57,7 @@ def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(f
     assert names(planned(folder, out)) == ["deep/b.obj"]
     done(planned(folder, out), out)
     now = os.stat(folder / "a.obj").st_mtime_ns
-    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # of the same size
+    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # the size stays the same
     assert names(planned(folder, out)) == ["a.obj"]
 
 
@@ -93,7 +93,7 @@ def test_rows_of_a_run_that_was_killed_count_up_to_one_that_was_cut_off(folder: 
     for task in (first, second):
         (tmp_path / "out" / task.row.output).parent.mkdir(exist_ok=True)
         (tmp_path / "out" / task.row.output).touch()
-        write_down(replace(task.row, outcome="valid", charts=1), str(tmp_path / "out"))
+        append_to_journal(replace(task.row, outcome="valid", charts=1), str(tmp_path / "out"))
     (journal,) = (tmp_path / "out").glob(".results.journal*")
     journal.write_bytes(journal.read_bytes()[:-20])
     assert names(planned(folder, tmp_path / "out")) == [second.row.output]

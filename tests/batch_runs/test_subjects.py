@@ -16,7 +16,7 @@ from igl_linabf import MeshError, batch
 
 def test_each_hemisphere_is_a_row_and_what_is_done_stays_done(tmp_path: Path) -> None:
     first = made_up_subject(tmp_path / "a" / "sub-01", 3)
-    shutil.copytree(first, tmp_path / "b" / "sub-01")  # of the same name
+    shutil.copytree(first, tmp_path / "b" / "sub-01")  # two subjects with the same name
     broken = made_up_subject(tmp_path / "a" / "sub-02", 3, ("lh",))
     (broken / "surf" / "lh.pial").unlink()
     shutil.copy(first / "surf" / "lh.sphere.reg", broken / "surf" / "lh.white")
@@ -45,10 +45,10 @@ def test_files_that_no_batch_has_written_stay(tmp_path: Path) -> None:
 
 
 def test_what_has_no_subject_and_what_means_nothing_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "lh.sphere.reg").touch()  # in no folder surf
+    (tmp_path / "lh.sphere.reg").touch()  # not in a folder surf
     with pytest.raises(MeshError, match=r"holds no hemisphere \(surf/\?h\.sphere\.reg\)"):
         batch(tmp_path, tmp_path / "flat", how="cortex", progress=False)
     with pytest.raises(ValueError, match="copy it here"):
         batch("memory://subjects", tmp_path / "flat", how="cortex", progress=False)
-    with pytest.raises(ValueError, match="mean nothing to cortex"):
+    with pytest.raises(ValueError, match="are not options of cortex"):
         batch(tmp_path, tmp_path / "flat", how="cortex", cones=4, progress=False)

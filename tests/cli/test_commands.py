@@ -1,4 +1,4 @@
-"""The command: a file in, a file and a table out; errors in one sentence."""
+"""The command writes files and prints tables, and reports each error in one sentence."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gltf_files import scene
 
 from igl_linabf import linabf, quality
 from igl_linabf.cli import main
-from igl_linabf.cli.arguments import axis
+from igl_linabf.cli.arguments import parse_axis
 from igl_linabf.cli.commands import Command
 from igl_linabf.cli.doctor import EXTRAS
 from igl_linabf.cli.parser import COMMANDS, command_parser
@@ -91,7 +91,7 @@ ERRORS = {
     "method": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "magic"], "invalid choice"),
     "meaningless": (
         ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "lscm", "--iterations", "2"],
-        "--iterations means nothing to the method lscm",
+        "--iterations is not an option of the method lscm",
     ),
     "compare methods": (["compare", "{mesh}", "--methods", "lscm,magic"], "method is 'magic'"),
     "compare picture": (["compare", "{mesh}", "--picture", "x.gif"], "does not end in .png"),
@@ -180,7 +180,7 @@ def test_doctor_tells_what_is_installed() -> None:
 
 
 def options_of(command: str) -> set[str]:
-    """The long options of a command, as its help names them."""
+    """Return the long options that the help of a command lists."""
     described = run(command, "--help").stdout.split("options:")[1].split("examples:")[0]
     return set(re.findall(r"--[a-z][a-z-]*", described))
 
@@ -192,7 +192,7 @@ def test_every_option_has_an_example_and_every_example_is_understood(command: Co
     shown: set[str] = set()
     for example in command.examples:
         words = shlex.split(re.split(r" +[#<>]", example)[0])
-        command_parser().parse_args([command.name, *words])  # or else it ends the process
+        command_parser().parse_args([command.name, *words])  # exits the process on an error
         shown.update(word for word in words if word.startswith("-"))
     shown = {"--output" if word == "-o" else word for word in shown}
     missing = options_of(command.name) - shown - {"--help"}
@@ -254,17 +254,19 @@ def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
 
 def test_axes_have_signs_and_directions_three_numbers() -> None:
     given = {"y": [0, 1, 0], "+x": [1, 0, 0], "-z": [0, 0, -1], "0,-1,0.5": [0, -1, 0.5]}
-    assert {text: axis(text) for text in given} == given
+    assert {text: parse_axis(text) for text in given} == given
     for text in ("w", "--z", "1,2", "x,y,z"):
-        with pytest.raises(ArgumentTypeError, match="is no direction: give x, y, z"):
-            axis(text)
+        with pytest.raises(ArgumentTypeError, match="is not a direction: give x, y, z"):
+            parse_axis(text)
 
 
 def test_figures_without_a_number_are_null(tmp_path, capsys) -> None:
     V, F = load("bumps")
     write_mesh(tmp_path / "one.obj", V, F, unit_square(linabf(V, F)))
     main(["check", str(tmp_path / "one.obj"), "--json"])
-    assert json.loads(capsys.readouterr().out)["check"]["margin"] is None  # one chart is infinitely far away
+    assert (
+        json.loads(capsys.readouterr().out)["check"]["margin"] is None
+    )  # the distance between charts is infinite if there is only one
 
 
 def test_a_table_beside_a_map_on_standard_output_goes_to_the_other_one(mesh, tmp_path, capfdbinary) -> None:
@@ -273,7 +275,7 @@ def test_a_table_beside_a_map_on_standard_output_goes_to_the_other_one(mesh, tmp
     assert main(["flatten", str(mesh), "-o", "-"]) == 0
     streams = capfdbinary.readouterr()
     assert streams.out == (tmp_path / "flat.obj").read_bytes()
-    assert streams.err.splitlines()[:5] == table.splitlines()[:5]  # the last one tells seconds
+    assert streams.err.splitlines()[:5] == table.splitlines()[:5]  # the last line has the seconds
 
 
 def test_what_standard_output_leaves_out_is_said(tmp_path, capfdbinary) -> None:

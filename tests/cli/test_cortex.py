@@ -1,4 +1,4 @@
-"""The commands for cortices: a subject in, its hemispheres out; a patch in, a flat patch out."""
+"""The commands `cortex` for subjects and `flatten` for patches."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     asked = ["flatten", str(patch), "-o", str(flat), "--method", "isometric", "--fit", "lengths", "--json"]
     assert main(asked) == 0
     printed = capsys.readouterr()
-    assert printed.err == ""  # a patch leaves vertices out: that is no news
+    assert printed.err == ""  # no warning, because patches leave vertices out on purpose
     error = json.loads(printed.out)["quality"]["distance_error"]
     assert 0.05 < error < 0.3
     mesh = read_file(flat)
@@ -80,7 +80,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     (tmp_path / "lh.fiducial").rename(tmp_path / "ball")
     assert main(["flatten", str(patch), "-o", str(flat), "--surface", str(tmp_path / "ball"), "--quiet"]) == 0
     assert main(["flatten", str(patch), "-o", str(flat), "--quiet"]) == 2
-    assert "by surface=, or --surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
+    assert "surface=, or --surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
     obj = [
         "flatten",
         str(tmp_path / "ball"),

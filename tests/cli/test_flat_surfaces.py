@@ -1,4 +1,4 @@
-"""A flat map that is written as a surface is as large as the surface."""
+"""A flat map written as a surface has the size of the original surface."""
 
 from __future__ import annotations
 

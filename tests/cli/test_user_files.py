@@ -1,4 +1,4 @@
-"""Files that are there already: only the one that -o names is replaced, the others with --force only."""
+"""Existing files: only the file that -o names is replaced, unless --force is given."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OWN = b"made by hand"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with a mesh as OBJ, OFF and GLB; to compute anything is an error."""
+    """A folder with one mesh as OBJ, OFF and GLB."""
     V, F = igl.icosahedron()
     for name in ("b.obj", "b.off", "disk.off"):
         igl.write_triangle_mesh(str(tmp_path / name), V, F[name == "disk.off" :])
@@ -114,7 +114,7 @@ def test_a_batch_replaces_only_what_a_batch_has_written(own: str, folder: Path) 
 @pytest.mark.slow
 def test_a_batch_goes_on_over_its_own_maps(folder: Path) -> None:
     pytest.importorskip("distributed")
-    for method in ("linabf", "abf"):  # the second run does all again
+    for method in ("linabf", "abf"):  # another method flattens all meshes again
         assert batch("b.off", "maps", workers=1, progress=False, method=method).done == 1
     (folder / "maps" / "disk.obj").write_bytes(OWN)
     with pytest.raises(FileExistsError, match=r"disk\.obj are there already"):
@@ -151,7 +151,7 @@ def test_no_table_of_a_batch_is_replaced(folder: Path) -> None:
     pytest.importorskip("distributed")
     (folder / "maps").mkdir()
     (folder / "maps" / "results.csv").write_bytes(OWN)
-    with pytest.raises((OSError, MeshError), match="no table of a batch"):
+    with pytest.raises((OSError, MeshError), match="not the table of a batch"):
         batch("b.off", "maps", workers=1, progress=False)
     assert (folder / "maps" / "results.csv").read_bytes() == OWN
 

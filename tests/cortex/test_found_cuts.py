@@ -1,4 +1,4 @@
-"""Cuts without a template: found from the medial wall, as many as the map needs."""
+"""Cuts that are found from the medial wall, without a template."""
 
 from __future__ import annotations
 

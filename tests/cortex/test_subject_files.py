@@ -1,4 +1,4 @@
-"""The files of a flat hemisphere: other programs open them, and vertices have the subject's numbers."""
+"""Files of a flat hemisphere can be read by other programs and keep the subject's vertex numbers."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_picture_shows_folds_on_the_left_and_areas_on_the_right(made: tuple)
 
 
 def test_the_picture_is_upright(made: tuple) -> None:
-    """Its rows from above have as much of the map as the map has from above."""
+    """From top to bottom, the rows of the picture cover the same shares of area as the map."""
     flat, folder = made
     with Image.open(folder / "flat" / "lh.cortex.png") as image:
         pixels = np.asarray(image, dtype=float)[60:, : image.width // 2] / 255

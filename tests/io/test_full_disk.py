@@ -1,4 +1,4 @@
-"""A full disk, and a folder that cannot be written to: one sentence, no partial file."""
+"""A full disk or an unwritable folder causes one error line and leaves no partial file."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
-def test_where_nothing_can_be_printed_no_file_is_written(mesh: Path, tmp_path: Path) -> None:
+def test_no_file_is_written_if_standard_output_is_full(mesh: Path, tmp_path: Path) -> None:
     with open("/dev/full", "w", encoding="utf-8") as full:
         command = [sys.executable, "-m", "igl_linabf", *words("obj", mesh, tmp_path)]
         process = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=500)

@@ -1,4 +1,4 @@
-"""Pieces: as few as fit, holes that stay holes, upright with one grain, on as few pages as that takes."""
+"""Pieces are joined if they fit, keep their holes, stand upright with one grain, and use few pages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TURNED *= np.linalg.det(TURNED)
 
 
 def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Surface:
-    """An open prism of radius 1, or a frustum; without one of its sides it is no ring."""
+    """Return an open prism of radius 1, or a frustum; without `whole`, one of its sides is missing."""
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
     V = np.concatenate((ring, ring * [top, top, 1] + [0, 0, height]))
@@ -33,7 +33,7 @@ def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Sur
 
 
 def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
-    """Squares of 10 mm without some of them."""
+    """Return a plate of squares of 10 mm, without the given squares."""
     x, y = np.meshgrid(10.0 * np.arange(n + 1), 10.0 * np.arange(m + 1), indexing="ij")
     V = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
     cells = np.array([i * (m + 1) + j for i in range(n) for j in range(m) if (i, j) not in holes])
@@ -44,7 +44,7 @@ def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
 
 
 def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
-    """A plate with walls, those of its holes too."""
+    """Return a thick plate, with walls along its rim and around its holes."""
     rim = igl.boundary_facets(F)[0]
     walls = np.concatenate((rim[:, [0, 1]], rim[:, [1, 0]]))
     third = np.concatenate((rim[:, 1], rim[:, 0])) + len(V)
@@ -89,7 +89,7 @@ def test_what_can_be_developed_is_one_piece_of_true_lengths(tmp_path: Path, name
         outline = np.vstack((pattern.outlines[0], pattern.outlines[0][:1]))
         x, y = outline.T
         enclosed = (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() / 2
-        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # nothing lies over anything
+        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # no overlaps
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -110,7 +110,7 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
         )
         assert length == pytest.approx(2 * (130 + 90) + 40 * len(holes), rel=1e-6)
     pattern = made(tmp_path / "p.svg", thick(V, F, 2))
-    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # of both sides of a thick plate, too
+    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # holes on both sides of the thick plate
     assert pattern.error < 1e-6
 
 
@@ -125,7 +125,7 @@ def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("wide", [10.0, 2.5])
 def test_pieces_hang_together_where_they_share_the_longer_edge(tmp_path: Path, wide: float) -> None:
-    """Two walls in one piece stand on a floor, and on either its side of 4 or its other one."""
+    """Two walls in one piece stand on a floor and are joined to it along the longer of two edges."""
     V = np.array([[0, 0, 0], [wide, 0, 0], [wide, 4, 0], [0, 4, 0], [0, 0, 1], [wide, 0, 1], [wide, 4, 1.0]])
     F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
     atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
@@ -198,7 +198,7 @@ def test_a_rectangle_lies_straight_on_as_few_pages_as_hold_it(tmp_path: Path, tu
 def test_all_of_a_strip_is_on_a_page(tmp_path: Path, length: float) -> None:
     V = np.array([[0, 0, 0], [length, 0, 0], [length, 60, 0], [0, 60, 0.0]])
     made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
-    # of 297 mm a page shows 277, and 10 of these are on the next one, too; the strip begins after 10
+    # a page of 297 mm shows 277 mm, and overlaps the next one by 10 mm; the strip starts at 10 mm
     assert 277 + 267 * (pages(tmp_path / "p.pdf") - 1) >= 10 + length
 
 

@@ -1,4 +1,4 @@
-"""The window, tried as a user does: keys and clicks go in through the X server, pixels come out of it."""
+"""The window, tested by key presses, clicks and pixels of an X server."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
 from igl_linabf.plot.drawn_seams import DrawnSeams
 
 SIZE = (1400, 830)
-SIDES = 700  # pixels from above: below are the sliders and the help
-PATIENCE = 300  # seconds, after which a window that has not changed is given up
+SIDES = 700  # height of both sides, pixels; the sliders and the help are below
+PATIENCE = 300  # seconds to wait for a change of the window
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    """The name of an X display of one's own."""
+    """Name of a private X display."""
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed")
     pytest.importorskip("Xlib", reason="python-xlib is not installed")
@@ -49,7 +49,7 @@ def server() -> Iterator[str]:
 
 
 class Window:
-    """A running `igl-linabf view`: what a user can do with it."""
+    """A running `igl-linabf view`, operated like a user would."""
 
     def __init__(self, display: str, mesh: Path, *options: str) -> None:
         from Xlib.display import Display
@@ -80,7 +80,7 @@ class Window:
         return np.frombuffer(data, np.uint8).reshape(form.height, form.width, 4)[..., 2::-1].astype(int)
 
     def until(self, holds: Callable[[np.ndarray], bool]) -> np.ndarray:
-        """The window's picture, as soon as it is whole and that holds of it."""
+        """Return the picture of the window as soon as it is stable and satisfies a condition."""
         end = time.monotonic() + PATIENCE
         last = self.image()
         while True:
@@ -103,7 +103,7 @@ class Window:
         self.display.sync()
 
     def drag(self, start: tuple[int, int], *way: tuple[int, int]) -> None:
-        """Press at a pixel of the window, move, and release; without a way, a click."""
+        """Press at a pixel of the window, move along a path, and release; without a path, click."""
         from Xlib import X
         from Xlib.ext import xtest
 
@@ -143,7 +143,7 @@ def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
 
 
 def marks(image: np.ndarray) -> list[np.ndarray | None]:
-    """Where the marked point is on the left, and on the right: (column, row)."""
+    """Return the column and row of the marked point on the left and on the right."""
     found = []
     for left in (0, SIZE[0] // 2):
         rows, columns = np.nonzero(near(image[:, left : left + SIZE[0] // 2], MARK, 30))
@@ -156,7 +156,7 @@ def flat(image: np.ndarray) -> np.ndarray:
 
 
 def coloured(image: np.ndarray) -> bool:
-    """Whether the map has the colours of a distortion; the board's blue is nearly one of the lower half."""
+    """Return True if the map shows a distortion; only its upper colours differ from the board's blue."""
     return bool((colours(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
 
 
@@ -185,7 +185,7 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     assert near(before[SIDES:], "black", 60).sum() > 500
     window.key("h")
     after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
-    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not lie over the map
+    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not cover the map
     window.key("q")
     assert window.process.wait(timeout=PATIENCE) == 0
     assert window.process.stderr.read() == ""
@@ -196,7 +196,7 @@ def test_methods_by_key_show_what_they_flip(opened) -> None:
     window = opened(*rings(40, crown))
     assert not near(window.image(), WARNING).any()  # linABF
     window.key("m")
-    window.key("m")  # over ABF to igl.lscm
+    window.key("m")  # to ABF, then to igl.lscm
     window.until(lambda image: near(image, WARNING).sum() > 100)
     window.key("bracketright")  # linABF, one iteration
     window.until(lambda image: not near(image, WARNING).any())
@@ -209,7 +209,7 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window.drag(tuple(left))
     first = marks(window.until(both_marked))
     assert np.abs(first[0] - left).max() < 6
-    # the point on the map leads back to the point on the surface
+    # a click on the marked point of the map marks the same point on the surface
     elsewhere = (SIZE[0] * 3 // 4 + 80, 300)
     window.drag(elsewhere)
     second = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - elsewhere).max() < 6))
@@ -217,13 +217,13 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window.drag(tuple(np.round(first[1]).astype(int)))
     back = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - first[1]).max() < 3))
     assert np.abs(back[0] - first[0]).max() < 6
-    # it stays with the point when the surface is turned, which marks nothing
+    # turning the surface neither moves the mark nor sets a new one
     before = window.image()
     window.drag((300, 400), (360, 405), (420, 410))
     turned = window.until(lambda im: (np.abs(im - before)[60:, :700].max(axis=2) > 60).mean() > 0.05)
     assert both_marked(turned)
     assert np.abs(marks(turned)[1] - back[1]).max() < 2
-    # and it goes with another map
+    # the mark stays with another map
     window.key("d")
     window.until(coloured)
     assert both_marked(window.image())
@@ -235,7 +235,7 @@ def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     y = 772
     window.drag((77, y), (55, y), (40, y))  # linABF to igl.lscm
     window.until(lambda image: near(image, WARNING).sum() > 100)
-    window.drag((189, y), (205, y))  # iterations go back to linABF
+    window.drag((189, y), (205, y))  # changing the iterations selects linABF
     window.until(lambda image: not near(image, WARNING).any())
     assert not coloured(window.image())
     window.drag((469, y), (490, y))
@@ -267,14 +267,16 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     viewer.toggle_drawing()
     ends = [int(np.argmin(np.linalg.norm(V - at, axis=1))) for at in ([1, 0, 0], [0, 0, -1], [-1, 0, 0])]
     for vertex in ends:
-        viewer.drawn.to(vertex)
+        viewer.drawn.add_vertex(vertex)
     length = sum(np.linalg.norm(V[a] - V[b]) for a, b in viewer.drawn.edges)
     assert np.pi < length < 1.1 * np.pi  # two quarters of a great circle, along edges
     cut = viewer.shown
-    assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
+    assert (
+        len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1
+    )  # inner vertices of the path are doubled
     viewer.take_back()
     assert len(viewer.drawn.paths) == 1
-    assert viewer.drawn.end == ends[1]  # the next click goes on from there
+    assert viewer.drawn.end == ends[1]  # the next click continues there
     viewer.take_back()
     assert viewer.drawn.edges == ()
     assert viewer.drawn.end == ends[0]
@@ -285,12 +287,12 @@ def test_a_seam_ends_at_its_own_end_and_where_no_path_leads() -> None:
     V, F = igl.icosahedron()
     two = DrawnSeams(np.concatenate((V, V + 5)), np.concatenate((F, F + len(V))))
     first, second = F[0, :2].tolist()
-    for vertex in (first, second, second):  # the click on its end ends it
-        two.to(vertex)
+    for vertex in (first, second, second):  # a click on the last vertex ends the seam
+        two.add_vertex(vertex)
     assert two.end is None
     assert two.edges == ((min(first, second), max(first, second)),)
-    two.to(first)
-    two.to(int(F[0, 0]) + len(V))  # in another piece: a seam begins there
+    two.add_vertex(first)
+    two.add_vertex(int(F[0, 0]) + len(V))  # in another component, where a new seam starts
     assert two.end == F[0, 0] + len(V)
     assert len(two.paths) == 1
 
@@ -324,7 +326,7 @@ def test_saved_files_replace_none(tmp_path) -> None:
     assert np.allclose(TC[FTC], (uv / uv.max())[F])
     viewer.plotter.close()
     missing = Viewer(V, F, off_screen=True, save_as=tmp_path / "none" / "bumps")
-    missing.act(missing.save_mesh)  # an error is said in the window
+    missing.act(missing.save_mesh)  # the window shows the error
     assert not (tmp_path / "none").exists()
     missing.plotter.close()
 

@@ -52,7 +52,7 @@ def stand_in(tmp_path: Path, cholmod: bool) -> Path:
 def test_a_package_that_fails_costs_only_itself(bootstrap, tmp_path, monkeypatch, capsys) -> None:
     program(tmp_path / "bin", "apt-get", 'case "$*" in *chromium*) exit 100;; esac')
     monkeypatch.setenv("PATH", f"{tmp_path / 'bin'}:{os.environ['PATH']}")
-    monkeypatch.setattr(bootstrap, "rights", list)
+    monkeypatch.setattr(bootstrap, "sudo_prefix", list)
     bootstrap.install_packages(["chromium", "libsuitesparse-dev", "xvfb"])
     assert [call.split()[-1] for call in calls(tmp_path / "bin")] == [
         "-qq",
@@ -66,7 +66,7 @@ def test_a_package_that_fails_costs_only_itself(bootstrap, tmp_path, monkeypatch
 
 
 def test_where_installing_is_not_allowed_it_says_what_is_missing(bootstrap, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(bootstrap, "rights", lambda: None)
+    monkeypatch.setattr(bootstrap, "sudo_prefix", lambda: None)
     bootstrap.install_packages(["chromium", "xvfb"])
     assert "not allowed to install chromium xvfb" in capsys.readouterr().err
 

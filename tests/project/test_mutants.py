@@ -8,7 +8,7 @@ import mutants
 import pytest
 from conftest import ROOT
 
-MUTANTS = mutants.mutants(mutants.MUTANTS.read_text("utf-8"))
+MUTANTS = mutants.parse_mutants(mutants.MUTANTS.read_text("utf-8"))
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: f"{mutant.room}: {mutant.property}")
@@ -21,7 +21,7 @@ def test_a_mutant_is_another_program_and_its_tests_are_there(mutant: mutants.Mut
 
 def test_lines_that_stand_in_no_place_or_in_two_are_named() -> None:
     patch = "# measures: nothing | tests\n--- a/igl_linabf/measures/figures.py\n@@\n-    return\n+    pass\n"
-    (mutant,) = mutants.mutants(patch)
+    (mutant,) = mutants.parse_mutants(patch)
     with pytest.raises(
         ValueError, match=r"figures\.py: the lines of the mutant 'nothing' stand there \d+ times"
     ):

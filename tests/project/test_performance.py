@@ -39,14 +39,14 @@ def test_a_ratio_lies_within_its_interval_which_narrows() -> None:
 
 
 def test_every_method_is_timed_as_often_as_asked() -> None:
-    taken = performance.runs(performance.calls(*bumps(100)), 2, process_time)
+    taken = performance.time_calls(performance.make_calls(*bumps(100)), 2, process_time)
     assert {"igl.lscm", "linabf", "abf", "the next of a Flattener"} <= set(taken)
     assert all(len(seconds) == 2 and (seconds >= 0).all() for seconds in taken.values())
 
 
 def test_memory_at_the_peak_is_that_of_the_call() -> None:
-    code = "import performance as p; import numpy as np; a = p.most_used(); np.ones(20_000_000); "
-    code += "print(p.most_used() - a)"
+    code = "import performance as p; import numpy as np; a = p.peak_memory(); np.ones(20_000_000); "
+    code += "print(p.peak_memory() - a)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", code]  # a process that has not used more before
     told = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=True).stdout

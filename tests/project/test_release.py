@@ -217,7 +217,7 @@ def test_the_page_on_installing_names_every_extra_and_every_package_that_is_need
 
 
 def test_what_the_release_check_leaves_out_is_there() -> None:
-    left_out = script("release_check.py").LEFT_OUT
+    left_out = script("release_check.py").EXCLUDED_TESTS
     assert [name for name in left_out if not (ROOT / "tests" / name).is_file()] == []
 
 
@@ -227,9 +227,11 @@ def test_the_wheels_are_those_of_the_pythons_that_the_package_supports() -> None
     listed = [f"cp3{c.rpartition('.')[2]}" for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
     assert built == [f"{name}-*" for name in listed if len(name) == 5 and name <= stable]
     release_check = script("release_check.py")
-    assert tuple(TOOL["cibuildwheel"]["test-requires"]) == release_check.FOR_TESTS
+    assert tuple(TOOL["cibuildwheel"]["test-requires"]) == release_check.TEST_REQUIREMENTS
     wheels = [Path("igl_linabf-1-cp310-cp310-any.whl"), Path("igl_linabf-1-cp312-abi3-any.whl")]
-    fitting = {minor: [release_check.fits(wheel, (3, minor)) for wheel in wheels] for minor in range(10, 15)}
+    fitting = {
+        minor: [release_check.is_compatible(wheel, (3, minor)) for wheel in wheels] for minor in range(10, 15)
+    }
     assert fitting == {
         10: [True, False],
         11: [False, False],

@@ -70,8 +70,8 @@ def test_the_picture_of_the_rooms_is_that_of_the_contracts() -> None:
     spec = importlib.util.spec_from_file_location("rooms_picture", ROOT / "docs" / "rooms_picture.py")
     picture = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(picture)
-    assert picture.PICTURE.read_text(encoding="utf-8") == picture.svg()
-    assert {f"igl_linabf.{name}" for layer in picture.contracts()[""] for name in layer} >= set(FACES[1:])
+    assert picture.PICTURE.read_text(encoding="utf-8") == picture.draw_rooms()
+    assert {f"igl_linabf.{name}" for layer in picture.read_layers()[""] for name in layer} >= set(FACES[1:])
 
 
 def test_the_way_of_the_data_names_a_function_of_the_package_in_each_of_its_lines() -> None:

@@ -1,4 +1,4 @@
-"""`--bake texture`: what a file showed at a point of its surface, it shows in the new atlas."""
+"""After `--bake texture`, a file shows the same images at the same points of its surface."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file
 from igl_linabf.textures import Picture
 
-# a box whose faces have vertices of their own, as glTF has them where normals are sharp
+# a box whose faces do not share vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
 KINDS = ("baseColorTexture", "metallicRoughnessTexture", "occlusionTexture", "emissiveTexture")
 
 
 def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Positions, normals, texture coordinates (v downwards) and triangles of a box of 1 x 2 x 3."""
+    """Return positions, normals, texture coordinates (v downwards) and triangles of a 1 x 2 x 3 box."""
     V, N, uv, F = [], [], [], []
     for i, (axis, sign, _) in enumerate(SIDES.tolist()):
         others = [k for k in range(3) if k != axis]
@@ -37,19 +37,19 @@ def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         V += (points * [0.5, 1, 1.5]).tolist()
         N += [np.eye(3)[axis] * sign] * 4
         column, row = i % 3, i // 3
-        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some are mirrored
+        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some faces are mirrored
     return np.array(V), np.array(N), np.array(uv), np.array(F)
 
 
 def closed_box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The same with eight vertices: V, F, TC and FTC."""
+    """Return V, F, TC and FTC of the same box with eight vertices."""
     V, _, uv, FTC = box()
     corners, same = np.unique(V, axis=0, return_inverse=True)
     return corners, same.ravel()[FTC], uv * [1, -1] + [0, 1], FTC
 
 
 def picture(seed: int, size: tuple[int, int], channels: int = 3) -> np.ndarray:
-    """A smooth image that repeats, from 0 to 1."""
+    """Return a smooth periodic image with values from 0 to 1."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[: size[1], : size[0]] * 2 * np.pi / np.array([[[size[1]]], [[size[0]]]])
     waves = [np.sin(a * x + b * y + c) for a, b, c in rng.integers(1, 3, (channels, 3))]
@@ -69,7 +69,7 @@ def scene(
     samplers: list[dict] | None = None,
     node: dict | None = None,
 ) -> None:
-    """The box, whose second half of faces has the last material."""
+    """Write the box, whose second half of faces has the last material."""
     V, N, uv, F = box()
     parts = [V.astype("<f4"), N.astype("<f4"), uv.astype("<f4"), F[:6].astype("<u4"), F[6:].astype("<u4")]
     blocks = [part.tobytes() for part in parts] + [image + b"\0" * (-len(image) % 4) for image in images]
@@ -101,7 +101,7 @@ def scene(
 
 
 def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """What a renderer shows of a map at points of faces; NaN where there is none. Repeats, bilinear."""
+    """Return a material's image at points of faces by bilinear interpolation; NaN without an image."""
     source = mesh.extras.source.gltf
     uv = np.einsum("pk,pkd->pd", weights, mesh.TC[mesh.FTC[face]])
     found = np.full((len(face), 4), np.nan)
@@ -128,7 +128,7 @@ def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> n
 
 
 def both(path: Path, out: Path, *words: str) -> tuple[MeshFile, MeshFile, np.ndarray, np.ndarray]:
-    """A file before and after, and random points of its faces."""
+    """Return a file before and after baking, and random points of its faces."""
     assert main(["unwrap", str(path), "-o", str(out), "--bake", "texture", "--quiet", *words]) == 0
     rng = np.random.default_rng(0)
     before, after = read_file(path), read_file(out)
@@ -177,7 +177,7 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
         assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross an old seam
     text = after.extras.source.gltf.text
     tiles = len(np.unique(np.floor(after.TC[after.FTC].mean(axis=1)), axis=0))
-    assert len(text["images"]) == len(KINDS) * tiles  # and none of the old ones
+    assert len(text["images"]) == len(KINDS) * tiles  # old images are removed
     written = (tmp_path / "out.glb").read_bytes()
     assert not any(image in written for image in images)
     for material in text["materials"]:
@@ -188,8 +188,8 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
 
 
 def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
-    """Normals in the object's space that a normal map tells on plane faces."""
-    said = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
+    """Return the object-space normals of a normal map on planar faces."""
+    local = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
     a, b, c = (mesh.V / scale)[mesh.triangles[face]].transpose(1, 0, 2)
     p, q, r = mesh.TC[mesh.FTC[face]].transpose(1, 0, 2)
     d = np.stack((q - p, r - p), axis=1)
@@ -199,7 +199,7 @@ def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: lis
     tangent = along[:, 0] / np.linalg.norm(along[:, 0], axis=1)[:, None]
     mirrored = np.sign(np.einsum("pd,pd->p", np.cross(along[:, 0], along[:, 1]), normal))
     bitangent = mirrored[:, None] * np.cross(normal, tangent)
-    made = said[:, :1] * tangent + said[:, 1:2] * bitangent + said[:, 2:] * normal
+    made = local[:, :1] * tangent + local[:, 1:2] * bitangent + local[:, 2:] * normal
     return made / np.linalg.norm(made, axis=1)[:, None]
 
 
@@ -214,7 +214,7 @@ def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_p
     angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
     assert np.median(angle) < 1.5
     assert np.quantile(angle, 0.99) < 5
-    # and it is not so where the image is moved alone
+    # the test is not trivial: the normals deviate from the surface
     plain = np.abs(shown(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
     assert plain.max() > 0.2
 
@@ -254,7 +254,7 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: P
 
     assert np.abs(looked_up(image, new) - looked_up(old_image, old)).max() < 0.04
     code = main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words])
-    assert code == 2  # its image is there already
+    assert code == 2  # the image exists already
 
 
 def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -275,7 +275,7 @@ def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.C
 
 
 def test_images_of_other_channels_are_moved_beside_each_other() -> None:
-    """Grey is as red, green and blue of one size, and without alpha an image is opaque."""
+    """Grey is converted to equal red, green and blue, and an image without alpha is opaque."""
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=64))
     labels = np.arange(len(F)) // 4
@@ -327,7 +327,7 @@ def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -
         assert len(np.unique(np.floor(uv), axis=0)) == 1
         x, y = (np.mod(uv, 1) * [128, 64]).astype(int).T
         wanted = mesh.face_normals / 2 + 0.5 if kind == "normals" else (middle - low) / size
-        limit = 0.45 if kind == "normals" else 0.05  # normals of vertices lean
+        limit = 0.45 if kind == "normals" else 0.05  # vertex normals deviate from face normals
         assert np.abs(pixels[::-1][y, x] - wanted).max() < limit
         seen += len(mesh.faces)
     assert seen == len(F)

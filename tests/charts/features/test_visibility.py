@@ -146,7 +146,7 @@ def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None
     assert (FTC == unwrap(V, F, Seams(hide=[0, 0, -1])).FTC).all()
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
     assert process.returncode == 2
-    assert "is no direction" in process.stderr
+    assert "is not a direction" in process.stderr
 
 
 @pytest.mark.parametrize("name", ["soup of triangles", "three sheets at an edge", "faces turned at random"])
