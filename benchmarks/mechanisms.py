@@ -3,9 +3,9 @@
     python benchmarks/mechanisms.py [MECHANISM ...]
 
 The models are the parts of parts.py, three generated surfaces, and the meshes of the kinds closed, handles,
-holes, multi and stress in IGL_LINABF_MESHES. Each is unwrapped in three ways: by linear ABF, by isometric maps,
-and by isometric maps for a page of 1024 texels. A mechanism is switched off by replacing a function or a
-constant. The figures are measured on the arrays of the atlas, independently of the package. Prints Markdown.
+holes, multi and stress in IGL_LINABF_MESHES. Each is unwrapped in three ways: by linear ABF, by isometric
+maps, and by isometric maps for a page of 1024 texels. A mechanism is switched off by replacing a function or
+a constant. The figures are measured on the arrays of the atlas, independently of the package. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from igl_linabf.charts.cut_graphs import constants as graphs
 from igl_linabf.charts.panels import Panels, RoundedPanels
 from igl_linabf.charts.seams import constants as seams
 from igl_linabf.charts.seams import growth, search
+from igl_linabf.charts.splitting import constants as splitting
 
 PAGE = Packing(resolution=1024, padding=2)
 WAYS = (("linabf", None), ("isometric", None), ("isometric", PAGE))
@@ -60,6 +61,14 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
     "uncut charts": [(charting, "_cheaper", lambda done, *_: done)],
     "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
+    "narrower small charts": [(splitting, "RELAYOUT_WIDTHS", (1.0,))],
+    "small charts along parts of a seam": [(splitting, "MAX_EDGES_TO_TRY_PARTS", 0)],
+    "small charts in one form": [
+        (splitting, "RELAYOUT_WIDTHS", (1.0,)),
+        (splitting, "MAX_EDGES_TO_TRY_PARTS", 0),
+        (splitting, "MAX_SHEAR_FACTOR", 1e9),
+        (splitting, "INVISIBLE_SHEAR", 1e9),
+    ],
     "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
     "cuts for fuller pages": [(unwrapping, "cut_for_fill", lambda done, *_: (done, np.inf))],
 }
@@ -187,9 +196,9 @@ def main() -> None:
     meshes = list(models())
     on = atlases(meshes, "nothing")
     print(
-        "Charts are totals, E, fill and L2 stretch are medians, each with everything / without the mechanism.\n"
-        "Seams, texel spread and CPU time are medians of ratios, without over with; 'worst L2' is the largest\n"
-        "ratio of one mesh. Ways: conformal; isometric; isometric for a page of 1024 texels.\n"
+        "Charts are totals; E, fill and L2 stretch are medians, with everything / without the mechanism.\n"
+        "Seams, texel spread and CPU time are medians of ratios, without over with. The worst L2 is the\n"
+        "largest ratio of one mesh. Ways: conformal; isometric; isometric for a page of 1024 texels.\n"
     )
     print(f"| {' | '.join(HEADS)} |\n|{'---|' * len(HEADS)}")
     for name in names:
