@@ -138,8 +138,10 @@ def imports_bpy(python: Path) -> bool:
     """Return whether a Python is there and has bpy; an environment whose making was broken off has not."""
     if not python.exists():
         return False
-    asked = subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500)
-    return asked.returncode == 0
+    try:
+        return subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
 
 
 def built_wheel(folder: Path) -> Path:

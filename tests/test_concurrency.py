@@ -59,7 +59,10 @@ def test_eight_threads_give_the_same_numbers() -> None:
 
 # with supernodal CHOLMOD OpenBLAS's threads have been used before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
-@pytest.mark.parametrize("method", ["fork", "spawn"] if sys.platform == "linux" else ["spawn"])
+@pytest.mark.parametrize(
+    "method",
+    ["fork", pytest.param("spawn", marks=pytest.mark.slow)] if sys.platform == "linux" else ["spawn"],
+)
 def test_processes_give_the_same_numbers(method: str) -> None:
     expected = in_turn()
     context = multiprocessing.get_context(method)

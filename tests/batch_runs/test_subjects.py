@@ -14,6 +14,7 @@ from subjects import made_up_subject
 from igl_linabf import MeshError, batch
 
 
+@pytest.mark.slow
 def test_each_hemisphere_is_a_row_and_what_is_done_stays_done(tmp_path: Path) -> None:
     first = made_up_subject(tmp_path / "a" / "sub-01", 3)
     shutil.copytree(first, tmp_path / "b" / "sub-01")  # two subjects with the same name

@@ -32,6 +32,7 @@ def test_less_error_takes_longer_cuts_and_the_map_has_no_more_than_asked(subject
     assert lengths[0] < lengths[1]
 
 
+@pytest.mark.slow
 def test_what_no_cuts_reach_is_said(subject: Path) -> None:
     with pytest.warns(MeshWarning, match=r"cuts leave an error of 0\.\d+ in distances, more than 0\.001"):
         flatten_hemisphere(subject, "lh", cuts="found", max_distance_error=0.001)

@@ -51,7 +51,7 @@ def test_a_sample_of_vertices_estimates_the_error_of_all_vertices(monkeypatch: p
 
 
 def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    V, F = load("bumps")
+    V, F = bumps(400)
     by_area = flatten(V, F, "isometric").uv
     few = distance_error(V, F, flatten(V, F, "isometric", fit="lengths").uv)
     monkeypatch.setattr("igl_linabf.flattening.functions.FIT_SOURCES", 10_000)

@@ -340,7 +340,16 @@ def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() < seams / 4)
 
 
-@pytest.mark.parametrize("display", [{}, {"DISPLAY": ":4711"}, {"WAYLAND_DISPLAY": "wayland-9"}])
+@pytest.mark.parametrize(
+    "display",
+    [
+        {},
+        *(
+            pytest.param(x, marks=pytest.mark.slow)
+            for x in ({"DISPLAY": ":4711"}, {"WAYLAND_DISPLAY": "wayland-9"})
+        ),
+    ],
+)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
 def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))

@@ -10,6 +10,7 @@ from time import process_time
 
 import numpy as np
 import performance
+import pytest
 from conftest import ROOT, bumps
 from pages import put
 
@@ -44,6 +45,7 @@ def test_every_method_is_timed_as_often_as_asked() -> None:
     assert all(len(seconds) == 2 and (seconds >= 0).all() for seconds in taken.values())
 
 
+@pytest.mark.slow
 def test_memory_at_the_peak_is_that_of_the_call() -> None:
     code = "import performance as p; import numpy as np; a = p.peak_memory(); np.ones(20_000_000); "
     code += "print(p.peak_memory() - a)"
