@@ -1,4 +1,4 @@
-"""What `check_uv` finds: flips and accidents told from mirrored and stacked charts, and figures by hand."""
+"""`check_uv` separates flips and accidents from mirrored and stacked charts, with correct figures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """A square of n x n cells of two triangles."""
+    """Return a square of n x n cells of two triangles."""
     x, y = (k.ravel() for k in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
     V = np.column_stack((x, y, 0 * x)) * side / n
     i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
@@ -29,13 +29,13 @@ def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plane(n: int = 6) -> Map:
-    """A square of side 2 in the lower left of a page, a fifth as large as that."""
+    """Return a square of side 2, mapped to a fifth of the page's width in the lower left."""
     V, F = grid(n)
     return V, F, 0.1 * V[:, :2] + 0.05, F
 
 
 def several(*maps: Map) -> Map:
-    """Surfaces beside each other in space, their maps as they are."""
+    """Place surfaces side by side in space, without moving their maps."""
     V, F, TC, FTC = ([m[k] for m in maps] for k in range(4))
     n, t = (np.cumsum([0, *map(len, arrays)]) for arrays in (V, TC))
     return (
@@ -62,7 +62,7 @@ def test_figures_of_a_plane_are_those_by_hand() -> None:
     assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 0, 0, 0, 0)
     assert (found.seams, found.seam_length, found.pages) == (0, 0, 1)
     assert found.fill == pytest.approx(0.04 + 0.01)
-    # the first square goes from 0.05 to 0.25, the second one from 0.325
+    # the first square extends from 0.05 to 0.25, the second one starts at 0.325
     assert found.margin == pytest.approx(75)
     assert found.border == pytest.approx(25)
     assert (found.least_density, found.most_density) == pytest.approx((50, 100))
@@ -75,7 +75,7 @@ def test_figures_on_wide_pages_are_those_by_hand() -> None:
     """A square of side 2 is 0.2 x 0.4 of a page of 1000 x 500 texels: 200 texels either way."""
     V, F, TC, FTC = plane()
     wide = TC * [1, 2]
-    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels are less
+    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels is less
     found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
     assert (found.least_density, found.most_density, found.texel_density) == pytest.approx((100, 100, 100))
     assert found.angle_distortion == pytest.approx(0)
@@ -108,7 +108,7 @@ def test_equal_coordinates_are_one_however_they_are_numbered() -> None:
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("cells", [6, 9])
 def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
-    """Also with other triangles."""
+    """Stacked charts may have different triangles."""
     found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
     assert (found.charts, found.stacked, found.mirrored) == (3, 1, int(mirrored))
     assert (found.flips, found.overlaps) == (0, 0)
@@ -118,9 +118,7 @@ def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -
 
 def test_halves_that_share_their_coordinates_are_a_mirrored_chart_each() -> None:
     V, F = grid()
-    TC = np.column_stack(
-        (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
-    )  # folded over along the middle
+    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # folded along the middle
     found = check_uv(V, F, TC, F)
     assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 1, 1, 0, 0)
     assert found.good
@@ -138,10 +136,10 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     sign = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
     assert found.flipped.tolist() == np.flatnonzero(sign < 0).tolist()
     assert found.flips > 0
-    assert found.overlaps > 0  # of what is turned over, with its neighbours
+    assert found.overlaps > 0  # between flipped faces and their neighbours
     assert (found.charts, found.mirrored) == (1, 0)
     assert "are flipped or collapsed in the map" in found.troubles[0]
-    mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces of a mirrored chart
+    mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces in a mirrored chart
     assert (mirror.mirrored, mirror.flipped.tolist()) == (1, found.flipped.tolist())
     TC[middle] = TC[middle + 1]
     assert set(check_uv(V, F, TC, FTC).flipped.tolist()) >= {
@@ -154,7 +152,7 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     [
         several(plane(), moved(plane(), (0.1, 0))),
         several(plane(), moved(plane(), (0.1, 0), mirrored=True)),
-        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # within the other one
+        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # inside the other chart
     ],
 )
 def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
@@ -169,7 +167,7 @@ def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
 
 def test_a_chart_over_itself_is_an_accident() -> None:
     n = 40
-    turn = np.linspace(0, 3 * np.pi, n)  # a strip that is wound around once and a half
+    turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around one and a half times
     line = np.column_stack((np.cos(turn), np.sin(turn)))
     V = np.concatenate((np.column_stack((line, 0.1 * turn)), np.column_stack((2 * line, 0.1 * turn))))
     i = np.arange(n - 1)
@@ -190,7 +188,7 @@ def test_the_margin_is_the_least_distance(gap: float) -> None:
 
 
 def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
-    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, the page's border between them
+    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, on both sides of a page border
     above = moved(plane(), (0.7, 0.4))
     assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
 
@@ -201,8 +199,8 @@ def test_limits_are_asked_for_and_said() -> None:
     assert check_uv(V, F, TC, FTC, resolution=100, **within).good
     for name, value, said in (
         ("max_stretch", 1.24, "stretch, L2: 1.25, above 1.24; unwrap the mesh"),
-        ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; pack the charts anew with scale='even'"),
-        ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; pack the charts anew with more"),
+        ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; repack the charts with scale='even'"),
+        ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; repack the charts with more"),
     ):
         found = check_uv(V, F, TC, FTC, resolution=100, **{name: value})
         assert not found.good
@@ -220,7 +218,7 @@ def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> 
     assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
     with pytest.raises(MeshError, match="no face has texture coordinates"):
         check_uv(V, F, TC, np.full_like(FTC, -1))
-    flat = np.vstack((F, [[0, 0, 1]]))  # without an area in space: it does not count
+    flat = np.vstack((F, [[0, 0, 1]]))  # triangles without an area in space are ignored
     assert check_uv(V, flat, TC, flat).good
 
 
@@ -297,7 +295,7 @@ def test_the_command_counts_faces_without_coordinates(
         said = json.loads(streams.out)["check"]
         assert (said["unmapped"], said["faces"]) == (unmapped, faces)
         assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
-        # what needs all of them does not take some
+        # `pack` needs coordinates at all corners
         assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2
 
 
