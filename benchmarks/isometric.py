@@ -26,7 +26,7 @@ from igl_linabf import MeshWarning, OutcomeWarning, Seams, flatten, overlaps, qu
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from carried import of_pyvista, pial
+from carried import load_pyvista_mesh, pial
 
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
@@ -83,7 +83,7 @@ def main() -> None:
     warnings.simplefilter("ignore", MeshWarning)
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     rows: dict[str, list[list[float]]] = {}
-    carried = [("pial", *pial()), *((name, *of_pyvista(name)) for name in ("nut", "ant"))]
+    carried = [("pial", *pial()), *((name, *load_pyvista_mesh(name)) for name in ("nut", "ant"))]
     for name, V, F in [stanford(), *carried, *shared("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue

@@ -1,4 +1,4 @@
-"""Bad input is refused with its place, and reaches neither igl nor CHOLMOD."""
+"""Bad input is refused with its place before it reaches igl or CHOLMOD."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_refused_by_name_and_place(name: str) -> None:
     assert [line.split(":")[1] for line in lines] == [" MeshError"] * len(METHODS)
     for line in lines:
         assert re.search(says, line), line
-        assert ": " in line.split("MeshError: ")[1]  # what to do about it
+        assert ": " in line.split("MeshError: ")[1]  # followed by advice
 
 
 @pytest.mark.parametrize("name", WARNED)

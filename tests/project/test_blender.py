@@ -1,6 +1,6 @@
-"""The extension in Blender, headless: installed from its archive into the Python that `make blender` makes.
+"""The extension works in Blender without a display, installed from its archive.
 
-IGL_LINABF_BPY names a Python that has the wheel `bpy`.
+The Python is the one of `make blender`, or a Python with `bpy` that IGL_LINABF_BPY names.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ else:
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory) -> Path:
-    """The extension, built from these sources."""
+    """Build the extension from these sources, and return its archive."""
     into = tmp_path_factory.mktemp("extension")
     code = "import sys; print('%d.%d' % sys.version_info[:2])"
     asked = subprocess.run(
