@@ -51,7 +51,7 @@ def test_both_hemispheres_are_written_with_their_figures(
         (["--hemi", "lh", "--medial-wall", "label"], "lh.cortex.label is missing"),
     ],
 )
-def test_what_is_wrong_is_a_line_and_nothing_is_written(
+def test_errors_are_one_line_and_no_file_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture, options: list[str], said: str
 ) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 2)

@@ -36,7 +36,7 @@ def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
 
 
 @pytest.mark.parametrize("unit", LENGTH)
-def test_the_unit_of_a_file_is_that_of_its_pattern(
+def test_a_pattern_has_the_unit_of_its_file(
     unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in a GLB are in metres
@@ -53,9 +53,7 @@ def test_the_unit_of_a_file_is_that_of_its_pattern(
         assert min(seam.length for seam in made.seams) == pytest.approx(min(lengths))
 
 
-def test_where_the_file_says_nothing_millimetres_are_taken_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_millimetres_are_the_reported_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.obj"
     write_mesh(path, V, F, V[:, :2])
     assert read_file(path).units is None

@@ -122,7 +122,7 @@ def test_on_a_flat_mesh_the_cells_are_squares() -> None:
     assert np.isclose(sum(area(shifted.V[face]) for face in shifted.faces), 144)
 
 
-def test_the_area_becomes_the_surfaces_and_the_angles_right() -> None:
+def test_area_and_angles_converge() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     total, off, missing = igl.doublearea(V, F).sum() / 2, [], []
@@ -136,7 +136,7 @@ def test_the_area_becomes_the_surfaces_and_the_angles_right() -> None:
     assert abs(corner_angles(grid).mean() - 90) < 0.2
 
 
-def test_a_map_over_itself_and_an_atlas_are_followed_chart_by_chart() -> None:
+def test_overlapping_maps_and_atlases_are_supported() -> None:
     V, F = plate(8)
     spiral = complex_positions(V[:, :2]) + 3
     wound = np.exp((spiral - 7) * 0.9j)  # the map winds around almost one and a half times
@@ -171,7 +171,7 @@ def test_each_cell_with_a_hole_is_cut_in_two() -> None:
     assert sorted(area(grid.V[face]) for face in grid.faces) == pytest.approx([14.5] * 4 + [20.5] * 4)
 
 
-def test_the_boundary_turns_where_the_map_s_does() -> None:
+def test_corners_of_the_boundary_in_the_map_are_kept() -> None:
     V, F = plate(6)
     square = V[:, :2] - 3
     round_ = square * (np.abs(square).max(axis=1) / np.maximum(np.linalg.norm(square, axis=1), 1))[:, None]
@@ -181,7 +181,7 @@ def test_the_boundary_turns_where_the_map_s_does() -> None:
     assert {tuple(p) for p in grid.uv.tolist()} >= {tuple(p) for p in round_[rim].reshape(-1, 2).tolist()}
 
 
-def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
+def test_vertices_near_a_line_are_snapped_to_it() -> None:
     V, F = plate(6)
     uv = V[:, :2] + np.random.default_rng(0).uniform(-1e-11, 1e-11, (len(V), 2))
     grid = quad_grid(V, F, uv, 1.0)
@@ -189,7 +189,7 @@ def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
     assert len(grid.V) == 49
 
 
-def test_lines_across_a_thin_strip_count() -> None:
+def test_lines_across_a_thin_strip_are_counted() -> None:
     """A thin strip has little area but crosses many lines."""
     V, F = plate(1)
     thin = V * [1e8, 1e-3, 1]
@@ -197,7 +197,7 @@ def test_lines_across_a_thin_strip_count() -> None:
         quad_grid(V, F, thin[:, :2], 1.0)
 
 
-def test_written_as_polygons_that_read_back(tmp_path) -> None:
+def test_written_polygons_can_be_read_back(tmp_path) -> None:
     V, F = load("bumps")
     grid = quad_grid(V, F, linabf(V, F))
     path = tmp_path / "grid.obj"
@@ -226,7 +226,7 @@ def test_written_as_polygons_that_read_back(tmp_path) -> None:
         (lambda uv: uv[1:], None, "one row a vertex"),
     ],
 )
-def test_what_makes_no_grid_is_refused(spoil, spacing, said) -> None:
+def test_invalid_maps_and_spacings_are_refused(spoil, spacing, said) -> None:
     V, F = load("bumps")
     with pytest.raises(MeshError, match=said):
         quad_grid(V, F, spoil(linabf(V, F)), spacing)

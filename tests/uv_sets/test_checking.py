@@ -57,7 +57,7 @@ def write_given(path: Path, given: Map) -> None:
     igl.writeOBJ(str(path), V, F, np.zeros((0, 3)), np.zeros((0, 3), int), TC, FTC)
 
 
-def test_figures_of_a_plane_are_those_by_hand() -> None:
+def test_figures_of_a_plane_are_correct() -> None:
     found = check_uv(*several(plane(), moved(plane(), (0.3, 0), size=0.5)), resolution=1000)
     assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 0, 0, 0, 0)
     assert (found.seams, found.seam_length, found.pages) == (0, 0, 1)
@@ -71,7 +71,7 @@ def test_figures_of_a_plane_are_those_by_hand() -> None:
     assert found.good
 
 
-def test_figures_on_wide_pages_are_those_by_hand() -> None:
+def test_figures_on_wide_pages_are_correct() -> None:
     """A square of side 2 is 0.2 x 0.4 of a page of 1000 x 500 texels: 200 texels either way."""
     V, F, TC, FTC = plane()
     wide = TC * [1, 2]
@@ -83,7 +83,7 @@ def test_figures_on_wide_pages_are_those_by_hand() -> None:
     assert found.fill == pytest.approx(3 * 0.08)
 
 
-def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
+def test_an_atlas_is_good_and_has_the_figures_of_unwrap() -> None:
     V, F = quads()
     atlas = unwrap(V, F, packing=Packing(resolution=512, padding=6), progress=False)
     found = check_uv(V, F, atlas.TC, atlas.FTC, resolution=512, min_margin=6, max_stretch=1.5)
@@ -97,7 +97,7 @@ def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
     assert "<svg" in found._repr_html_()
 
 
-def test_equal_coordinates_are_one_however_they_are_numbered() -> None:
+def test_equal_coordinates_are_merged() -> None:
     V, F, TC, FTC = plane()
     soup = np.arange(F.size).reshape(F.shape)
     assert check_uv(V, F, TC[FTC].reshape(-1, 2), soup).charts == 1
@@ -155,7 +155,7 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
         several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # inside the other chart
     ],
 )
-def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
+def test_other_overlapping_charts_are_accidents(given: Map) -> None:
     found = check_uv(*given)
     assert found.stacked == 0
     assert found.overlaps > 0
@@ -193,7 +193,7 @@ def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> 
     assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
 
 
-def test_limits_are_asked_for_and_said() -> None:
+def test_exceeded_limits_are_reported() -> None:
     V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
     within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
     assert check_uv(V, F, TC, FTC, resolution=100, **within).good
@@ -209,7 +209,7 @@ def test_limits_are_asked_for_and_said() -> None:
     assert "texels to the border, least: 1, below 1.5" in flush.troubles[0]
 
 
-def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> None:
+def test_faces_without_coordinates_are_counted() -> None:
     V, F, TC, FTC = plane()
     some = FTC.copy()
     some[[3, 5]] = -1
@@ -222,7 +222,7 @@ def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> 
     assert check_uv(V, flat, TC, flat).good
 
 
-def test_what_is_malformed_is_refused() -> None:
+def test_malformed_arrays_are_refused() -> None:
     V, F, TC, FTC = plane()
     for arrays, said in (
         ((V, F, TC, FTC[1:]), "FTC has 71 rows for 72 faces"),
@@ -238,7 +238,7 @@ def test_what_is_malformed_is_refused() -> None:
         check_uv(V, F, TC, FTC, max_stretch=-1)
 
 
-def test_stretch_is_that_of_quality_also_of_mirrored_charts() -> None:
+def test_stretch_agrees_with_quality_for_mirrored_charts() -> None:
     V, F, TC, _ = plane()
     TC = TC * [1, 2]
     expected = quality(V, F, TC)
@@ -248,7 +248,7 @@ def test_stretch_is_that_of_quality_also_of_mirrored_charts() -> None:
         assert found.angle_distortion == pytest.approx(expected.angle_distortion)
 
 
-def test_the_command_s_exit_code_is_for_pipelines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_exit_code_reports_troubles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad = tmp_path / "good.obj", tmp_path / "bad.obj"
     write_given(good, several(plane(), moved(plane(), (0.3, 0))))
     write_given(bad, several(plane(), moved(plane(), (0.1, 0))))
@@ -299,7 +299,7 @@ def test_the_command_counts_faces_without_coordinates(
         assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2
 
 
-def test_coordinates_that_materials_move_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_transforms_of_materials_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     V, F, TC, FTC = plane()
     for moved in ({}, {"scale": [4, 4]}, {"texCoord": 0}):
         write_textured(tmp_path / "plane.gltf", V, F, TC, FTC, np.ones((2, 2, 3)))

@@ -57,7 +57,7 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
     assert np.allclose(sizes, sizes[0])
 
 
-def test_turned_charts_fill_more() -> None:
+def test_rotated_charts_fill_more() -> None:
     V, F, TC, FTC = several(triangular(), triangular())
     free, fixed = (pack(V, F, TC + 0.0 * FTC.max(), FTC, rotate=turns) for turns in (True, False))
     assert free.fill >= fixed.fill
@@ -74,7 +74,7 @@ def test_even_charts_have_one_texel_density() -> None:
         pack(*MAPS, scale="same")
 
 
-def test_stacks_stay_and_rows_that_charts_share_are_parted() -> None:
+def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     V, F = grid()
     TC = np.column_stack(
         (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
@@ -103,7 +103,7 @@ def test_polygons_come_back_as_polygons() -> None:
     assert check_uv(V, F, packed.TC, packed.FTC).good
 
 
-def test_a_density_takes_the_pages_that_it_needs() -> None:
+def test_a_density_uses_as_many_pages_as_needed() -> None:
     given = several(*[plane()] * 3, *[moved(plane(), (0.3, 0))] * 2, moved(plane(), (0, 0.3)))
     packed = pack(*given, Packing(resolution=128, texel_density=40, padding=2))
     found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
@@ -114,7 +114,7 @@ def test_a_density_takes_the_pages_that_it_needs() -> None:
         pack(*given, Packing(resolution=128, texel_density=80, padding=2))
 
 
-def test_what_has_no_area_or_no_coordinates_is_left_and_said() -> None:
+def test_charts_without_area_or_coordinates_are_reported() -> None:
     V, F, TC, FTC = MAPS
     FTC = FTC.copy()
     FTC[0] = -1
@@ -132,9 +132,7 @@ def test_what_has_no_area_or_no_coordinates_is_left_and_said() -> None:
         pack(V, F, TC * 0, FTC)
 
 
-def test_the_command_writes_the_mesh_with_its_charts_packed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_writes_the_repacked_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_given(tmp_path / "given.obj", MAPS)
     arguments = [
         "pack",
