@@ -179,7 +179,7 @@ def test_modifiers_that_keep_the_vertices_count_and_others_are_refused() -> None
     assert_refused("vertices of 12", modifiers=True)
 
 
-def test_a_second_layer_is_made_and_written_and_the_first_one_stays() -> None:
+def test_a_second_layer_is_created_and_the_first_is_kept() -> None:
     obj = monkey()
     set_scene(obj)
     before, active = uv_of(obj), obj.data.uv_layers.active.name
@@ -207,7 +207,7 @@ def test_a_texture_that_is_not_square_keeps_the_shapes() -> None:
     assert np.isclose(max(sides) / min(sides), 2.0, rtol=0.05)
 
 
-def test_undo_brings_the_map_and_the_seams_back() -> None:
+def test_undo_restores_the_map_and_the_seams() -> None:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     before = uv_of(monkey())
     bpy.ops.ed.undo_push(message="before")
@@ -219,7 +219,7 @@ def test_undo_brings_the_map_and_the_seams_back() -> None:
     assert not seams_of(bpy.data.objects[0])
 
 
-def test_what_cannot_be_unwrapped_is_said_and_selected() -> None:
+def test_faults_are_reported_and_selected() -> None:
     obj = prism()
     obj.data.vertices[3].co = (float("nan"), 0.0, 0.0)
     set_scene(obj)

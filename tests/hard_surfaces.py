@@ -1,4 +1,4 @@
-"""Generated bodies with creases, most of which a net flattens exactly."""
+"""Generated bodies with creases; a net flattens most of them exactly."""
 
 from __future__ import annotations
 

@@ -559,7 +559,7 @@ def check_map(seed: int) -> str:
     sides = F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     seams = sides[rng.random(len(sides)) < rng.choice([0, 0.1, 0.5, 1])]
 
-    def measured() -> str:
+    def check_figures() -> str:
         q = il.quality(V, F, uv)
         for name, value in vars(q).items():
             require(value is None or not np.isnan(value), f"quality's {name} is NaN")
@@ -583,4 +583,4 @@ def check_map(seed: int) -> str:
 
     run_refusable(check_layout)
     run_refusable(check_cut)
-    return run_refusable(measured)
+    return run_refusable(check_figures)

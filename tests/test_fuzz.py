@@ -165,7 +165,7 @@ def test_a_vtp_with_one_texture_coordinate_a_point_has_no_map_and_keeps_the_numb
         write_file(tmp_path / "b.obj", mesh, atlas.TC, atlas.FTC)
 
 
-def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_told(tmp_path: Path) -> None:
+def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_reported(tmp_path: Path) -> None:
     pytest.importorskip("nibabel")
     write_file_of_format(tmp_path, "a.surf.gii")
     text = (tmp_path / "a.surf.gii").read_text("utf-8")
@@ -190,11 +190,11 @@ def test_a_gifti_with_a_broken_transform_is_read_and_its_loss_told(tmp_path: Pat
         ("some face is bad (residual 3.2e-5): remove it", False),
     ],
 )
-def test_a_digit_or_a_slash_is_no_place(message: str, names: bool) -> None:
+def test_a_digit_or_a_slash_is_not_a_place(message: str, names: bool) -> None:
     assert has_place(message) == names
 
 
-def test_the_guarantee_is_asked_where_maps_flip() -> None:
+def test_the_guarantee_is_used_where_maps_flip() -> None:
     ends = [check_guarantee(seed) for seed in range(12)]
     assert sum(end.endswith("by the guarantee") for end in ends) >= 2
 

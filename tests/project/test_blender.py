@@ -39,7 +39,7 @@ def archive(tmp_path_factory) -> Path:
     return built
 
 
-def test_the_archive_holds_all_that_it_needs_but_numpy(archive: Path) -> None:
+def test_the_archive_contains_all_dependencies_except_numpy(archive: Path) -> None:
     with zipfile.ZipFile(archive) as file:
         manifest = tomllib.loads(file.read("blender_manifest.toml").decode())
         held = {name for name in file.namelist() if name.endswith(".whl")}

@@ -12,7 +12,7 @@ MUTANTS = mutants.parse_mutants(mutants.MUTANTS.read_text("utf-8"))
 
 
 @pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: f"{mutant.room}: {mutant.property}")
-def test_a_mutant_is_another_program_and_its_tests_are_there(mutant: mutants.Mutant) -> None:
+def test_a_mutant_changes_the_program_and_its_tests_exist(mutant: mutants.Mutant) -> None:
     assert ast.dump(ast.parse(mutant.source())) != ast.dump(ast.parse(mutant.path.read_text("utf-8")))
     assert mutant.tests
     for words in mutant.tests.split():

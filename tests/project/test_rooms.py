@@ -29,7 +29,7 @@ def room_of(module: str) -> str:
     return module.rpartition(".")[0]
 
 
-def test_from_another_room_only_the_face_is_imported() -> None:
+def test_rooms_import_only_the_face_of_another_room() -> None:
     graph = grimp.build_graph("igl_linabf", cache_dir=None)
     faces = {name for name in graph.modules if graph.find_children(name)}
     reached_into = [
@@ -70,7 +70,7 @@ def test_a_module_with_the_name_of_a_public_function_defines_it() -> None:
     assert not wrong, wrong
 
 
-def test_the_picture_of_the_rooms_is_that_of_the_contracts() -> None:
+def test_the_picture_of_the_rooms_matches_the_contracts() -> None:
     spec = importlib.util.spec_from_file_location("rooms_picture", ROOT / "docs" / "rooms_picture.py")
     picture = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(picture)
@@ -78,7 +78,7 @@ def test_the_picture_of_the_rooms_is_that_of_the_contracts() -> None:
     assert {f"igl_linabf.{name}" for layer in picture.read_layers()[""] for name in layer} >= set(FACES[1:])
 
 
-def test_the_way_of_the_data_names_a_function_of_the_package_in_each_of_its_lines() -> None:
+def test_each_step_of_the_architecture_page_names_a_function() -> None:
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\d+\. (.*)$", page, re.MULTILINE)
     assert len(lines) == 20
