@@ -43,15 +43,15 @@ def makers() -> Mapping[str, Maker]:
 
 def measure_atlas(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
     """Return the figures of one atlas in the order of `HEADS`, with the sum of overlaps and flips."""
-    made = make(V, F)
-    chart = charts_of(made.FTC)
-    areas = igl.doublearea(made.TC, made.FTC)
+    atlas = make(V, F)
+    chart = charts_of(atlas.FTC)
+    areas = igl.doublearea(atlas.TC, atlas.FTC)
     mirrored = np.bincount(chart, areas) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas > 0) == mirrored[chart])
-    q = quality(V[made.origin], made.FTC, made.TC)
-    defects = len(overlaps(made.TC, made.FTC)) + flips
-    seam = relative_seams(V, F, made.FTC)
-    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, defects, made.seconds]
+    q = quality(V[atlas.origin], atlas.FTC, atlas.TC)
+    defects = len(overlaps(atlas.TC, atlas.FTC)) + flips
+    seam = relative_seams(V, F, atlas.FTC)
+    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, defects, atlas.seconds]
 
 
 def format_line(name: str, triangles: str, program: str, values: list[float]) -> str:

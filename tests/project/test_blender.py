@@ -61,6 +61,6 @@ def test_every_scene_in_blender(archive: Path) -> None:
         timeout=280,
     )
     assert process.returncode == 0, (process.stdout + process.stderr)[-3000:]
-    said = json.loads(process.stdout.splitlines()[-1])
-    assert len(said["run"]) > 10
-    assert not said["failed"], "\n".join(said["failed"].values())
+    report = json.loads(process.stdout.splitlines()[-1])
+    assert len(report["run"]) > 10
+    assert not report["failed"], "\n".join(report["failed"].values())
