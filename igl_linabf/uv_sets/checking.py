@@ -38,8 +38,8 @@ class UVCheck:
     mirrored : int
         Number of mirrored charts, such as a half that shares its texture with the other half.
     stacked : int
-        Number of charts that share at least nine tenths of their area with an earlier chart, and thus its
-        texture.
+        Number of charts that are stacked on an earlier chart and share its texture. At least nine tenths of
+        both areas overlap.
     flips : int
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int

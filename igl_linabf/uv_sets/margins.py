@@ -77,7 +77,7 @@ def _extract_outlines(
 
 
 def _find_least_distance(outlines: list[shapely.MultiLineString], page: IntArray, side: int) -> float:
-    """Return the smallest distance between two outlines on the same page, in a growing search distance."""
+    """Return the smallest distance between two outlines on the same page."""
     if len(outlines) < 2 or len(np.unique(page)) == len(page):
         return np.inf
     tree, reach = shapely.STRtree(outlines), FIRST_REACH * side

@@ -43,7 +43,7 @@ def test_flips_overlaps_and_other_troubles_have_different_outcomes(
     V, F = igl.loop(*igl.icosahedron(), 2)
     atlas = unwrap(V, F, progress=False)
     (chart, *others) = atlas.charts
-    for outcome, made, said in (
+    for outcome, made, message in (
         ("valid", atlas, ""),
         ("flipped", replace(atlas, quality=replace(atlas.quality, flips=1)), "so small"),
         (
@@ -56,7 +56,7 @@ def test_flips_overlaps_and_other_troubles_have_different_outcomes(
         monkeypatch.setattr(one_mesh, "unwrap", lambda *_, made=made, **__: made)
         row = row_of(tmp_path, V, F)
         assert row.outcome == outcome
-        assert said in row.message
+        assert message in row.message
 
 
 def test_a_full_disk_is_raised_and_other_errors_are_rows(

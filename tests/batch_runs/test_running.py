@@ -361,11 +361,11 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
 
     wait_for(enough)
     process.send_signal(how)
-    _, said = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=60)
     wait_for(lambda: not of_session(process.pid))
     if how == signal.SIGINT:
         assert process.returncode == 130
-        assert said.splitlines()[1:] == ["igl-linabf: interrupted"]
+        assert message.splitlines()[1:] == ["igl-linabf: interrupted"]
         assert not list(out.glob(".igl_linabf-*"))
     before = snapshot(out)
     assert 3 <= len(before) < count
@@ -395,10 +395,10 @@ def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_pat
     out = tmp_path / "out"
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # noqa: E731
     process = command(tmp_path / "in", "-o", out, "--workers", 1, preexec_fn=limit)
-    _, said = process.communicate(timeout=100)
+    _, message = process.communicate(timeout=100)
     assert process.returncode == 2
-    assert said.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
-    assert len(said.splitlines()) == 2  # the first line is the address of the dashboard
+    assert message.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
+    assert len(message.splitlines()) == 2  # the first line is the address of the dashboard
     assert "2.obj" not in snapshot(out)
     assert table(out)[2]["outcome"] == "waiting"
     assert batch(tmp_path / "in", out, scheduler=scheduler, progress=False).good
@@ -410,9 +410,9 @@ def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path
     process = command(
         tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
     )
-    printed, said = process.communicate(timeout=100)
-    assert process.returncode == 0, said
-    assert said.startswith("igl-linabf: dashboard at http")
+    printed, message = process.communicate(timeout=100)
+    assert process.returncode == 0, message
+    assert message.startswith("igl-linabf: dashboard at http")
     assert printed.startswith("1 meshes: 1 valid\n1 done in ")
     assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
 
@@ -442,7 +442,7 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
     disks(tmp_path / "in", [100])
     (tmp_path / "empty").mkdir()
     out = tmp_path / "out"
-    for options, said in (
+    for options, message in (
         ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
@@ -464,7 +464,7 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
         ({"workers": 0}, "workers is 0"),
         ({"workers": 1, "scheduler": "tcp://127.0.0.1:1"}, "give one of the two"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             batch(tmp_path / "in", out, **options)
     with pytest.raises(MeshError, match="holds no mesh file"):
         batch(tmp_path / "empty", out)

@@ -105,14 +105,14 @@ ERRORS = {
 def test_errors_are_one_sentence_with_exit_code_2(name: str, mesh, tmp_path) -> None:
     (tmp_path / "text.obj").write_text("hello world\n")
     igl.write_triangle_mesh(str(tmp_path / "closed.off"), *igl.icosahedron())
-    arguments, says = ERRORS[name]
+    arguments, message = ERRORS[name]
     before = sorted(tmp_path.iterdir())
     process = run(*(a.format(tmp=tmp_path, mesh=mesh) for a in arguments))
     assert process.returncode == 2
     assert process.stdout == ""
     assert len(process.stderr.splitlines()) == 1
     assert process.stderr.startswith("igl-linabf: ")
-    assert says in process.stderr
+    assert message in process.stderr
     assert sorted(tmp_path.iterdir()) == before
 
 
@@ -244,11 +244,11 @@ def test_quiet_prints_nothing_and_json_and_a_map_do_not_share_stdout(mesh, tmp_p
 
 def test_json_has_the_figures_of_the_api(mesh, tmp_path) -> None:
     process = run("flatten", mesh, "-o", tmp_path / "x.obj", "--json", "--units", "mesh")
-    said = json.loads(process.stdout)
+    output = json.loads(process.stdout)
     V, F = igl.read_triangle_mesh(str(mesh))
-    assert said["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
-    assert said["result"]["attempts"][0]["name"] == "linear step"
-    assert "uv" not in said["result"]
+    assert output["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
+    assert output["result"]["attempts"][0]["name"] == "linear step"
+    assert "uv" not in output["result"]
 
 
 def test_axes_and_directions_are_parsed() -> None:

@@ -61,9 +61,9 @@ def test_existing_files_that_are_not_named_are_refused_before_the_computation(
     for name in ("unwrapping.unwrap", "pattern_making.unwrap", "flattening.flatten", "comparing.compare"):
         monkeypatch.setattr(f"igl_linabf.cli.{name}", at_work)
     assert main([*command.split(), *["--quiet"] * ("view" not in command)]) == 2
-    said = capsys.readouterr().err
-    assert f"{own}: it is there already" in said
-    assert "--force" in said
+    message = capsys.readouterr().err
+    assert f"{own}: it is there already" in message
+    assert "--force" in message
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 

@@ -65,13 +65,13 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
     flat = flatten_hemisphere(mine, "lh", medial_wall="label")
     assert set(np.flatnonzero(flat.cuts.wall)) == {*np.flatnonzero(wall), *cortex[-5:]}
     assert len(flat.cuts.paths) == 5
-    for text, said in (
+    for text, message in (
         ("no label", r"lh\.cortex\.label has no vertices"),
         (f"#!ascii label\n1\n{len(flat.uv)} 0 0 0 0\n", "it is another subject's"),
         ("#!ascii label\n1\n-1 0 0 0 0\n", "it is another subject's"),
     ):
         (mine / "label" / "lh.cortex.label").write_text(text)
-        with pytest.raises(MeshError, match=said):
+        with pytest.raises(MeshError, match=message):
             flatten_hemisphere(mine, "lh", medial_wall="label")
 
 
@@ -143,12 +143,12 @@ def test_the_template_of_the_other_hemisphere_is_found_by_name(subject: Path, tm
 
 
 def test_invalid_options_are_refused(subject: Path) -> None:
-    for options, said in (
+    for options, message in (
         ({"cuts": "none"}, "cuts is 'none'"),
         ({"medial_wall": "aparc"}, "medial_wall is 'aparc'"),
         ({"max_distance_error": 0.1}, "is for cuts that are found"),
         ({"cuts": "found", "max_distance_error": 15}, "from 0 to 1, such as 0.15"),
         ({"cuts": "found", "medial_wall": "label", "template": ("a", "b")}, "leave out the template"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             flatten_hemisphere(subject, "lh", **options)

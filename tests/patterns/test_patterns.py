@@ -191,8 +191,8 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     assert (
         main(["pattern", str(tmp_path / "ball.obj"), "-o", str(out), "--units", "cm", "--paper", "A3"]) == 0
     )
-    said = capsys.readouterr().out
-    assert re.search(r"seam +pieces +mm +mm +on the surface +change", said)
+    output = capsys.readouterr().out
+    assert re.search(r"seam +pieces +mm +mm +on the surface +change", output)
     lines = ezdxf.readfile(out).modelspace().query('LWPOLYLINE[layer=="outline"]')
     step = [np.linalg.norm(np.diff(np.array([p[:2] for p in line]), axis=0), axis=1) for line in lines]
     edge = 10 * np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])

@@ -42,14 +42,14 @@ def test_a_pattern_has_the_unit_of_its_file(
     paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in a GLB are in metres
     for name, edge in paths.items():
         path = icosahedron(tmp_path / name, unit)
-        said = drawn(path, capsys)
+        output = drawn(path, capsys)
         edge = LENGTH[unit]
-        lengths = [seam["length"] for seam in said["pattern"]["seams"]]
+        lengths = [seam["length"] for seam in output["pattern"]["seams"]]
         assert np.allclose(np.mod(np.array(lengths) / edge + 0.5, 1), 0.5, atol=1e-3)
-        assert said["units_given_by"] == "file"
+        assert output["units_given_by"] == "file"
         mesh = read_file(path)
         made = write_pattern(tmp_path / "c.svg", mesh.V, mesh.F, unwrap(mesh.V, mesh.F), mesh.units)
-        assert made.units == mesh.units == said["pattern"]["units"]
+        assert made.units == mesh.units == output["pattern"]["units"]
         assert min(seam.length for seam in made.seams) == pytest.approx(min(lengths))
 
 

@@ -224,7 +224,7 @@ def test_seams_of_an_atlas_are_drawn(tmp_path) -> None:
     V_cut, F_cut, _ = cut(V, F, atlas.seams)
     compared = plot_compare(V, F, {"linABF": atlas}, off_screen=True, show=False)
     assert near(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
-    with pytest.raises(MeshError, match="atlas is of"):
+    with pytest.raises(MeshError, match="atlas has"):
         plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
 
 

@@ -344,9 +344,9 @@ def test_a_missing_display_is_one_sentence(tmp_path, display) -> None:
         command, env=kept | display, capture_output=True, encoding="utf-8", timeout=PATIENCE
     )
     assert process.returncode == 2
-    said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
-    assert len(said) == 1
-    assert "there is no display" in said[0]
+    lines = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
+    assert len(lines) == 1
+    assert "there is no display" in lines[0]
 
 
 def test_a_screenshot_needs_no_display(tmp_path) -> None:

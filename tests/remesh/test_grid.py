@@ -217,7 +217,7 @@ def test_written_polygons_can_be_read_back(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "spacing", "said"),
+    ("spoil", "spacing", "message"),
     [
         (lambda uv: uv * [1, -1], None, "flipped"),
         (lambda uv: uv, -1.0, "positive"),
@@ -226,9 +226,9 @@ def test_written_polygons_can_be_read_back(tmp_path) -> None:
         (lambda uv: uv[1:], None, "one row a vertex"),
     ],
 )
-def test_invalid_maps_and_spacings_are_refused(spoil, spacing, said) -> None:
+def test_invalid_maps_and_spacings_are_refused(spoil, spacing, message) -> None:
     V, F = load("bumps")
-    with pytest.raises(MeshError, match=said):
+    with pytest.raises(MeshError, match=message):
         quad_grid(V, F, spoil(linabf(V, F)), spacing)
 
 

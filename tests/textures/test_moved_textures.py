@@ -234,11 +234,11 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_are_kept(tmp_pat
     (tmp_path / "in.obj").write_text("\n".join(lines))
     words = ["--bake", "texture", "--resolution", "256", "--quiet"]
     assert main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words]) == 0
-    said = (tmp_path / "out.mtl").read_text()
-    assert "map_Kd out.png" in said
-    assert "map_Ks out_map_Ks.png" in said
-    assert "Kd 0.5 1 1" in said
-    assert "illum 2" in said
+    library = (tmp_path / "out.mtl").read_text()
+    assert "map_Kd out.png" in library
+    assert "map_Ks out_map_Ks.png" in library
+    assert "Kd 0.5 1 1" in library
+    assert "illum 2" in library
     after = read_file(tmp_path / "out.obj")
     image = np.asarray(Image.open(tmp_path / "out.png"), dtype=float) / 255
     old_image = np.asarray(Image.open(tmp_path / "tex" / "wood a.png"), dtype=float) / 255

@@ -197,14 +197,14 @@ def test_exceeded_limits_are_reported() -> None:
     V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
     within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
     assert check_uv(V, F, TC, FTC, resolution=100, **within).good
-    for name, value, said in (
+    for name, value, message in (
         ("max_stretch", 1.24, "stretch, L2: 1.25, above 1.24; unwrap the mesh"),
         ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; repack the charts with scale='even'"),
         ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; repack the charts with more"),
     ):
         found = check_uv(V, F, TC, FTC, resolution=100, **{name: value})
         assert not found.good
-        assert said in found.troubles[0]
+        assert message in found.troubles[0]
     flush = check_uv(V, F, TC - [0.04, 0], FTC, resolution=100, min_margin=3)
     assert "texels to the border, least: 1, below 1.5" in flush.troubles[0]
 
@@ -224,13 +224,13 @@ def test_faces_without_coordinates_are_counted() -> None:
 
 def test_malformed_arrays_are_refused() -> None:
     V, F, TC, FTC = plane()
-    for arrays, said in (
+    for arrays, message in (
         ((V, F, TC, FTC[1:]), "FTC has 71 rows for 72 faces"),
         ((V, F, TC[:-1], FTC), "refer to texture coordinates outside"),
         ((V[:-1], F, TC, FTC), "refer to vertices outside"),
         ((V, F, np.where(np.arange(len(TC))[:, None] == 4, np.nan, TC), FTC), "rows 4 of TC are NaN"),
     ):
-        with pytest.raises(MeshError, match=said):
+        with pytest.raises(MeshError, match=message):
             check_uv(*arrays)
     with pytest.raises(ValueError, match="resolution is 0"):
         check_uv(V, F, TC, FTC, resolution=0)
@@ -292,8 +292,8 @@ def test_the_command_counts_faces_without_coordinates(
     for name, unmapped, faces in (("a.obj", 2, 3), ("a.glb", len(F), 2 * len(F))):
         assert main(["check", str(tmp_path / name), "--json"]) == 1
         streams = capsys.readouterr()
-        said = json.loads(streams.out)["check"]
-        assert (said["unmapped"], said["faces"]) == (unmapped, faces)
+        check = json.loads(streams.out)["check"]
+        assert (check["unmapped"], check["faces"]) == (unmapped, faces)
         assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
         # `pack` needs coordinates at all corners
         assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2
