@@ -97,12 +97,12 @@ def makers() -> dict[str, Maker]:
     return mine | peers()
 
 
-def unmirror(made: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
+def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
     """Return texture coordinates without mirrored charts, the number of charts, and the flipped faces."""
-    chart, areas = charts_of(made.FTC), igl.doublearea(made.TC, made.FTC)
+    chart, areas = charts_of(atlas.FTC), igl.doublearea(atlas.TC, atlas.FTC)
     mirrored = np.bincount(chart, areas) < 0
-    TC = made.TC.copy()
-    TC[np.unique(made.FTC[mirrored[chart]]), 0] *= -1
+    TC = atlas.TC.copy()
+    TC[np.unique(atlas.FTC[mirrored[chart]]), 0] *= -1
     return TC, len(mirrored), (areas > 0) == mirrored[chart]
 
 
@@ -112,17 +112,17 @@ def measure_atlas(program: str, path: str) -> dict[str, float]:
     V, F, make = mesh["V"], mesh["F"], makers()[program]
     make(*igl.icosahedron())  # a warm-up for lazy imports
     start = process_time()
-    made = make(V, F)
+    atlas = make(V, F)
     seconds = process_time() - start
     # not ru_maxrss, because it starts at the peak of the parent process
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     peak: float = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
     if program == "Blender":
-        seconds, peak = made.seconds, np.nan
-    TC, charts, flipped = unmirror(made)
-    q = quality(V[made.origin], made.FTC[~flipped], TC)
-    fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
-    seam, over = relative_seams(V, F, made.FTC), len(overlaps(made.TC, made.FTC))
+        seconds, peak = atlas.seconds, np.nan
+    TC, charts, flipped = unmirror(atlas)
+    q = quality(V[atlas.origin], atlas.FTC[~flipped], TC)
+    fill = igl.doublearea(TC, atlas.FTC).sum() / 2 / atlas.page
+    seam, over = relative_seams(V, F, atlas.FTC), len(overlaps(atlas.TC, atlas.FTC))
     figures = charts, seam, q.stretch_l2, q.texel_spread, fill, np.count_nonzero(flipped), over, seconds, peak
     return dict(zip(HEADS, map(float, figures), strict=True))
 
@@ -154,8 +154,12 @@ def print_table(sizes: list[str], seed: int) -> None:
                     format_line(f"{kind}, {noise}, {size}", f"{len(F):,}", program, rows[program][-1]),
                     flush=True,
                 )
-    for program, made in rows.items():
-        print(format_line("median", "", program, {head: median(row[head] for row in made) for head in HEADS}))
+    for program, measured in rows.items():
+        print(
+            format_line(
+                "median", "", program, {head: median(row[head] for row in measured) for head in HEADS}
+            )
+        )
     for program in ("linabf", "uvunwrap"):
         if program in rows:
             pairs = zip(rows["isometric"], rows[program], strict=True)
@@ -180,18 +184,18 @@ def draw(path: str, seed: int) -> None:
         shape=(1, len(shown)), off_screen=True, window_size=[700 * len(shown), 700], border=False
     )
     for k, (name, make) in enumerate(shown.items()):
-        made = make(V, F)
-        uv, charts, _ = unmirror(made)
+        atlas = make(V, F)
+        uv, charts, _ = unmirror(atlas)
         plotter.subplot(0, k)
-        side = np.sqrt(igl.doublearea(uv, made.FTC).sum() / 2) / 60  # equal squares for all atlases
+        side = np.sqrt(igl.doublearea(uv, atlas.FTC).sum() / 2) / 60  # equal squares for all atlases
         squares = float(np.ptp(uv, axis=0).max() / side)
-        plot_checkerboard(V[made.origin], made.FTC, uv, frequency=squares, plotter=plotter)
-        ends = texture_seams(F, made.FTC)
+        plot_checkerboard(V[atlas.origin], atlas.FTC, uv, frequency=squares, plotter=plotter)
+        ends = texture_seams(F, atlas.FTC)
         lines = pv.PolyData(V, lines=np.insert(ends, 0, 2, axis=1).ravel())
         plotter.add_mesh(lines, color="crimson", line_width=3)
         plotter.view_vector((1, 1, 0.6), viewup=(0, 0, 1))
         plotter.camera.zoom(1.3)
-        seam = relative_seams(V, F, made.FTC)
+        seam = relative_seams(V, F, atlas.FTC)
         plotter.add_text(f"{name}: {charts} charts, seams {seam:.1f} times the root of the area", font_size=9)
     plotter.show(screenshot=path)
     plotter.close()

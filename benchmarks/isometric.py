@@ -26,7 +26,7 @@ from igl_linabf import MeshWarning, OutcomeWarning, Seams, flatten, overlaps, qu
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from carried import of_pyvista, pial
+from carried import load_pyvista_mesh, pial
 
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
@@ -43,15 +43,15 @@ def makers() -> Mapping[str, Maker]:
 
 def measure_atlas(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
     """Return the figures of one atlas in the order of `HEADS`, with the sum of overlaps and flips."""
-    made = make(V, F)
-    chart = charts_of(made.FTC)
-    areas = igl.doublearea(made.TC, made.FTC)
+    atlas = make(V, F)
+    chart = charts_of(atlas.FTC)
+    areas = igl.doublearea(atlas.TC, atlas.FTC)
     mirrored = np.bincount(chart, areas) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas > 0) == mirrored[chart])
-    q = quality(V[made.origin], made.FTC, made.TC)
-    defects = len(overlaps(made.TC, made.FTC)) + flips
-    seam = relative_seams(V, F, made.FTC)
-    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, defects, made.seconds]
+    q = quality(V[atlas.origin], atlas.FTC, atlas.TC)
+    defects = len(overlaps(atlas.TC, atlas.FTC)) + flips
+    seam = relative_seams(V, F, atlas.FTC)
+    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, defects, atlas.seconds]
 
 
 def format_line(name: str, triangles: str, program: str, values: list[float]) -> str:
@@ -83,7 +83,7 @@ def main() -> None:
     warnings.simplefilter("ignore", MeshWarning)
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     rows: dict[str, list[list[float]]] = {}
-    carried = [("pial", *pial()), *((name, *of_pyvista(name)) for name in ("nut", "ant"))]
+    carried = [("pial", *pial()), *((name, *load_pyvista_mesh(name)) for name in ("nut", "ant"))]
     for name, V, F in [stanford(), *carried, *shared("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue

@@ -84,9 +84,9 @@ def unwrap_with_uvunwrap(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
     mesh = uvunwrap.Mesh(V.astype(np.float32), F.astype(np.uint32).ravel())
     atlas = uvunwrap.generate([mesh], page_size=RESOLUTION, padding=PADDING)
     seconds = perf_counter() - start
-    page, made = np.array([atlas.width, atlas.height]), atlas.meshes[0]
-    TC, FTC = np.array(made.uv, dtype=float).reshape(-1, 2), np.array(made.indices).reshape(-1, 3)
-    origin = np.array(made.xref).astype(np.int64)
+    page, result = np.array([atlas.width, atlas.height]), atlas.meshes[0]
+    TC, FTC = np.array(result.uv, dtype=float).reshape(-1, 2), np.array(result.indices).reshape(-1, 3)
+    origin = np.array(result.xref).astype(np.int64)
     return TexelAtlas(origin, FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
 
 
@@ -102,12 +102,12 @@ def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
         np.savez(mesh_file, V=V, F=F)
         command = [str(find_blender_python()), "-c", SMART, mesh_file, map_file]
         subprocess.run(command, check=True, capture_output=True, timeout=120)
-        made = np.load(map_file)
+        result = np.load(map_file)
         # corners with the same vertex and texture coordinates share a row
-        rows = np.column_stack((made["corner"], made["uv"]))
+        rows = np.column_stack((result["corner"], result["uv"]))
         unique, FTC = np.unique(rows, axis=0, return_inverse=True)
         texels, origin = unique[:, 1:] * RESOLUTION, unique[:, 0].astype(np.int64)
-        return TexelAtlas(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(made["seconds"]))
+        return TexelAtlas(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(result["seconds"]))
 
 
 def programs() -> dict[str, Maker]:

@@ -216,13 +216,13 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
-    said = (
+    summary = (
         f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {describe_machine()}."
     )
     mark, text = (
         ("millions", measure_millions(options.cpu)) if options.huge else ("figures", measure_ratios(options))
     )
-    page = f"{said}\n\n{text}"
+    page = f"{summary}\n\n{text}"
     publish(mark, page, options.printed)
 
 
@@ -316,8 +316,8 @@ def measure_millions(cpu: bool) -> str:
     rows_table = make_table(
         "Millions of triangles", ["mesh", "triangles", "linabf", "memory at the peak"], rows
     )
-    said = "Time grows by this power of the number of triangles:"
-    return "\n\n".join([rows_table, said, "\n".join(lines)])
+    summary = "Time grows by this power of the number of triangles:"
+    return "\n\n".join([rows_table, summary, "\n".join(lines)])
 
 
 def make_table(title: str, columns: Sequence[str], rows: list[str]) -> str:

@@ -33,7 +33,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import fuzzing
-from hostile_files import files_of, good_files, mutated
+from hostile_files import files_of, good_files, mutate
 
 from igl_linabf.io import read_mesh
 
@@ -117,7 +117,7 @@ def _damaged(suffix: str, seed: int) -> tuple[bytes, bytes]:
     rng = np.random.default_rng(seed)
     forms = good_files(rng)[suffix]
     undamaged = forms[rng.integers(len(forms))]
-    return undamaged, mutated(undamaged, rng)
+    return undamaged, mutate(undamaged, rng)
 
 
 def _corners(read: Callable[[str], Surface], data: bytes, suffix: str) -> np.ndarray | None:
@@ -228,6 +228,6 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] and sys.argv[1].endswith(".json"):
         kinds = {f"{name}{SEPARATOR}{suffix}": (name, suffix) for name in READERS for suffix in SUFFIXES}
-        fuzzing.child({kind: partial(_outcome, *arguments) for kind, arguments in kinds.items()})
+        fuzzing.run_as_child({kind: partial(_outcome, *arguments) for kind, arguments in kinds.items()})
     else:
         main()

@@ -156,7 +156,7 @@ def main() -> None:
     programs = [name for name in peers.installed() if name.endswith("ABF")]
     found = list(meshes())
     rows = [make_row(mesh[0], mesh, options.repeat, programs) for mesh in found]
-    ratios, deviations = ([made[i] for made in rows] for i in (0, 1))
+    ratios, deviations = ([entry[i] for entry in rows] for i in (0, 1))
     paper_deviations = [paper.linabf / paper.abf - 1 for paper in ROWS]
     paper_ratios = [paper.abf_seconds / paper.linabf_seconds for paper in ROWS]
     deviation = format_range([100 * x for x in deviations], "%+.1f")

@@ -80,12 +80,12 @@ def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
     """Return the figures of the atlases of other programs, without flipped faces in the stretch."""
     found = {}
     for name, make in peers().items():
-        made = make(V, F)
-        TC, charts, flipped = unmirror(made)
-        keep = ~flipped & (igl.doublearea(TC, made.FTC) > 0)
-        stretch = quality(V[made.origin], made.FTC[keep], TC).stretch_l2
-        fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
-        found[name] = Point(charts, relative_seams(V, F, made.FTC), stretch, fill)
+        atlas = make(V, F)
+        TC, charts, flipped = unmirror(atlas)
+        keep = ~flipped & (igl.doublearea(TC, atlas.FTC) > 0)
+        stretch = quality(V[atlas.origin], atlas.FTC[keep], TC).stretch_l2
+        fill = igl.doublearea(TC, atlas.FTC).sum() / 2 / atlas.page
+        found[name] = Point(charts, relative_seams(V, F, atlas.FTC), stretch, fill)
     return found
 
 

@@ -56,32 +56,32 @@ def signed_double_areas(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def measure_atlas(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> list[float]:
+def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
     """Return the figures of one atlas, in the order of `HEADS`."""
-    areas = signed_double_areas(made.TC, made.FTC)
+    areas = signed_double_areas(atlas.TC, atlas.FTC)
     keep = np.abs(areas) > 0  # without faces that a program omits, and without faces of zero area
-    chart = charts_of(made.FTC[keep])
+    chart = charts_of(atlas.FTC[keep])
     mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas[keep] > 0) == mirrored[chart])
-    q = quality(V[made.origin], made.FTC[keep & (igl.doublearea(V, F) > 0)], made.TC)
-    fill = np.abs(areas).sum() / 2 / made.page
-    touch = count_touching(made.TC, made.FTC[keep], chart)
-    seams = relative_seams(V, F, made.FTC)
+    q = quality(V[atlas.origin], atlas.FTC[keep & (igl.doublearea(V, F) > 0)], atlas.TC)
+    fill = np.abs(areas).sum() / 2 / atlas.page
+    touch = count_touching(atlas.TC, atlas.FTC[keep], chart)
+    seams = relative_seams(V, F, atlas.FTC)
     values = [len(mirrored), seams, q.angle_distortion, q.stretch_l2, q.texel_spread, flips]
-    return [*values, fill, touch, made.seconds]
+    return [*values, fill, touch, atlas.seconds]
 
 
-def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> list[float]:
+def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
     """Return the figures of igl.lscm on the charts of an atlas, not packed; means over the triangles."""
     start = perf_counter()
-    chart, of_charts = charts_of(made.FTC), []
+    chart, of_charts = charts_of(atlas.FTC), []
     for i in range(chart.max() + 1):
-        used, own = compact(made.FTC[chart == i], len(made.TC))
-        points = V[made.origin[used]]
+        used, own = compact(atlas.FTC[chart == i], len(atlas.TC))
+        points = V[atlas.origin[used]]
         q = quality(points, own, flatten(points, own, "lscm").uv)
         of_charts.append((len(own), q.angle_distortion, q.flips))
     triangles, distortion, flips = np.array(of_charts).T
-    seams, unknown = relative_seams(V, F, made.FTC), float("nan")
+    seams, unknown = relative_seams(V, F, atlas.FTC), float("nan")
     seconds = perf_counter() - start
     mean = triangles @ distortion / triangles.sum()
     return [len(of_charts), seams, mean, unknown, unknown, flips.sum(), unknown, unknown, seconds]
@@ -112,10 +112,10 @@ def main() -> None:
     ]:
         for program, run in programs().items():
             try:
-                made = run(V, F)
-                found = {program: measure_atlas(V, F, made)}
+                atlas = run(V, F)
+                found = {program: measure_atlas(V, F, atlas)}
                 if program == "unwrap":
-                    found["igl.lscm"] = flatten_charts_with_lscm(V, F, made)
+                    found["igl.lscm"] = flatten_charts_with_lscm(V, F, atlas)
             except Exception as error:  # of any program: it becomes a row of the table
                 print(f"| {name} | {program} | {type(error).__name__} |{' |' * HEADS.count('|')}", flush=True)
                 print(name, program, error, file=sys.stderr)

@@ -6,8 +6,9 @@ Flatten a mesh with `igl.lscm`, linear ABF and ABF, and print the quality and th
     python demos/compare_lscm.py MESH [FOLDER]
 
 The demo prints two tables and writes two files into FOLDER (default: `out`). Both are named after the mesh:
-an OBJ file with the map of linear ABF as texture coordinates, and a PNG picture of all maps. `igl-linabf
-compare MESH` prints the first table only.
+an OBJ file with the map of linear ABF as texture coordinates, and a PNG picture of all maps.
+
+`igl-linabf compare MESH` prints the first table only.
 """
 
 from __future__ import annotations

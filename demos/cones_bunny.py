@@ -59,18 +59,20 @@ def rotation_error(atlas: Atlas) -> float:
     side = np.roll(atlas.TC[corner], -1, axis=1) - atlas.TC[corner]
     angle = np.arctan2(side[..., 1], side[..., 0])
     ends = zip(F.ravel().tolist(), np.roll(F, -1, axis=1).ravel().tolist(), strict=True)
-    of = dict(zip(ends, angle.ravel().tolist(), strict=True))
-    off = np.array([(of[i, j] - of[j, i]) / (np.pi / 2) for i, j in atlas.seams.tolist()])
-    return float(90 * np.abs(off - np.round(off)).max())
+    angle_of_edge = dict(zip(ends, angle.ravel().tolist(), strict=True))
+    quarter_turns = np.array(
+        [(angle_of_edge[i, j] - angle_of_edge[j, i]) / (np.pi / 2) for i, j in atlas.seams.tolist()]
+    )
+    return float(90 * np.abs(quarter_turns - np.round(quarter_turns)).max())
 
 
 def find_close_up(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> tuple[np.ndarray, np.ndarray]:
     """Return a seam vertex that faces the camera far from all cones, and its normal."""
     normal = igl.per_vertex_normals(V, F)
-    there = np.unique(atlas.seams)
-    there = there[normal[there] @ LOOK < -0.8]
-    away = np.linalg.norm(V[there][:, None] - V[atlas.cones], axis=2).min(axis=1)
-    chosen = there[np.argmax(away)]
+    candidates = np.unique(atlas.seams)
+    candidates = candidates[normal[candidates] @ LOOK < -0.8]
+    distance = np.linalg.norm(V[candidates][:, None] - V[atlas.cones], axis=2).min(axis=1)
+    chosen = candidates[np.argmax(distance)]
     return V[chosen], normal[chosen]
 
 

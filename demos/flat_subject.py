@@ -42,24 +42,24 @@ def write_subject(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 if __name__ == "__main__":
-    theirs = write_subject(OUT / "fsaverage5")
-    ours = flatten_hemispheres(OUT / "fsaverage5")
+    freesurfer_maps = write_subject(OUT / "fsaverage5")
+    flat_hemispheres = flatten_hemispheres(OUT / "fsaverage5")
     plotter = pv.Plotter(shape=(2, 2), off_screen=True, window_size=[1400, 1200], border=False)
-    for row, flat in enumerate(ours):
+    for row, flat in enumerate(flat_hemispheres):
         write_hemisphere(OUT, flat)
         V, name = flat.hemisphere.V, flat.hemisphere.name
         folds = mean_curvatures(V, flat.hemisphere.F)
-        uv, F = theirs[name]
+        uv, F = freesurfer_maps[name]
         errors = flat.quality.distance_error, distance_error(V, F, uv)
         for column, (title, map_, faces) in enumerate(
             (("igl_linabf", flat.uv, flat.F), ("FreeSurfer", uv, F))
         ):
             plotter.subplot(row, column)
             used = np.unique(faces)
-            shown = np.full(len(V), np.nan)
-            shown[used] = np.where(folds[used] < 0, 0.35, 0.75)
+            shade = np.full(len(V), np.nan)
+            shade[used] = np.where(folds[used] < 0, 0.35, 0.75)
             colours = {"cmap": "gray", "clim": (0, 1), "show_scalar_bar": False}
-            plot_uv(map_, faces, scalars=shown, plotter=plotter, **colours)
+            plot_uv(map_, faces, scalars=shade, plotter=plotter, **colours)
             plotter.add_text(f"{title}, {name}: distance error {100 * errors[column]:.1f} %", font_size=10)
         print(f"{name}: distance error {errors[0]:.3f}, of the shipped map {errors[1]:.3f}; {flat.left_out}")
         assert flat.quality.flips == flat.quality.overlaps == 0

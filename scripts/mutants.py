@@ -2,8 +2,8 @@
 
     python scripts/mutants.py [ROOM ...]
 
-A mutant is a small fault in the code: a wrong sign, a wrong bound, a missing line. The line `# ROOM: fault |
-TESTS` above its patch names the tests that should fail. The script prints each mutant with the test that
+A mutant is a small fault in the code: a wrong sign, a wrong bound, a missing line. The line above its patch,
+`# ROOM: fault | TESTS`, names the tests that should fail. The script prints each mutant with the test that
 finds it. The exit code is 1 if a mutant survives: either no test asserts that property, or the code has no
 effect. Some tests need the meshes in `IGL_LINABF_MESHES`; a mutant is not tried if all of its tests are
 skipped.

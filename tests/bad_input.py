@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-# a strip of a grid: 12 vertices, 12 triangles, vertices 5 and 6 inside
+# a strip of a grid with 12 vertices and 12 triangles; vertices 5 and 6 are interior
 V = np.array([[i % 4, i // 4, 0.1 * (i % 3)] for i in range(12)], dtype=float)
 F = np.array(
     [t for i in (0, 1, 2, 4, 5, 6) for t in ([i, i + 1, i + 4], [i + 1, i + 5, i + 4])], dtype=np.int64
@@ -48,7 +48,7 @@ def torus(remove: int) -> tuple[np.ndarray, np.ndarray]:
 
 PINS = [[0.0, 0.0], [1.0, 0.0]]
 
-# name: (V, F, pins, what the message says: what is wrong, and where)
+# name: (V, F, pins, pattern of the message, which names the fault and its place)
 REFUSED = {
     "no vertices": (np.empty((0, 3)), F, (), r"V has the shape \(0, 3\)"),
     "no faces": (V, np.empty((0, 3), dtype=int), (), r"F has the shape \(0, 3\)"),

@@ -1,4 +1,4 @@
-"""Methods for the tests of batches that do harm to the process they run in, on the meshes they are told."""
+"""Methods that harm their own process on chosen meshes, for the tests of batches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bad input is refused with its place, and reaches neither igl nor CHOLMOD."""
+"""Bad input is refused with its place before it reaches igl or CHOLMOD."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_refused_by_name_and_place(name: str) -> None:
     assert [line.split(":")[1] for line in lines] == [" MeshError"] * len(METHODS)
     for line in lines:
         assert re.search(says, line), line
-        assert ": " in line.split("MeshError: ")[1]  # what to do about it
+        assert ": " in line.split("MeshError: ")[1]  # followed by advice
 
 
 @pytest.mark.parametrize("name", WARNED)
@@ -81,7 +81,7 @@ def test_unreferenced_vertices_are_left_out_with_one_warning(name: str) -> None:
     assert quality(positions, faces, uv).flips == 0
 
 
-def test_the_good_mesh_that_the_bad_ones_are_made_of_is_good() -> None:
+def test_the_mesh_behind_the_bad_input_is_good() -> None:
     assert quality(V, F, linabf(V, F)).flips == 0
 
 
@@ -108,7 +108,7 @@ def test_a_clockwise_triangle_is_a_disk_like_any_other() -> None:
     assert np.isfinite(uv).all()
 
 
-NO_NUMBERS = ("2", "", [2.5, 3.5], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
+NOT_NUMBERS = ("2", "", [2.5, 3.5], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
 BALL = igl.icosahedron()
 NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
@@ -132,14 +132,14 @@ NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-def test_an_option_that_is_no_number_is_named(name: str) -> None:
+def test_an_option_that_is_not_a_number_is_named(name: str) -> None:
     call, options = NUMBERS[name]
-    for option, wrong in product(options, NO_NUMBERS):
+    for option, wrong in product(options, NOT_NUMBERS):
         with pytest.raises(ValueError, match=f"^{option} is .*: (give|use) "):
             call(**{option: wrong})
 
 
-def test_a_method_or_progress_that_is_none_is_named() -> None:
+def test_an_invalid_method_or_progress_is_named() -> None:
     for wrong in (3, [], ["linabf"], np.ones(2), {}, "x"):
         with pytest.raises(ValueError, match=r"^method is .*: use one of 'linabf'"):
             flatten(V, F, wrong)

@@ -113,8 +113,7 @@ def _process_task(task: Task) -> Row:
             TC, FTC, done = flatten_file(mesh, row, task.settings)
             writing = True
             with places.destination(places.join(task.folder, row.output)) as path:
-                # the plan has checked existing files; from a URL, relative names of other files would be
-                # wrong
+                # the plan has checked existing files; relative names of other files are wrong at a URL
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
                 with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
                     pass

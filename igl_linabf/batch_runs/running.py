@@ -172,8 +172,8 @@ def batch(
     ValueError
         An argument has an invalid value.
     OSError
-        An input does not exist, `out` cannot be written to or has files that were not written by a batch, the
-        disk is full, another batch is writing to `out`, or no scheduler answers.
+        An input does not exist, `out` cannot be written to, a file to be replaced was not written by a batch,
+        the disk is full, another batch is writing to `out`, or no scheduler answers.
     ImportError
         Dask is not installed.
 

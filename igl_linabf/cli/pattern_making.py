@@ -16,8 +16,8 @@ from .jobs import PROGRESS, read_given_mesh
 from .outputs import check_outputs, report_troubles, write_outputs
 
 UNITS_NOTES = {
-    "option": "as --units says",
-    "file": "as its file says",
+    "option": "from --units",
+    "file": "from its file",
     "default": "the default, because its file does not state a unit: see --units",
 }
 

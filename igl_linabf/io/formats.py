@@ -227,11 +227,13 @@ def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
         return (make_obj_names(names) if suffix == ".obj" else tuple(map(_escape_invalid_utf8, names))), index
 
     adapted = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
-    given, new = ([*(of.parts or ((),))[0], *(of.materials or ((),))[0]] for of in (extras, adapted))
+    old_names, new_names = (
+        [*(fields.parts or ((),))[0], *(fields.materials or ((),))[0]] for fields in (extras, adapted)
+    )
     changed = [
         " ".join(_escape_invalid_utf8(name).split())
-        for name, own in zip(given, new, strict=True)
-        if name != own
+        for name, new_name in zip(old_names, new_names, strict=True)
+        if name != new_name
     ]
     if changed:
         changed = [f"the exact names ({some(changed)})"]
@@ -441,7 +443,7 @@ def encode_images(image: ImageArgument) -> Images | None:
     if image is None:
         return None
     if isinstance(image, Mapping):
-        return Images({kind: _encode_pages(given) for kind, given in image.items()}, moved=True)
+        return Images({kind: _encode_pages(pages) for kind, pages in image.items()}, moved=True)
     return Images({COLOUR: _encode_pages(image)})
 
 

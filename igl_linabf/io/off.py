@@ -49,7 +49,7 @@ def parse_off(data: bytes) -> MeshFile:
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
     if head[1:] == [b"BINARY"]:
         raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
-    first = 1 if len(head) == 1 else 0  # the counts may follow OFF on its line
+    first = 1 if len(head) == 1 else 0  # the counts may be on the first line, after OFF
     words = rows[first].split()[1 - first :][:2] if first < len(rows) else []
     counts = parse_indices(words, 2)
     if not counts:

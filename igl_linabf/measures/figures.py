@@ -82,7 +82,7 @@ class Quality:
         return table({"": self})
 
     def _repr_html_(self) -> str:
-        return html_table(_labelled_rows({"": self}), header=False)
+        return html_table(_make_rows({"": self}), header=False)
 
 
 ROWS = {
@@ -113,13 +113,13 @@ def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]]
     extra : mapping of label to mapping of name to text, optional
         Additional rows at the bottom.
     """
-    cells = [["", *columns]] * any(columns) + _labelled_rows(columns)
+    cells = [["", *columns]] * any(columns) + _make_rows(columns)
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
     return aligned(cells)
 
 
-def _labelled_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
+def _make_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
     """Return a row for each figure: its label and its value in each column."""
     cells = []
     for name, label in ROWS.items():
@@ -186,7 +186,7 @@ def quality_of(
     """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
     known = change_of(surface, map_) if changed is None else changed
-    return _qualities(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
+    return _combine_changes(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -198,10 +198,10 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
     surface = surfaces[0] if len(surfaces) == 1 else _concatenate_surfaces(surfaces, vertices, faces)
     changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
-    return _qualities(changed, faces, overlaps)
+    return _combine_changes(changed, faces, overlaps)
 
 
-def _qualities(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
+def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
     """Combine the changes of faces to the quality of each chart, given its number of overlapping pairs."""
     area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):

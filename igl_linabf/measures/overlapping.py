@@ -160,7 +160,8 @@ def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int)
     """Return, for each chart, True if all loops are simple and exactly one is counter-clockwise.
 
     If no face is flipped, this proves that faces do not overlap: the number of faces that cover a point is
-    the winding number of the loops, which is at most one. It is never negative, so the loops are disjoint.
+    the winding number of the loops, which is at most one. Because it is never negative, the loops are
+    disjoint.
 
     `following` and `of` are the index of the next point and the chart of each point in `z`; `number` is the
     number of charts.

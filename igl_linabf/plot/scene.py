@@ -81,7 +81,7 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
     given = face_array(F) if atlas.split is None else atlas.split.F
     if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
         raise MeshError(
-            f"the atlas is of {len(atlas.FTC)} faces, F has {len(given)}: pass the unwrapped V and F"
+            f"the atlas has {len(atlas.FTC)} faces, and F has {len(given)}: pass the unwrapped V and F"
         )
     edges = atlas.seams if seams is None else _find_seam_edges(seams, given, len(points))
     vertices, faces = compact(atlas.drawn, len(atlas.TC))

@@ -119,9 +119,7 @@ def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
     """
     positions = vertex_array(V)
     if len(atlas.origin) and int(atlas.origin.max()) >= len(positions):
-        raise MeshError(
-            f"the atlas has more vertices than the {len(positions)} of V: pass what was unwrapped"
-        )
+        raise MeshError(f"the atlas has more vertices than the {len(positions)} of V: pass the unwrapped V")
     return positions
 
 

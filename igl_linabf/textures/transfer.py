@@ -135,7 +135,7 @@ def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> Float
     place = atlas.split.place if atlas.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
     if len(place) != len(atlas.triangles):
         raise MeshError(
-            f"the atlas is of {len(atlas.triangles)} triangles, F has {len(place)}: pass what was unwrapped"
+            f"the atlas has {len(atlas.triangles)} triangles, and F has {len(place)}: pass the unwrapped F"
         )
     uv = points[texture.corners[place]]
     bad = np.flatnonzero(~np.isfinite(uv).all(axis=(1, 2)))

@@ -47,7 +47,7 @@ def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
             table.add(replace(task.row, outcome=outcome, charts=1))
 
 
-def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(folder: Path) -> None:
+def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None:
     out = folder / "maps"  # inside the input folder: maps are not inputs
     first = planned(folder, out)
     assert names(first) == ["a.obj", "deep/b.obj"]
@@ -61,7 +61,7 @@ def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(f
     assert names(planned(folder, out)) == ["a.obj"]
 
 
-def test_other_settings_do_all_again_and_more_memory_nothing(folder: Path, tmp_path: Path) -> None:
+def test_other_settings_repeat_all_meshes_but_more_memory_repeats_none(folder: Path, tmp_path: Path) -> None:
     done(planned(folder, tmp_path / "out"), tmp_path / "out")
     assert planned(folder, tmp_path / "out", replace(SETTINGS, memory=2**30)) == []
     assert len(planned(folder, tmp_path / "out", replace(SETTINGS, method=method_of("lscm")))) == 2
@@ -79,7 +79,7 @@ def test_other_settings_do_all_again_and_more_memory_nothing(folder: Path, tmp_p
         ("waiting", True, True),
     ],
 )
-def test_what_is_tried_again(
+def test_outcomes_that_are_retried(
     outcome: str, again: bool, with_retry: bool, folder: Path, tmp_path: Path
 ) -> None:
     for retry, expected in ((False, again), (True, with_retry)):
@@ -88,7 +88,7 @@ def test_what_is_tried_again(
         assert len(planned(folder, out, retry=retry)) == 2 * expected
 
 
-def test_rows_of_a_run_that_was_killed_count_up_to_one_that_was_cut_off(folder: Path, tmp_path: Path) -> None:
+def test_complete_rows_of_a_killed_run_are_kept(folder: Path, tmp_path: Path) -> None:
     first, second = planned(folder, tmp_path / "out")
     for task in (first, second):
         (tmp_path / "out" / task.row.output).parent.mkdir(exist_ok=True)
@@ -99,7 +99,7 @@ def test_rows_of_a_run_that_was_killed_count_up_to_one_that_was_cut_off(folder: 
     assert names(planned(folder, tmp_path / "out")) == [second.row.output]
 
 
-def test_rows_of_meshes_that_are_not_asked_for_again_stay(folder: Path, tmp_path: Path) -> None:
+def test_rows_of_other_meshes_are_kept(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done(planned(folder, out), out)
     planned(folder / "deep", out)
@@ -108,7 +108,7 @@ def test_rows_of_meshes_that_are_not_asked_for_again_stay(folder: Path, tmp_path
     assert row == Row(str(folder / "a.obj"), "a.obj", "valid", charts=1, key=row.key)
 
 
-def test_names_that_differ_in_case_only_are_told_apart(folder: Path, tmp_path: Path) -> None:
+def test_names_that_differ_only_in_case_get_different_outputs(folder: Path, tmp_path: Path) -> None:
     (folder / "A.off").write_bytes((folder / "deep/b.off").read_bytes())
     found = [name.casefold() for name in names(planned(folder, tmp_path / "out"))]
     assert len(found) == len(set(found)) == 3

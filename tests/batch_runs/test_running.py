@@ -91,7 +91,7 @@ def written_down(out: Path) -> set[str]:
     return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
 
 
-def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_path: Path) -> None:
+def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_path: Path) -> None:
     V, F = bumps(100)
     nowhere = np.where(np.arange(len(V))[:, None] == F[0, 0], np.nan, V), F
     surfaces = {
@@ -152,7 +152,7 @@ def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
     assert columns["triangles"] == [row.triangles for row in done.rows]
 
 
-def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: Path) -> None:
+def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
     options = {"scheduler": scheduler, "progress": False}
     first = batch(tmp_path / "in", out, **options)
@@ -187,7 +187,7 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
         batch(tmp_path / "in", out, **options)
 
 
-def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) -> None:
+def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> None:
     disks(tmp_path / "in/deep", [100, 120])
     options = {"scheduler": scheduler, "progress": False}
     by_path = batch(tmp_path / "in", tmp_path / "out", **options)
@@ -270,7 +270,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Path, monkeypatch) -> None:
+def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) -> None:
     # Dask gives up a process that does not restart at once, and the batch replaces it
     monkeypatch.setitem(clusters.DASK_SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
     paths = disks(tmp_path / "in", [200, 220, 240])
@@ -281,7 +281,7 @@ def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Pat
     assert (tmp_path / "flag").exists()
 
 
-def test_a_batch_says_that_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
+def test_a_batch_warns_while_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(running, "PATIENCE", 0.2)
     paths = disks(tmp_path / "in", [200])
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
@@ -314,7 +314,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 300) -> None:
         time.sleep(0.01)
 
 
-def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path) -> None:
+def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100] * 5), tmp_path / "out"
     settings = Settings("unwrap", method_of("lscm"), "obj")
     found = places.find_inputs([str(tmp_path / "in")], str(out))
@@ -339,7 +339,7 @@ def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
+def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) -> None:
     sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"  # 0, 1, 10, ..., 13, 2, ...
     count, waiting = len(sizes), Hostile(waits=1500, flag=str(flag))
     disks(tmp_path / "in", sizes)
@@ -364,11 +364,11 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
 
     wait_for(enough)
     process.send_signal(how)
-    _, said = process.communicate(timeout=500)
+    _, message = process.communicate(timeout=500)
     wait_for(lambda: not of_session(process.pid))
     if how == signal.SIGINT:
         assert process.returncode == 130
-        assert said.splitlines()[1:] == ["igl-linabf: interrupted"]
+        assert message.splitlines()[1:] == ["igl-linabf: interrupted"]
         assert not list(out.glob(".igl_linabf-*"))
     before = snapshot(out)
     assert 3 <= len(before) < count
@@ -392,17 +392,17 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
 
 
 @pytest.mark.slow
-def test_a_full_disk_ends_the_batch_and_room_lets_it_go_on(scheduler: str, tmp_path: Path) -> None:
+def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_path: Path) -> None:
     import resource
 
     disks(tmp_path / "in", [100, 110, 3000, 120])
     out = tmp_path / "out"
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # noqa: E731
     process = command(tmp_path / "in", "-o", out, "--workers", 1, preexec_fn=limit)
-    _, said = process.communicate(timeout=500)
+    _, message = process.communicate(timeout=500)
     assert process.returncode == 2
-    assert said.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
-    assert len(said.splitlines()) == 2  # the first line is the address of the dashboard
+    assert message.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
+    assert len(message.splitlines()) == 2  # the first line is the address of the dashboard
     assert "2.obj" not in snapshot(out)
     assert table(out)[2]["outcome"] == "waiting"
     assert batch(tmp_path / "in", out, scheduler=scheduler, progress=False).good
@@ -414,14 +414,14 @@ def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path
     process = command(
         tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
     )
-    printed, said = process.communicate(timeout=500)
-    assert process.returncode == 0, said
-    assert said.startswith("igl-linabf: dashboard at http")
+    printed, message = process.communicate(timeout=500)
+    assert process.returncode == 0, message
+    assert message.startswith("igl-linabf: dashboard at http")
     assert printed.startswith("1 meshes: 1 valid\n1 done in ")
     assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
 
 
-def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: str, tmp_path: Path) -> None:
+def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_path: Path) -> None:
     folder = tmp_path / "in"
     folder.mkdir()
     ball = igl.upsample(*igl.icosahedron(), 2)
@@ -442,11 +442,11 @@ def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: 
     assert all(np.allclose(a, b) for a, b in zip(written, (expected.TC, expected.FTC), strict=True))
 
 
-def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> None:
+def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, monkeypatch) -> None:
     disks(tmp_path / "in", [100])
     (tmp_path / "empty").mkdir()
     out = tmp_path / "out"
-    for options, said in (
+    for options, message in (
         ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
@@ -468,7 +468,7 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         ({"workers": 0}, "workers is 0"),
         ({"workers": 1, "scheduler": "tcp://127.0.0.1:1"}, "give one of the two"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             batch(tmp_path / "in", out, **options)
     with pytest.raises(MeshError, match="holds no mesh file"):
         batch(tmp_path / "empty", out)

@@ -23,12 +23,12 @@ def test_both_hemispheres_are_written_with_their_figures(
 ) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 4)
     assert main(["cortex", str(subject), "-o", str(tmp_path / "flat"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["mesh"] == str(subject)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["mesh"] == str(subject)
     for name in ("lh", "rh"):
-        assert told[name]["quality"]["distance_error"] < 0.2
-        assert told[name]["quality"]["flips"] == 0
-        assert all(Path(file).is_file() for file in told[name]["files"])
+        assert printed[name]["quality"]["distance_error"] < 0.2
+        assert printed[name]["quality"]["flips"] == 0
+        assert all(Path(file).is_file() for file in printed[name]["files"])
     assert len(list((tmp_path / "flat").iterdir())) == 10
     again = ["cortex", str(subject), "-o", str(tmp_path / "flat"), "--hemi", "rh", "--quiet"]
     assert main(again) == 2
@@ -37,26 +37,26 @@ def test_both_hemispheres_are_written_with_their_figures(
     assert (
         main(["cortex", str(subject), "-o", str(tmp_path / "one"), "--hemi", "lh", "--method", "linabf"]) == 0
     )
-    said = capsys.readouterr().out
-    assert "lh: left out are" in said
-    assert "distance error" in said
+    output = capsys.readouterr().out
+    assert "lh: left out are" in output
+    assert "distance error" in output
     assert all(path.name.startswith("lh.") for path in (tmp_path / "one").iterdir())
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--template", "lh.mine.patch.3d"], "go together: give both"),
         (["--max-distance-error", "0.1"], "is for cuts that are found"),
         (["--hemi", "lh", "--medial-wall", "label"], "lh.cortex.label is missing"),
     ],
 )
-def test_what_is_wrong_is_a_line_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture, options: list[str], said: str
+def test_errors_are_one_line_and_no_file_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture, options: list[str], message: str
 ) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 2)
     assert main(["cortex", str(subject), "-o", str(tmp_path / "flat"), *options]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not (tmp_path / "flat").exists()
 
 

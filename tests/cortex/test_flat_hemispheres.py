@@ -65,17 +65,17 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
     flat = flatten_hemisphere(mine, "lh", medial_wall="label")
     assert set(np.flatnonzero(flat.cuts.wall)) == {*np.flatnonzero(wall), *cortex[-5:]}
     assert len(flat.cuts.paths) == 5
-    for text, said in (
+    for text, message in (
         ("no label", r"lh\.cortex\.label has no vertices"),
         (f"#!ascii label\n1\n{len(flat.uv)} 0 0 0 0\n", "it is another subject's"),
         ("#!ascii label\n1\n-1 0 0 0 0\n", "it is another subject's"),
     ):
         (mine / "label" / "lh.cortex.label").write_text(text)
-        with pytest.raises(MeshError, match=said):
+        with pytest.raises(MeshError, match=message):
             flatten_hemisphere(mine, "lh", medial_wall="label")
 
 
-def test_another_subjects_sphere_and_a_missing_one_are_refused_by_name(subject: Path, tmp_path: Path) -> None:
+def test_foreign_and_missing_spheres_are_refused_by_name(subject: Path, tmp_path: Path) -> None:
     mine = copy_of(subject, tmp_path)
     sphere = mine / "surf" / "lh.sphere.reg"
     sphere.unlink()
@@ -122,7 +122,7 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     assert np.isnan(made.uv[piece]).all()
 
 
-def test_the_cuts_of_another_template_come_with_its_sphere(subject: Path, tmp_path: Path) -> None:
+def test_a_template_can_be_a_patch_and_its_sphere(subject: Path, tmp_path: Path) -> None:
     flat = flatten_hemisphere(subject, "rh")
     patch, sphere = tmp_path / "rh.mine.patch.3d", subject / "surf" / "rh.sphere.reg"
     kept = np.flatnonzero(flat.cuts.stays)
@@ -134,7 +134,7 @@ def test_the_cuts_of_another_template_come_with_its_sphere(subject: Path, tmp_pa
         flatten_hemisphere(subject, "lh", template=(patch, sphere))
 
 
-def test_a_template_of_one_hemisphere_names_that_of_the_other(subject: Path, tmp_path: Path) -> None:
+def test_the_template_of_the_other_hemisphere_is_found_by_name(subject: Path, tmp_path: Path) -> None:
     for name in ("lh", "rh"):
         shutil.copy(subject / "surf" / f"{name}.sphere.reg", tmp_path / f"{name}.sphere.reg")
     template = tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg"  # rh.mine.patch.3d does not exist
@@ -142,13 +142,13 @@ def test_a_template_of_one_hemisphere_names_that_of_the_other(subject: Path, tmp
         flatten_hemispheres(subject, ("rh",), template=template)
 
 
-def test_options_that_mean_nothing_are_refused(subject: Path) -> None:
-    for options, said in (
+def test_invalid_options_are_refused(subject: Path) -> None:
+    for options, message in (
         ({"cuts": "none"}, "cuts is 'none'"),
         ({"medial_wall": "aparc"}, "medial_wall is 'aparc'"),
         ({"max_distance_error": 0.1}, "is for cuts that are found"),
         ({"cuts": "found", "max_distance_error": 15}, "from 0 to 1, such as 0.15"),
         ({"cuts": "found", "medial_wall": "label", "template": ("a", "b")}, "leave out the template"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             flatten_hemisphere(subject, "lh", **options)

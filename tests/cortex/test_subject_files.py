@@ -32,7 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple:
     return flat, folder
 
 
-def test_every_file_opens_with_the_numbers_of_the_subjects_vertices(made: tuple) -> None:
+def test_every_file_keeps_the_vertex_numbers_of_the_subject(made: tuple) -> None:
     flat, folder = made
     solid, plane, surface, area, picture = files_of(folder / "flat", "lh")
     assert sorted((folder / "flat").iterdir()) == sorted((solid, plane, surface, area, picture))
@@ -107,7 +107,7 @@ def test_sulci_have_negative_curvature_and_gyri_positive() -> None:
     assert (curvature[middle & (V[:, 2] < -0.7)] < -0.005).all()
 
 
-def test_a_file_that_cannot_be_written_leaves_none(made: tuple, tmp_path: Path, monkeypatch) -> None:
+def test_a_failed_write_leaves_no_files(made: tuple, tmp_path: Path, monkeypatch) -> None:
     def broken(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -45,7 +45,7 @@ def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> N
     assert towards * (wall - pial.mean(axis=0))[0] > 10
 
 
-def test_a_wall_and_cuts_that_were_drawn_are_found_where_they_were_drawn(tmp_path: Path) -> None:
+def test_a_drawn_wall_and_its_cuts_are_recovered(tmp_path: Path) -> None:
     asked = [(0.0, 1.5), (2.0, 1.0), (4.0, 2.0)]
     V, F, out = drawn(asked)
     template = build_template(V, F, F[~out[F].any(axis=1)])
@@ -66,7 +66,7 @@ def test_a_wall_and_cuts_that_were_drawn_are_found_where_they_were_drawn(tmp_pat
     assert len(read.cuts) == 3
 
 
-def test_a_template_without_a_wall_or_that_leaves_out_nothing_is_refused() -> None:
+def test_a_template_without_a_wall_is_refused() -> None:
     V, F, out = drawn([(0.0, 1.5)], wall=0.0)
     with pytest.raises(MeshError, match="no medial wall, only cuts"):
         build_template(V, F, F[~out[F].any(axis=1)])

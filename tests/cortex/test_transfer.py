@@ -25,9 +25,7 @@ def turned(subdivisions: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("subdivisions", [4, 6])
-def test_cuts_are_paths_of_edges_beside_the_templates_line_from_its_tip_to_the_wall(
-    subdivisions: int,
-) -> None:
+def test_cuts_are_edge_paths_along_the_template_from_tip_to_wall(subdivisions: int) -> None:
     template = load_fsaverage_template("lh")
     sphere, F = turned(subdivisions)
     wall = transfer_wall(template, sphere)

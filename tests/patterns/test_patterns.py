@@ -129,13 +129,13 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     assert covered == len(atlas.seams)
 
 
-def test_diagonals_of_bent_polygons_are_no_folds(tmp_path: Path) -> None:
+def test_diagonals_of_bent_polygons_are_not_folds(tmp_path: Path) -> None:
     V = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 20], [0, 10, 0.0]])
     for F, folds in (([[0, 1, 3], [1, 2, 3]], 1), ([[0, 1, 2, 3]], 0)):
         assert len(write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, progress=False)).folds) == folds
 
 
-def test_both_sides_of_a_seam_are_measured_apart() -> None:
+def test_both_sides_of_a_seam_are_measured_separately() -> None:
     square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
     F = np.array([[0, 1, 2], [0, 2, 3]])
     beside = square + np.array([100, 0, 0])
@@ -191,8 +191,8 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     assert (
         main(["pattern", str(tmp_path / "ball.obj"), "-o", str(out), "--units", "cm", "--paper", "A3"]) == 0
     )
-    said = capsys.readouterr().out
-    assert re.search(r"seam +pieces +mm +mm +on the surface +change", said)
+    output = capsys.readouterr().out
+    assert re.search(r"seam +pieces +mm +mm +on the surface +change", output)
     lines = ezdxf.readfile(out).modelspace().query('LWPOLYLINE[layer=="outline"]')
     step = [np.linalg.norm(np.diff(np.array([p[:2] for p in line]), axis=0), axis=1) for line in lines]
     edge = 10 * np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
@@ -200,7 +200,7 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     assert main(["pattern", str(tmp_path / "ball.obj"), "-o", str(tmp_path / "ball.jpg")]) == 2
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+def test_invalid_arguments_of_patterns_are_refused(tmp_path: Path) -> None:
     V, F = box()
     atlas = unwrap(V, F, progress=False)
     with pytest.raises(MeshError, match=r"use one that ends in \.svg, \.dxf, \.pdf"):
@@ -234,7 +234,7 @@ def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
 @pytest.mark.parametrize("name", sorted(NASTY.keys() - {"all on a line", "coordinates of 1e200"}))
-def test_what_unwrap_repairs_can_be_drawn(tmp_path: Path, name: str) -> None:
+def test_repaired_surfaces_can_be_drawn(tmp_path: Path, name: str) -> None:
     V, F = NASTY[name]()
     atlas = unwrap(V, F, progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)

@@ -36,26 +36,24 @@ def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
 
 
 @pytest.mark.parametrize("unit", LENGTH)
-def test_the_unit_of_a_file_is_that_of_its_pattern(
+def test_a_pattern_has_the_unit_of_its_file(
     unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in a GLB are in metres
     for name, edge in paths.items():
         path = icosahedron(tmp_path / name, unit)
-        said = drawn(path, capsys)
+        output = drawn(path, capsys)
         edge = LENGTH[unit]
-        lengths = [seam["length"] for seam in said["pattern"]["seams"]]
+        lengths = [seam["length"] for seam in output["pattern"]["seams"]]
         assert np.allclose(np.mod(np.array(lengths) / edge + 0.5, 1), 0.5, atol=1e-3)
-        assert said["units_given_by"] == "file"
+        assert output["units_given_by"] == "file"
         mesh = read_file(path)
         made = write_pattern(tmp_path / "c.svg", mesh.V, mesh.F, unwrap(mesh.V, mesh.F), mesh.units)
-        assert made.units == mesh.units == said["pattern"]["units"]
+        assert made.units == mesh.units == output["pattern"]["units"]
         assert min(seam.length for seam in made.seams) == pytest.approx(min(lengths))
 
 
-def test_where_the_file_says_nothing_millimetres_are_taken_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_millimetres_are_the_reported_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.obj"
     write_mesh(path, V, F, V[:, :2])
     assert read_file(path).units is None

@@ -37,7 +37,7 @@ def picture(tmp_path):
     return take
 
 
-def test_board_on_the_surface_and_the_flat_map_beside_it(picture) -> None:
+def test_compare_shows_the_checkerboard_on_surface_and_map(picture) -> None:
     V, F = load("bumps")
     image = picture({"linABF": linabf(V, F)}, V, F, frequency=10)
     surface, flat = image[:, :400], image[:, 400:]
@@ -69,7 +69,7 @@ def test_flipped_triangles_are_red(picture) -> None:
     assert near(image[:, 400:], WARNING).sum() > 50
 
 
-def test_compare_has_a_row_for_each_map_turned_alike(picture, tmp_path) -> None:
+def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
     V, F = load("bumps")
     ours, lscm = linabf(V, F), flatten(V, F, "lscm").uv
     turned = ours @ np.array([[0.0, 5.0], [-5.0, 0.0]]) + 7
@@ -98,7 +98,7 @@ def test_fit_undoes_a_similarity_and_keeps_nan() -> None:
     assert best_fit_distance(back[kept], uv[kept]) < 1e-12
 
 
-def test_parts_can_be_put_into_a_plotter_of_ones_own() -> None:
+def test_pictures_can_be_added_to_a_given_plotter() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     plotter = pv.Plotter(off_screen=True, shape=(1, 2))
@@ -194,7 +194,7 @@ def test_flipped_triangles_are_red_in_distortion_too(tmp_path) -> None:
     assert near(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
 
 
-def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
+def test_given_seams_are_dark_lines(tmp_path) -> None:
     V, F, _ = sheared()
     uv = V[:, :2].copy()
     middle = np.flatnonzero(np.abs(V[:, 0]) < 1e-9)
@@ -213,7 +213,7 @@ def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
         plot_checkerboard(V, F, uv, seams=[[0, 220]], plotter=off_screen())
 
 
-def test_an_atlas_brings_its_seams(tmp_path) -> None:
+def test_seams_of_an_atlas_are_drawn(tmp_path) -> None:
     ball = pv.Icosphere(nsub=3)
     V, F = ball.points.astype(float), ball.regular_faces.astype(np.int64)
     atlas = unwrap(V, F)
@@ -224,7 +224,7 @@ def test_an_atlas_brings_its_seams(tmp_path) -> None:
     V_cut, F_cut, _ = cut(V, F, atlas.seams)
     compared = plot_compare(V, F, {"linABF": atlas}, off_screen=True, show=False)
     assert near(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
-    with pytest.raises(MeshError, match="atlas is of"):
+    with pytest.raises(MeshError, match="atlas has"):
         plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
 
 
@@ -266,7 +266,7 @@ def test_pictures_follow_the_theme(tmp_path) -> None:
     assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100  # the caption is legible
 
 
-def test_parts_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
+def test_pictures_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(pv, "OFF_SCREEN", True)
     V, F = load("bumps")
     uv = linabf(V, F)
@@ -306,7 +306,7 @@ def test_a_texture_has_the_period_of_the_atlas() -> None:
         np.testing.assert_allclose(corners / 50, atlas.TC[atlas.FTC], atol=1e-6)
 
 
-def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:
+def test_cones_are_spheres_and_both_sides_of_a_seam_have_the_same_colour() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     V /= np.linalg.norm(V, axis=1)[:, None]
     atlas = unwrap(V, F, cones=6)

@@ -192,7 +192,7 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
 
 
 @pytest.mark.slow
-def test_methods_by_key_show_what_they_flip(opened) -> None:
+def test_keys_change_the_method_and_flips_are_shown(opened) -> None:
     window = opened(*rings(40, crown))
     assert not near(window.image(), WARNING).any()  # linABF
     window.key("m")
@@ -245,7 +245,7 @@ def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
 
 
 @pytest.mark.slow
-def test_seams_are_drawn_by_clicks_and_taken_back(opened) -> None:
+def test_seams_are_drawn_by_clicks_and_undone(opened) -> None:
     window = opened(*load("bumps"))
     before = window.image()
     window.key("s")
@@ -283,7 +283,7 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     assert viewer.shown is whole
 
 
-def test_a_seam_ends_at_its_own_end_and_where_no_path_leads() -> None:
+def test_a_seam_ends_at_its_last_vertex_and_between_components() -> None:
     V, F = igl.icosahedron()
     two = DrawnSeams(np.concatenate((V, V + 5)), np.concatenate((F, F + len(V))))
     first, second = F[0, :2].tolist()
@@ -297,7 +297,7 @@ def test_a_seam_ends_at_its_own_end_and_where_no_path_leads() -> None:
     assert len(two.paths) == 1
 
 
-def test_a_click_takes_the_side_that_is_seen() -> None:
+def test_a_click_marks_the_visible_side() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     viewer = Viewer(V, F, off_screen=True)
     viewer.plotter.show(auto_close=False)
@@ -315,7 +315,7 @@ def test_a_click_takes_the_side_that_is_seen() -> None:
     viewer.plotter.close()
 
 
-def test_saved_files_replace_none(tmp_path) -> None:
+def test_saved_files_get_new_names(tmp_path) -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, off_screen=True, save_as=tmp_path / "bumps")
     viewer.plotter.show(auto_close=False)
@@ -351,7 +351,7 @@ def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     ],
 )
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
-def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
+def test_a_missing_display_is_one_sentence(tmp_path, display) -> None:
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))
     kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-m", "igl_linabf", "view", str(tmp_path / "mesh.ply")]
@@ -359,9 +359,9 @@ def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
         command, env=kept | display, capture_output=True, encoding="utf-8", timeout=PATIENCE
     )
     assert process.returncode == 2
-    said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
-    assert len(said) == 1
-    assert "there is no display" in said[0]
+    lines = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
+    assert len(lines) == 1
+    assert "there is no display" in lines[0]
 
 
 def test_a_screenshot_needs_no_display(tmp_path) -> None:
@@ -378,7 +378,7 @@ def test_a_screenshot_needs_no_display(tmp_path) -> None:
     assert max(squares(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
 
 
-def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
+def test_maps_are_cached_and_aligned(monkeypatch) -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, off_screen=True)
     maps = {}
@@ -401,7 +401,7 @@ def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
     viewer.plotter.close()
 
 
-def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
+def test_boundaries_and_cones_are_shown_for_methods_that_support_them() -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, "lscm", boundary="circle", off_screen=True)
     loop = igl.boundary_loop(F)
@@ -422,7 +422,7 @@ def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
         Viewer(V, F, boundary="circle", cones=4, off_screen=True)
 
 
-def test_what_cannot_be_viewed_is_refused() -> None:
+def test_invalid_arguments_of_the_window_are_refused() -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="method is 'magic'"):
         view(V, F, "magic", off_screen=True)

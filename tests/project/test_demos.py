@@ -1,4 +1,4 @@
-"""The demos run as they are called in the README, and their numbers hold."""
+"""The demos run as documented in the README, and their numbers are right."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from igl_linabf.plot import MARK, WARNING
 
 
 def row(text: str, label: str) -> list[float]:
-    """The numbers of a table's row, but those of other programs, which are where they are installed."""
+    """Return the numbers of a row of a table, without the columns of other programs."""
     lines = text.splitlines()
     i = next(i for i, line in enumerate(lines) if line.startswith(label))
     values = [float(v.replace(",", "")) for v in re.split(r"\s{2,}", lines[i])[1:]]
@@ -54,7 +54,7 @@ def test_compare_lscm_on_any_mesh(tmp_path) -> None:
 
 
 def flipped_in(picture: Path) -> list[bool]:
-    """Whether each row of a comparison shows flipped triangles, in the colour that marks them."""
+    """Return whether each row of a comparison shows flipped triangles, in the colour that marks them."""
     image = pixels(picture)[:, 700:, :3].astype(int)
     red = np.abs(image - pv.Color(WARNING).int_rgb).sum(axis=2) < 12
     return [part.sum() > 200 for part in np.split(red, len(image) // 700)]
@@ -96,7 +96,7 @@ def test_holes_close_uncut(tmp_path) -> None:
     holes = [line.split() for line in text.splitlines() if re.match(r" +\d+ +(20|24)  ", line)]
     assert len(holes) == 7
     assert all(float(value) < 1e-8 for line in holes for value in line[5:])
-    assert any(float(line[4]) > 1e-2 for line in holes)  # one step leaves the loops open
+    assert any(float(line[4]) > 1e-2 for line in holes)  # after one step, the loops are open
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
@@ -168,13 +168,13 @@ def test_charts_share_no_texel_and_pages_hold_two_surfaces(tmp_path) -> None:
     found = re.findall(r"(.+): (\d+)% covered, (\d+) texels shared", text)
     assert [name for name, *_ in found][:3] == ["padding 2", "padding 12", "two surfaces"]
     near, apart = (int(share) for _, share, _ in found[:2])
-    assert near > apart  # padding takes room
+    assert near > apart  # padding takes space
     picture = pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     parts = [part for row in np.split(picture, 2) for part in np.split(row, 3, axis=1)]
-    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, pages are not
+    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, the page is not
     for (_, share, _), seen in zip(found, shown, strict=True):
-        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page is 0.8 of its panel
+        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page covers 0.8 of its panel
 
 
 @pytest.mark.slow
@@ -196,10 +196,10 @@ def test_boundaries_to_order(tmp_path) -> None:
     for name in ("face", "sleeve"):
         picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
         assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
-        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are below
+        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are in the lower row
         circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
         height, width = (np.ptp(part) + 1 for part in circle)
-        assert abs(height - width) <= 4  # a circle, of which about half is blue
+        assert abs(height - width) <= 4  # a circle; the checkerboard makes about half of it blue
         share = len(rectangle[0]) / np.prod([np.ptp(part) + 1 for part in rectangle])
         assert 0.4 < share < 0.62
 
@@ -220,7 +220,7 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "stretch.py")
     models = [name for name in ("horse", "dino", "bunny") if f"\n{name}, " in text]
     assert "bunny" in models
-    for name in ("horse", "dino"):  # each is measured, or said to be missing
+    for name in ("horse", "dino"):  # each is measured or reported as missing
         there = FOLDER is not None and any(Path(FOLDER).glob(f"*{name}*"))
         assert (f"\n{name}, " in text) == there
         assert (f"{name}: no such file" in text) == (not there)
@@ -257,7 +257,7 @@ def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
     assert ours < lscm
     picture = pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
     bright = [((p[..., 1] > 150) & (p[..., 2] < 120)).mean() for p in np.split(picture, 2, axis=1)]
-    assert bright[0] > 5 * bright[1]  # but for the scale's own bar, the green and the yellow are gone
+    assert bright[0] > 5 * bright[1]  # only the colour bar is still green and yellow
 
 
 @pytest.mark.slow

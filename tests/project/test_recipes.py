@@ -1,4 +1,4 @@
-"""The recipes run as they are shown, and their files and pictures hold what they say."""
+"""The recipes run, and their output and pictures are right."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_each_has_a_title_a_test_and_its_place_in_the_gallery() -> None:
         assert name in WHAT
 
 
-# panels of each picture, (rows, columns), and a pattern of what is printed
+# name: ((rows, columns) of panels in the picture, pattern of the output)
 WHAT = {
     "blender_python": ((1, 2), r"all +576 .* 0 +0"),
     "colours_into_glb": ((1, 2), r"off by [0-2] of 255 in the median"),

@@ -1,4 +1,4 @@
-"""What is published: a package that imports nothing unasked, a command, workflows that name what is there."""
+"""The release: lazy imports, the command, wheels, and consistent metadata and workflows."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ HEAVY = ("numpy", "scipy", "igl", "igl_linabf._core", "shapely", "pyvista")
 
 
 def python(*arguments: str, **options: object) -> str:
-    """What another Python prints."""
+    """Run another Python, and return its output."""
     process = subprocess.run(
         [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 500, **options}
     )
@@ -56,7 +56,7 @@ print(json.dumps([bare, "numpy" in sys.modules]))
     assert json.loads(python("-c", code, *HEAVY)) == [[], True]
 
 
-def test_every_public_name_is_there_however_it_is_asked_for() -> None:
+def test_public_names_can_be_imported_in_every_way() -> None:
     code = """
 import igl_linabf
 assert set(igl_linabf.__all__) <= set(dir(igl_linabf))
@@ -171,14 +171,14 @@ def test_an_editable_install_builds_the_core_again_where_a_source_has_changed(tm
     assert os.environ["PATH"] == path
 
 
-def test_the_conda_recipe_builds_with_what_the_package_is_built_with() -> None:
+def test_the_conda_recipe_has_the_build_requirements_of_the_package() -> None:
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     wanted = {text.replace(">=", " >=") for text in PYPROJECT["build-system"]["requires"]}
     assert set(recipe["requirements"]["host"]) == wanted | {"python", "pip"}
     assert '${{ compiler("cxx") }}' in recipe["requirements"]["build"]
 
 
-def test_the_page_of_the_index_links_to_files_that_are_there() -> None:
+def test_the_page_of_the_index_links_to_existing_files() -> None:
     rules = TOOL["hatch"]["metadata"]["hooks"]
     page = (ROOT / "README.md").read_text(encoding="utf-8")
     for rule in rules["fancy-pypi-readme"]["substitutions"]:
@@ -194,16 +194,16 @@ def test_the_page_of_the_index_links_to_files_that_are_there() -> None:
     assert all(link.startswith("https://") for link in links)
 
 
-def names_of(requirements: list[str]) -> list[str]:
+def package_names(requirements: list[str]) -> list[str]:
     return [re.match(r"[\w-]+", text)[0] for text in requirements]
 
 
-def test_the_doctor_knows_every_package_that_a_user_may_have() -> None:
+def test_the_doctor_checks_every_dependency_of_users() -> None:
     optional = PROJECT["optional-dependencies"]
     for_developers = {"all", "demos", "docs", "peers", "test"}
-    assert list(NEEDED) == names_of(PROJECT["dependencies"])
+    assert list(NEEDED) == package_names(PROJECT["dependencies"])
     assert {
-        extra: tuple(names_of(packages))
+        extra: tuple(package_names(packages))
         for extra, packages in optional.items()
         if extra not in for_developers
     } == EXTRAS
@@ -216,7 +216,7 @@ def test_the_page_on_installing_names_every_extra_and_every_package_that_is_need
     assert ", ".join(NEEDED[:-1]) + f" and {NEEDED[-1]}" in " ".join(text.split())
 
 
-def test_what_the_release_check_leaves_out_is_there() -> None:
+def test_the_excluded_tests_of_the_release_check_exist() -> None:
     left_out = script("release_check.py").EXCLUDED_TESTS
     assert [name for name in left_out if not (ROOT / "tests" / name).is_file()] == []
 
@@ -239,14 +239,14 @@ def test_the_wheels_are_those_of_the_pythons_that_the_package_supports() -> None
     }
 
 
-def test_the_version_is_one() -> None:
+def test_all_files_have_the_same_version() -> None:
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == citation["version"] == PROJECT["version"]
     assert igl_linabf.__version__ == metadata.version("igl-linabf")
 
 
-def test_the_conda_recipe_wants_what_the_package_wants() -> None:
+def test_the_conda_recipe_has_the_dependencies_of_the_package() -> None:
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     wanted = {re.sub(r"^libigl\b", "igl", text).replace(">=", " >=") for text in PROJECT["dependencies"]}
     assert set(recipe["requirements"]["run"]) == wanted | {f"python {PROJECT['requires-python']}"}
@@ -254,7 +254,7 @@ def test_the_conda_recipe_wants_what_the_package_wants() -> None:
     assert entry == f"igl-linabf = {PROJECT['scripts']['igl-linabf']}"
 
 
-def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
+def test_classifiers_and_workflow_have_the_same_python_versions() -> None:
     listed = [c.rpartition(" ")[2] for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
     matrix = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))["jobs"][
         "tests"
@@ -265,7 +265,7 @@ def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
 
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
-def test_workflows_run_targets_and_files_that_are_there(path: Path) -> None:
+def test_workflows_run_existing_targets_and_files(path: Path) -> None:
     targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     jobs = yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
     for job in jobs.values():
@@ -305,13 +305,13 @@ def test_publication_needs_no_token() -> None:
     ],
     ids=["workflows", "dependabot", "issue forms", "issues", "citation"],
 )
-def test_they_have_the_form_that_their_readers_want(schema: str, files: list[str]) -> None:
+def test_metadata_files_match_their_schemas(schema: str, files: list[str]) -> None:
     pytest.importorskip("check_jsonschema")
     kind = ["--default-filetype", "yaml"]
     python("-m", "check_jsonschema", "--builtin-schema", schema, *kind, *files)
 
 
-def test_who_reports_an_error_is_asked_for_the_doctor() -> None:
+def test_bug_reports_must_include_the_output_of_the_doctor() -> None:
     form = yaml.safe_load((ROOT / ".github/ISSUE_TEMPLATE/bug.yml").read_text(encoding="utf-8"))
     (field,) = (part for part in form["body"] if "igl-linabf doctor" in part["attributes"]["label"])
     assert field["validations"]["required"]

@@ -82,7 +82,7 @@ def limit_step(alpha, e, reach):
 
 
 def rows(corner, cot, n):
-    """Return M as two sparse matrices (n, 3 #F): vertex rows (eq. 5), wheel derivatives (eq. 8-10)."""
+    """Return M as sparse matrices (n, 3 #F): vertex rows (eq. 5), derivatives of wheel rows (eq. 8 to 10)."""
     m = corner.shape[1]
     number = np.arange(3 * m).reshape(3, m)
     shape = (n, 3 * m)
@@ -164,7 +164,7 @@ def disparity(w, d, cot):
 
 
 def laplacian(ends, weight, n):
-    """Return L such that x^T L x sums weight (x_i - x_j)^2 over edges of rows `ends`; x = 0 at row -1."""
+    """Return L such that x^T L x sums weight (x_i - x_j)^2 over edges between rows `ends`; x is 0 at -1."""
     L = np.zeros((n + 1, n + 1))
     for (i, j), w in zip(ends.T, weight, strict=True):
         if i != j:

@@ -12,7 +12,7 @@ KINDS = ("any", "ties", "sizes", "rounding", "apart")
 
 
 def corners(rng, n, kind):
-    """Return random points of a kind: plain, on a lattice, of all magnitudes, far away, in two clusters."""
+    """Return random points: plain, on a lattice, of all magnitudes, far away, or in two clusters."""
     z = rng.normal(size=(n, 2)) @ [1, 1j]
     if kind == "ties":
         return (np.round(z.real * 2) + 1j * np.round(z.imag * 2)) / 2

@@ -37,7 +37,7 @@ def outlines():
 
 
 def masks_in_turn(scale):
-    """Return masks of rings and of stars that fit into some, in several directions, with their spans."""
+    """Return masks of rings and of stars that fit into some rings, in several directions; and their spans."""
     sizes = (1.5, 1.1, 0.8, 1.3, 0.5, 0.4)
     each = [sides_of(*(star(s, 40), 0.6 * star(s, 40)[::-1])[: 1 + (s > 1)]) for s in sizes]
     start, end = (np.concatenate(rims) for rims in zip(*each, strict=True))

@@ -69,7 +69,7 @@ def shade(factor: list[float], alpha: str | None = None) -> dict:
     return made if alpha is None else {**made, "alphaMode": alpha}
 
 
-def test_colours_are_those_of_vertices_times_those_of_materials(tmp_path: Path) -> None:
+def test_baked_colours_are_vertex_colours_times_material_colours(tmp_path: Path) -> None:
     given = np.random.default_rng(0).random((12, 4))
     factors = [[0.5, 1.0, 0.25, 0.5], [1.0, 0.2, 1.0, 1.0]]
     scene(tmp_path / "in.glb", {}, [shade(factors[0], "BLEND"), shade(factors[1], "BLEND")], given)
@@ -105,7 +105,7 @@ def test_colours_of_materials_alone_are_baked(suffix: str, tmp_path: Path) -> No
     ],
     ids=json.dumps,
 )
-def test_normals_are_those_of_the_object_however_a_node_turns_it(node: dict, tmp_path: Path) -> None:
+def test_baked_normals_do_not_depend_on_the_transform_of_the_node(node: dict, tmp_path: Path) -> None:
     scene(tmp_path / "in.glb", node, [{}], None)
     mesh, image = baked(tmp_path, "normals")
     V, F = igl.icosahedron()

@@ -64,7 +64,7 @@ def random_points(V: np.ndarray, F: np.ndarray, atlas: Atlas, count: int) -> tup
     )
 
 
-def test_a_lookup_of_baked_positions_gives_the_point_back(surface: Surface) -> None:
+def test_a_lookup_of_baked_positions_returns_the_point(surface: Surface) -> None:
     V, F, atlas = surface
     points, uv = random_points(V, F, atlas, 20_000)
     away = np.linalg.norm(looked_up(bake(V, F, atlas, V, RESOLUTION), uv) - points, axis=1)
@@ -77,7 +77,7 @@ def test_a_lookup_of_baked_positions_gives_the_point_back(surface: Surface) -> N
     assert away.max() < max(6 * texel, edges / 20)
 
 
-def test_constants_stay_constant_and_no_other_chart_shows(surface: Surface) -> None:
+def test_lookups_do_not_mix_charts_or_background(surface: Surface) -> None:
     V, F, atlas = surface
     _, uv = random_points(V, F, atlas, 20_000)
     assert np.ptp(looked_up(bake(V, F, atlas, np.ones(len(V)), RESOLUTION, background=9), uv)) < 1e-12
@@ -106,7 +106,7 @@ def test_every_texel_whose_centre_lies_in_a_triangle_is_set(surface: Surface) ->
     assert not known[distance > (1.5 / RESOLUTION) ** 2].any()  # texels far away are not set
 
 
-def test_a_function_is_asked_for_the_points_of_the_surface() -> None:
+def test_a_function_is_evaluated_at_points_of_the_surface() -> None:
     V, F, atlas = cortex()
     pattern = bake(V, F, atlas, lambda p: np.sin(p[:, 0] / 5), RESOLUTION)
     assert pattern.shape == (RESOLUTION, RESOLUTION)
@@ -136,7 +136,7 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     np.testing.assert_allclose(looked_up(image, atlas.TC), V[atlas.origin], atol=0.1)
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_arrays_that_do_not_match_are_refused() -> None:
     V, F, atlas = cortex()
     for values, why in (
         (np.ones(3), "shape"),

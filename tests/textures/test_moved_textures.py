@@ -147,7 +147,7 @@ MOVE = {"offset": [0.3, 0.1], "rotation": 0.7, "scale": [1.5, 2.5]}
 @pytest.mark.parametrize(
     "words", [["--resolution", "512x1024"], ["--resolution", "256", "--pages", "3"]], ids=str
 )
-def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> None:
+def test_all_images_look_the_same_after_the_transfer(words: list[str], tmp_path: Path) -> None:
     infos = [
         {"index": i, "extensions": {"KHR_texture_transform": MOVE}} if i % 2 else {"index": i}
         for i in range(4)
@@ -204,7 +204,7 @@ def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: lis
 
 
 @pytest.mark.parametrize("scale", [[1, 1, 1], [1, 2, 4], [-1, 1, 1], [2, -1, 3]], ids=str)
-def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_path: Path) -> None:
+def test_normal_maps_keep_their_directions_in_space(scale: list[float], tmp_path: Path) -> None:
     slopes = picture(5, (128, 128), 2) - 0.5
     normals = np.dstack((slopes, np.sqrt(1 - (slopes**2).sum(axis=2)))) / 2 + 0.5
     material = {"name": "bumpy", "normalTexture": {"index": 0, "scale": 1.0}}
@@ -219,7 +219,7 @@ def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_p
     assert plain.max() > 0.2
 
 
-def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: Path) -> None:
+def test_options_of_an_mtl_file_are_applied_and_its_other_lines_are_kept(tmp_path: Path) -> None:
     (tmp_path / "tex").mkdir()
     (tmp_path / "tex" / "wood a.png").write_bytes(png(picture(1, (64, 32))))
     (tmp_path / "tex" / "spec.png").write_bytes(png(picture(2, (32, 32))[..., 0]))
@@ -234,11 +234,11 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: P
     (tmp_path / "in.obj").write_text("\n".join(lines))
     words = ["--bake", "texture", "--resolution", "256", "--quiet"]
     assert main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words]) == 0
-    said = (tmp_path / "out.mtl").read_text()
-    assert "map_Kd out.png" in said
-    assert "map_Ks out_map_Ks.png" in said
-    assert "Kd 0.5 1 1" in said
-    assert "illum 2" in said
+    library = (tmp_path / "out.mtl").read_text()
+    assert "map_Kd out.png" in library
+    assert "map_Ks out_map_Ks.png" in library
+    assert "Kd 0.5 1 1" in library
+    assert "illum 2" in library
     after = read_file(tmp_path / "out.obj")
     image = np.asarray(Image.open(tmp_path / "out.png"), dtype=float) / 255
     old_image = np.asarray(Image.open(tmp_path / "tex" / "wood a.png"), dtype=float) / 255
@@ -257,7 +257,7 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: P
     assert code == 2  # the image exists already
 
 
-def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_textures_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene(tmp_path / "in.glb", [{"name": "plain"}], [])
     assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "o.glb"), "--bake", "texture"]) == 2
     assert "no images" in capsys.readouterr().err
@@ -274,7 +274,7 @@ def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.C
         bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64, labels=labels)
 
 
-def test_images_of_other_channels_are_moved_beside_each_other() -> None:
+def test_images_with_different_channels_are_combined() -> None:
     """Grey is converted to equal red, green and blue, and an image without alpha is opaque."""
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=64))
@@ -286,7 +286,7 @@ def test_images_of_other_channels_are_moved_beside_each_other() -> None:
     assert np.abs(moved - wanted).max() < 1e-9
 
 
-def test_labels_tell_images_apart_and_pictures_clamp() -> None:
+def test_labels_select_images_and_pictures_clamp() -> None:
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=128))
     labels = np.arange(len(F)) // 2
@@ -302,7 +302,7 @@ def test_labels_tell_images_apart_and_pictures_clamp() -> None:
 
 @pytest.mark.parametrize("suffix", [".glb", ".obj"])
 @pytest.mark.parametrize("kind", ["normals", "position"])
-def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -> None:
+def test_each_page_is_an_image(kind: str, suffix: str, tmp_path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     V, _, _, F = box()
     (tmp_path / "in.off").write_text(
@@ -333,7 +333,7 @@ def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -
     assert seen == len(F)
 
 
-def test_a_texture_is_moved_on_its_way_to_standard_output(
+def test_textures_are_baked_on_standard_output(
     tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     scene(tmp_path / "in.glb", [{"name": "m", "normalTexture": {"index": 0}}], [png(picture(0, (16, 16)))])
@@ -344,7 +344,7 @@ def test_a_texture_is_moved_on_its_way_to_standard_output(
     assert (tmp_path / "piped.glb").read_bytes() == (tmp_path / "out.glb").read_bytes()
 
 
-def test_maps_without_a_place_in_the_format_are_told(tmp_path: Path) -> None:
+def test_images_that_the_format_cannot_store_are_reported(tmp_path: Path) -> None:
     info = {"index": 0}
     shading = {"baseColorTexture": info, "metallicRoughnessTexture": info}
     scene(tmp_path / "in.glb", [{"name": "m", "pbrMetallicRoughness": shading}], [png(picture(0, (16, 16)))])

@@ -15,7 +15,7 @@ MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # SciP
 
 @pytest.mark.parametrize("across", MODES)
 @pytest.mark.parametrize("down", MODES)
-def test_an_image_goes_on_in_each_direction_as_it_says(across: str, down: str) -> None:
+def test_images_are_wrapped_in_each_direction(across: str, down: str) -> None:
     pixels, uv = np.random.default_rng(0).random((5, 7)), np.random.default_rng(1).uniform(-3, 3, (500, 2))
     found = Picture(pixels[..., None], (across, down)).at(uv)[:, 0]
     u, v = uv.T
@@ -28,7 +28,7 @@ def test_an_image_goes_on_in_each_direction_as_it_says(across: str, down: str) -
         np.testing.assert_allclose(found[rows], map_coordinates(pixels, at[:, rows], order=1, mode=mode))
 
 
-def test_a_triangle_counts_in_a_tangent_by_its_angle() -> None:
+def test_tangents_are_weighted_by_angle() -> None:
     """Halving a triangle of a fan through the centre does not change the tangent there."""
     rng = np.random.default_rng(2)
     rim = np.array([[np.cos(a), np.sin(a), 0] for a in (0.0, 0.7, 2.6, 4.0, 5.5)])
@@ -50,7 +50,7 @@ def test_a_triangle_counts_in_a_tangent_by_its_angle() -> None:
 
 
 @pytest.mark.parametrize("padding", [1, 2, 5])
-def test_charts_grow_by_as_many_texels_as_asked(padding: int) -> None:
+def test_charts_grow_by_the_padding(padding: int) -> None:
     V = np.array([[0, 0, 0], [3, 0, 0], [3, 2, 0], [0, 2, 0.0]])
     F = np.array([[0, 1, 2], [0, 2, 3]])
     atlas = unwrap(V, F, packing=Packing(resolution=64, padding=6))

@@ -120,8 +120,12 @@ def _read_rows(data: bytes) -> NDArray[Any]:
     rows = np.frombuffer(data, dtype=ROW_DTYPE, offset=8)
     vertex, occurrences = np.unique(np.abs(rows["vertex"].astype(np.int64)), return_counts=True)
     if not count or vertex[0] == 0 or (occurrences > 1).any():
-        problem = "none" if not count else some(vertex[(occurrences > 1) | (vertex == 0)] - 1)
-        raise Damaged(f"it needs distinct vertex numbers, counted from 1, and has {problem}")
+        invalid = some(vertex[(occurrences > 1) | (vertex == 0)] - 1)
+        raise Damaged(
+            f"its vertex numbers are not distinct and positive at vertices {invalid}"
+            if count
+            else "it has no vertices"
+        )
     if not np.isfinite(rows["place"]).all():
         raise Damaged("it has positions that are NaN or infinite")
     return rows

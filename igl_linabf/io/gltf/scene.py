@@ -201,9 +201,9 @@ def load_gltf(path: Path) -> Gltf:
 
 def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
     """Return the JSON chunk and the binary chunk of a GLB file."""
-    start, promised, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
-    if promised > len(data):
-        raise Damaged(f"its header declares {promised} bytes, but it has {len(data)}")
+    start, declared, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
+    if declared > len(data):
+        raise Damaged(f"its header declares {declared} bytes, but it has {len(data)}")
     while start + 8 <= len(data):
         length, kind = int.from_bytes(data[start : start + 4], "little"), data[start + 4 : start + 8]
         if start + 8 + length > len(data):
