@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 import pytest
-from hard_surfaces import box
+from hard_surfaces import box, rounded_box
 
 from igl_linabf import Packing, Seams, find_seams, pack_together, unwrap
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
@@ -45,6 +45,21 @@ def test_a_seam_counts_less_along_a_crease(degrees):
     sharpness = np.clip((degrees - 15) / 25, 0, 1)  # of a body with planes, from 15 to 40 degrees
     price = (1 - 0.5 * min(degrees / 90, 1)) * (1 - 0.85 * sharpness)
     assert cost.seams == pytest.approx(3 * price / np.sqrt(6))
+
+
+def test_a_seam_in_the_middle_of_a_fillet_costs_as_little_as_along_a_sharp_crease():
+    V, F = rounded_box(3, 2, 1, 0.1)  # each edge bends by less than 6 degrees
+    atlas = unwrap(V, F, Seams(trade=1.0))
+    price = atlas.cost.seams * size(V, F) / atlas.seam_length
+    assert 0.5 * 0.15 <= price < 0.25
+
+
+def test_large_angles_of_a_body_without_planes_are_not_sharp_creases():
+    V, F = igl.icosahedron()
+    seams = find_seams(V, F)
+    price = 1 - np.arccos(np.sqrt(5) / 3) / np.pi  # an icosahedron bends by 42 degrees
+    cost = unwrap(V, F, Seams(seams, trade=1.0)).cost
+    assert cost.seams == pytest.approx(price * length(V, seams) / size(V, F))
 
 
 def test_no_term_depends_on_the_size_of_the_surface(ball):

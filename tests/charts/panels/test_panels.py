@@ -102,6 +102,21 @@ def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
         assert len(atlas.charts) < len(faces) - len(plate) + 3
 
 
+@pytest.mark.parametrize("name", ["cuboid", "pencil", "cylinder", "plate with holes", "rounded box"])
+def test_find_seams_returns_the_seams_along_which_unwrap_cuts(name: str) -> None:
+    V, F = (DEVELOPABLE | ROUNDED)[name]()
+    found = {tuple(edge) for edge in np.sort(find_seams(V, F), axis=1).tolist()}
+    assert found == {tuple(edge) for edge in np.sort(unwrap(V, F).seams, axis=1).tolist()}
+
+
+def test_planes_keep_their_holes_if_asked() -> None:
+    V, F = plate_with_holes(6)
+    atlas = unwrap(V, F, Seams(holes=True))
+    assert atlas.good
+    assert sum(len(chart.result.holes) for chart in atlas.charts) == 2 * 6
+    assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
+
+
 def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
     """The surface elsewhere and larger, numbered otherwise, and in single precision; and its size."""
     rng = np.random.default_rng(0)
