@@ -5,7 +5,8 @@
 The models are the parts of parts.py, three generated surfaces, and the meshes of the kinds closed, handles,
 holes, multi and stress in IGL_LINABF_MESHES. Each is unwrapped in three ways: by linear ABF, by isometric
 maps, and by isometric maps for a page of 1024 texels. A mechanism is switched off by replacing a function or
-a constant. The figures are measured on the arrays of the atlas, independently of the package. Prints Markdown.
+a constant. The figures are measured on the arrays of the atlas, independently of the package. The output is
+Markdown.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from .boundary_shapes import FREE, Shape
 from .constants import ABF_TOL, AREA_WEIGHT, ISOMETRIC_TOL, MAX_AREA_WEIGHT, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
+    LARGEST_FOR_ABF,
     STEP_AND_CHORD_RTOL,
     ProblemOptions,
     Stage,
@@ -340,7 +341,7 @@ def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
     return [
         partial(one_system, rtol=rtol, tol=tol),
         partial(continued, rtol=rtol, tol=tol),
-        partial(anchored, tol=ABF_TOL, residual_tol=tol),
+        partial(anchored, tol=ABF_TOL, residual_tol=tol, largest=LARGEST_FOR_ABF),
         partial(feasible, tol=ABF_TOL, residual_tol=tol),
     ]
 

@@ -103,6 +103,9 @@ LEFT_GAIN = 1e-4
 # Times the tolerance: relative change of all angles that may be left to further feasible steps. With more,
 # F/3nt loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
 LEFT_TO_STEPS = 4.0
+# Triangles times solves and inner steps that the feasible form may take: more than meshes of 10,000 triangles
+# need, and some ten seconds on larger ones, which are sooner cut.
+MAX_FEASIBLE_WORK = 2e7
 # Relative rounding error of the objective. Smaller gains are not believed; with more, true ones are not.
 # tests/angles/steps/test_newton.py.
 ROUNDING = 1e-13

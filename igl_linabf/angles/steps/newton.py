@@ -21,6 +21,7 @@ from .constants import (
     LEFT_GAIN,
     LEFT_TO_STEPS,
     MAX_ANCHORED_STEPS,
+    MAX_FEASIBLE_WORK,
     MAX_RESTORING_STEPS,
     MAX_SLOW_STEPS,
     MAX_START_STEPS,
@@ -80,7 +81,7 @@ def converge(state: State, tol: float) -> AbfResult:
 
 def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     """Anchored steps; with `bounded` an angle at its bound is held as long as a step would lower it."""
-    problem, lin = state.problem, state.lin
+    start, problem, lin = state, state.problem, state.lin
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
@@ -112,9 +113,16 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
                 rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
-        if stalled > MAX_SLOW_STEPS or (not bounded and limited and k > 1):
+        ends = _work_since(start, state) > MAX_FEASIBLE_WORK if bounded else limited and k > 1
+        if ends or stalled > MAX_SLOW_STEPS:
             break
     return AbfResult(state.without_factors(), False, held)
+
+
+def _work_since(start: State, state: State) -> int:
+    """Triangles times solves and inner steps after `start`."""
+    made = state.steps[len(start.steps) :]
+    return int(state.at.alpha.shape[1]) * sum(1 + step.inner_steps for step in made)
 
 
 def _move_into_bounds(state: State) -> State:
@@ -144,14 +152,15 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
     angle. Each step is followed by corrections that restore the constraints, and halved until the
     objective falls. They end where their gains, predicted as a geometric series, are too small to matter.
-    Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
-    angles vanish at the minimum.
+    Angles are bounded below by a hundredth of alpha_0, since some angles vanish at the minimum on hard
+    meshes. On large meshes the steps end after a fixed amount of work, and have then not converged.
 
     Parameters
     ----------
     state, tol
         As for `converge`.
     """
+    start = state
     result = _anchored(state.back_to_start(), tol, bounded=True)
     if result.converged:
         return result
@@ -177,7 +186,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if gain_left <= max(LEFT_GAIN * tol, (LEFT_TO_STEPS * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
-        if scale < LEAST_STEP:
+        if scale < LEAST_STEP or _work_since(start, state) > MAX_FEASIBLE_WORK:
             break
         value = after
     return AbfResult(state.without_factors(), False, held)

@@ -13,7 +13,7 @@ from .attempts import (
     initial_problem,
     run_stages,
 )
-from .constants import ACTIVE_SET_RTOL, MAX_ACTIVE_SET_STEPS, STEP_AND_CHORD_RTOL
+from .constants import ACTIVE_SET_RTOL, LARGEST_FOR_ABF, MAX_ACTIVE_SET_STEPS, STEP_AND_CHORD_RTOL
 from .injective import by_newton, injective_map, isometric_map
 from .stages import (
     anchored,

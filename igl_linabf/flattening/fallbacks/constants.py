@@ -24,6 +24,10 @@ MAX_STEPS_TO_SUMS = 25
 
 # --- converged ABF ---
 
+# Triangles up to which converged ABF is a fallback of linear ABF. Its steps take longer than cutting a larger
+# chart.
+LARGEST_FOR_ABF = 20_000
+
 # Ratio of area scales above which lengths differ by nearly all digits, so that converged ABF is not tried.
 # More tries it in vain; less gives up maps that it mends. tests/flattening/fallbacks/test_attempts.py
 TWO_DIGIT_SPAN = 1e28

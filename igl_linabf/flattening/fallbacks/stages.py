@@ -149,10 +149,10 @@ def prescribed(problem: Problem, earlier: StageResults, rtol: float, tol: float)
 
 
 def anchored(
-    problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
+    problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0, largest: float = np.inf
 ) -> StageResult | None:
-    """Converged ABF by anchored steps."""
-    if not problem.angles.safeguard:
+    """Converged ABF by anchored steps; None for meshes of more than `largest` triangles."""
+    if not problem.angles.safeguard or len(problem.mesh.double_area) > largest:
         return None
     if (
         earlier

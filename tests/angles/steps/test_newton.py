@@ -19,6 +19,7 @@ from igl_linabf.angles import (
     initial_estimate,
 )
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
+from igl_linabf.angles.steps import newton
 from igl_linabf.angles.steps.newton import _line_search, _move_into_bounds, objective
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
@@ -149,6 +150,16 @@ def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> No
     assert "restoration" in [step.kind for step in result.steps]
     assert result.steps[-1].residual <= 1e-8
     assert stationarity(V, F, result.angles) <= 1e-3
+
+
+def test_the_feasible_form_ends_after_a_fixed_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = load("stress__optcuts_golf.obj")
+    whole = flatten(V, F, "abf")
+    monkeypatch.setattr(newton, "MAX_FEASIBLE_WORK", 1)
+    bounded = flatten(V, F, "abf")
+    assert bounded.outcome is Outcome.NOT_CONVERGED
+    assert "did not converge in its feasible form" in bounded.message
+    assert bounded.iterations < whole.iterations
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:

@@ -8,11 +8,13 @@ import igl
 import numpy as np
 import pytest
 from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, bumps, load, tree_cut
+from hostile_meshes import Disk
 from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
 from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
+from igl_linabf.flattening import methods
 from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
@@ -101,6 +103,18 @@ def test_each_attempt_follows_a_failed_one() -> None:
         assert all(attempt.failed for attempt in result.attempts[:-1])
         assert result.attempts[-1].flips == 0
         assert result.attempts[-1].failed == ""
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # some angles are near pi
+def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = Disk.random(np.random.default_rng(25)).made()
+    small = flatten(V, F)
+    assert [attempt.name for attempt in small.attempts][2:] == ["converged ABF", "feasible ABF"]
+    assert small.outcome is Outcome.CONVERGED
+    monkeypatch.setattr(methods, "LARGEST_FOR_ABF", len(F) - 1)
+    large = flatten(V, F)
+    assert [attempt.name for attempt in large.attempts] == ["linear step", "active set"]
+    assert large.outcome is Outcome.FLIPPED
 
 
 def test_a_boundary_that_is_still_open_after_a_step_and_a_chord_asks_for_more_steps() -> None:

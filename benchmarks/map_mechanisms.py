@@ -1,0 +1,202 @@
+"""What each mechanism of maps is for: maps with everything, and with one or several switched off.
+
+    python benchmarks/map_mechanisms.py [MECHANISM ...]
+
+The disks are those of the kinds disk and stress in IGL_LINABF_MESHES and random ones. Each is mapped by
+linear ABF, by converged ABF, onto a circle, onto a rectangle, and with the guarantee. Meshes with holes are
+mapped by linear ABF, onto a circle and onto circles; closed ones with 16 cones. F/3nt and flips are measured
+from the map alone. The time is the CPU time of one thread. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from time import process_time
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+import igl
+import numpy as np
+from meshes import Mesh, shared
+
+import igl_linabf
+from igl_linabf import Cones, LinABF, find_cones, flatten, unwrap
+from igl_linabf.angles.steps import conformal_corrections, iterations, newton, prescribed
+from igl_linabf.angles.system import holonomy, preconditioner, schur_columns
+from igl_linabf.flattening import methods
+from igl_linabf.flattening.fallbacks import attempts, injective, stages
+from igl_linabf.layouts import choice
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from hostile_meshes import Disk
+
+RANDOM = 40  # disks; one in ten or so needs a fallback
+CONES = 16
+NEVER = 10**9
+Patch = tuple[Any, str, Any]  # a module, a name in it, and what stands there instead
+MECHANISMS: dict[str, tuple[Patch, ...]] = {
+    "chord ends when it creeps": ((iterations, "CREEPING", 300),),
+    "slivers corrected": (
+        (preconditioner, "SLIVER", np.inf),
+        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", np.inf),
+    ),
+    "another ratio of slivers for small systems": (
+        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", preconditioner.SLIVER),
+    ),
+    "conformal corrections": (
+        (conformal_corrections, "correct_conformally", lambda state, *_: state),
+        (prescribed, "correct_conformally", lambda state, *_: state),
+        (newton, "correct_conformally", lambda state, *_: state),
+    ),
+    "slow corrections judged by paths": ((conformal_corrections, "MANY_PATHS", NEVER),),
+    "known factors kept": ((conformal_corrections, "FEW_INNER_STEPS", -1),),
+    "stale factors kept": ((conformal_corrections, "STALE_FACTOR", 0.0),),
+    "slow steps solved further": ((newton, "LEAST_ANCHORED_RTOL", newton.ANCHORED_RTOL),),
+    "complex columns and columns of paths": (
+        (
+            holonomy,
+            "solve_columns",
+            lambda inverse, constraints, drawn, B, D: schur_columns.solve_border(
+                lambda r: schur_columns.solve_pairs(inverse, r), B, constraints.n, drawn, D
+            ),
+        ),
+    ),
+    "loops of holes changed": ((choice, "by_relaxed_loops", lambda *_: None),),
+    "loops of holes drawn": ((choice, "MAX_DRAWN_HOLES", 0),),
+    "triangles placed one by one": ((choice, "one_by_one", lambda *_: None),),
+    "ears": ((attempts.Ears, "of", lambda *_: None),),
+    "converged ABF after linear ABF": (
+        (methods, "_default_stages", lambda rtol, tol, made=methods._default_stages: made(rtol, tol)[:2]),
+    ),
+    "feasible form": ((methods, "feasible", lambda *_, **__: None),),
+    "converged ABF left out at two-digit spans": ((stages, "TWO_DIGIT_SPAN", np.inf),),
+    "linear ABF after converged ABF": ((methods, "linear_fallback", lambda *_, **__: None),),
+    "the attempt of the fewest flips": (
+        (module, "best_of", lambda made: next((m, m.layout) for m in reversed(made) if m.layout is not None))
+        for module in (attempts, stages, injective)
+    ),
+}
+MECHANISMS = {name: tuple(patches) for name, patches in MECHANISMS.items()}
+
+
+class Figures(NamedTuple):
+    """The figures of one map; F/3nt is NaN if there is none."""
+
+    distortion: float
+    flips: int
+    rank: int  # 0 converged, 1 valid, 2 not converged, 3 flipped, 4 no map
+    seconds: float
+
+
+RANKS = ("converged", "valid", "not converged", "flipped")
+
+
+def measured(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, int]:
+    """F/3nt without weights, from the angles of map and surface, and the flips."""
+    angles, flat = igl.internal_angles(V, F), igl.internal_angles(np.column_stack((uv, np.zeros(len(uv)))), F)
+    a, b, c = (uv[F[:, k]] for k in range(3))
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return float(np.square(angles - flat).mean()), int((area <= 0).sum())
+
+
+def flat(V: np.ndarray, F: np.ndarray, method: str | LinABF, boundary: str) -> Figures:
+    start = process_time()
+    try:
+        made = flatten(V, F, method, boundary=boundary, progress=False)
+    except (igl_linabf.MeshError, ArithmeticError):
+        return Figures(np.nan, 0, len(RANKS), process_time() - start)
+    seconds = process_time() - start
+    return Figures(*measured(V, F, made.uv), RANKS.index(made.outcome.value), seconds)
+
+
+def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray) -> Figures:
+    start = process_time()
+    try:
+        atlas = unwrap(V, F, cones=Cones(cones), progress=False)
+    except (igl_linabf.MeshError, ArithmeticError):
+        return Figures(np.nan, 0, len(RANKS), process_time() - start)
+    seconds = process_time() - start
+    origin = np.empty(len(atlas.TC), dtype=np.int64)
+    origin[atlas.FTC] = F
+    rank = max(RANKS.index(chart.result.outcome.value) for chart in atlas.charts)
+    return Figures(*measured(V[origin], atlas.FTC, atlas.TC), rank, seconds)
+
+
+def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
+    """The verb of each map, and what makes it."""
+    disks: list[Mesh] = list(shared("disk", "stress"))
+    for seed in range(RANDOM):
+        disks.append((f"random {seed}", *Disk.random(np.random.default_rng(seed), 400).made()))
+    for _, V, F in disks:
+        V, F, *_ = igl.remove_unreferenced(V, F)
+        yield "linabf", partial(flat, V, F, "linabf", "free")
+        yield "abf", partial(flat, V, F, "abf", "free")
+        yield "guarantee", partial(flat, V, F, LinABF(guarantee="injective"), "free")
+        for boundary in ("circle", "rectangle"):
+            yield boundary, partial(flat, V, F, "linabf", boundary)
+    for _, V, F in shared("holes"):
+        for boundary in ("free", "circle", "circles"):
+            yield f"holes, {boundary}", partial(flat, V, F, "linabf", boundary)
+    for _, V, F in shared("closed"):
+        yield "cones", partial(coned, V, F, find_cones(V, F, CONES))
+
+
+def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...] = ()) -> list[Figures]:
+    with ExitStack() as switched:
+        for owner, name, instead in patches:
+            switched.enter_context(patch.object(owner, name, instead))
+        return [case() for _, case in made]
+
+
+def row(name: str, verbs: list[str], base: list[Figures], off: list[Figures]) -> str:
+    """Return what changes, and the verdict by the rule of the project."""
+    ratio: list[float] = []
+    slower: dict[str, list[float]] = {}
+    changed = better = worse = 0
+    for verb, a, b in zip(verbs, base, off, strict=True):
+        slower.setdefault(verb, []).append(b.seconds / a.seconds)
+        alike = np.isclose(a.distortion, b.distortion, rtol=1e-3, equal_nan=True)
+        changed += not alike or (a.rank, a.flips) != (b.rank, b.flips)
+        better += b.rank < a.rank and max(a.rank, b.rank) > 1
+        worse += b.rank > a.rank and max(a.rank, b.rank) > 1
+        if a.distortion > 1e-20 and np.isfinite(b.distortion):
+            ratio.append(b.distortion / a.distortion)
+    times = {verb: float(np.median(values)) for verb, values in slower.items()}
+    slowest = max(times, key=times.__getitem__)
+    keeps = np.median(ratio) > 1.03 or worse > better or times[slowest] > 1.5
+    total = sum(b.seconds for b in off) / sum(a.seconds for a in base)
+    return (
+        f"| {name} | {changed} of {len(base)} | {np.median(ratio):.3f} | {worse}, {better} | {total:.2f} | "
+        f"{times[slowest]:.2f} ({slowest}) | {'stays' if keeps else 'goes'} |"
+    )
+
+
+def main() -> None:
+    warnings.simplefilter("ignore")
+    made = list(cases())
+    verbs = [verb for verb, _ in made]
+    run(made)  # a warm-up
+    base = run(made)
+    print(
+        "Each row: maps that change if this mechanism is switched off (F/3nt by more than a thousandth,\n"
+        "flips or outcome); the median of F/3nt without it over that with it; outcomes that get worse, and\n"
+        "better; CPU time of all maps, and the median of the verb that gets slowest, over those with it.\n"
+    )
+    print("| switched off | maps that change | F/3nt | worse, better | time | slowest verb | verdict |")
+    print("|---|---|---|---|---|---|---|")
+    for name in sys.argv[1:] or MECHANISMS:
+        print(row(name, verbs, base, run(made, MECHANISMS[name])), flush=True)
+
+
+if __name__ == "__main__":
+    main()
