@@ -28,12 +28,10 @@ from peers import relative_seams
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import charting, unwrapping
 from igl_linabf.charts import constants as limits
-from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs import constants as graphs
 from igl_linabf.charts.panels import Panels, RoundedPanels
 from igl_linabf.charts.seams import constants as seams
-from igl_linabf.charts.seams import growth, search
-from igl_linabf.charts.splitting import constants as splitting
+from igl_linabf.charts.seams import search
 
 PAGE = Packing(resolution=1024, padding=2)
 WAYS = (("linabf", None), ("isometric", None), ("isometric", PAGE))
@@ -51,10 +49,7 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "rounded panels": [(RoundedPanels, "made", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measured_cost", lambda *_: -np.inf)],
     "a tree beside panels": [(seams, "CHEAP_PANELS", 1e9)],
-    "moved branch points": [(growth, "move_branch_points", lambda graph, seam, cost: seam)],
     "clusters": [(graphs, "MAX_CLUSTERS", 10**9)],
-    "more roots around thin parts": [(clusters.constants, "MAX_ROOT_ROUNDS", 0)],
-    "gain of a disk's seams": [(seams, "DISK_SEAM", 0.0)],
     "batches of small bodies": [(seams, "MIN_SMALL_BODIES", 10**9), (seams, "MIN_MEDIUM_BODIES", 10**9)],
     "pieces flattened together": [(limits, "MIN_PIECES_TOGETHER", 10**9), (limits, "MAX_FACES_TOGETHER", 0)],
     "seams for even texels": [(limits, "MAX_EVEN_ROUNDS", 0)],
@@ -62,14 +57,6 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
     "uncut charts": [(charting, "_cheaper", lambda done, *_: done)],
     "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
-    "narrower small charts": [(splitting, "RELAYOUT_WIDTHS", (1.0,))],
-    "small charts along parts of a seam": [(splitting, "MAX_EDGES_TO_TRY_PARTS", 0)],
-    "small charts in one form": [
-        (splitting, "RELAYOUT_WIDTHS", (1.0,)),
-        (splitting, "MAX_EDGES_TO_TRY_PARTS", 0),
-        (splitting, "MAX_SHEAR_FACTOR", 1e9),
-        (splitting, "INVISIBLE_SHEAR", 1e9),
-    ],
     "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
     "cuts for fuller pages": [(unwrapping, "cut_for_fill", lambda done, *_: (done, np.inf))],
 }

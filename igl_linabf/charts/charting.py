@@ -82,7 +82,7 @@ def pieces_of(
     if not options.may_find_seams:
         return pieces, given
     search = options.search
-    found = [piece.cut_along(search.seams(piece, search.disk_gain)) for piece in pieces]
+    found = [piece.cut_along(search.seams(piece)) for piece in pieces]
     return [part for parts in found for part in parts], given
 
 
@@ -332,7 +332,7 @@ def _parts_for_stretch(
     if options.weighs_stretch and rounds < constants.MAX_LEAF_ROUNDS:
         if stretch > 1 + options.worth(constants.SOUGHT_SEAM):
             search = options.search
-            seams = search.seams(piece, search.disk_gain)
+            seams = search.seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
             seams = seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
     if too_much and not len(seams) and rounds < constants.MAX_LEAF_ROUNDS:
@@ -345,14 +345,14 @@ def _parts_for_stretch(
 def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
     """Open a piece to disks by the shortest seams between its holes."""
     shortest = replace(options, trade=0.0, holes=False).search
-    return piece.cut_along(shortest.seams(piece, np.inf))
+    return piece.cut_along(shortest.needed_seams(piece))
 
 
 def _more_seams(piece: Submesh, options: ChartOptions) -> IntArray:
     """Find more seams for a piece: `trade` is doubled until there are some."""
     for k in range(1, constants.MAX_TRADE_DOUBLINGS + 1):
         search = replace(options, trade=max(options.trade, 1.0) * 2.0**k).search
-        if len(seams := search.seams(piece, 0.0)):
+        if len(seams := search.seams(piece)):
             return seams
     return _NO_SEAM
 
@@ -370,4 +370,4 @@ def _seams_for_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
     uneven = (stretch - 1) / (options.even_stretch - 1)
     if uneven <= 1:
         return _NO_SEAM
-    return replace(options, trade=uneven**2 * options.trade).search.seams(piece, 0.0)
+    return replace(options, trade=uneven**2 * options.trade).search.seams(piece)

@@ -10,9 +10,6 @@ TRADE = 6.0
 # branches that pay on the surface; more keeps some that do not. tests/charts/cut_graphs/test_clusters.py
 CLUSTER_TRADE_FACTOR = 1.6
 
-# Seam length, in square roots of the area, that seams on a disk must save beyond their own price.
-DISK_SEAM = 0.3
-
 CHEAP_PANELS = 0.1  # cost of seams around panels up to which no others are looked for
 
 # --- leaves ---

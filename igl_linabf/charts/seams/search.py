@@ -18,7 +18,7 @@ from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
 from ..panels import Panels, RoundedPanels, panel_seams
 from ..splitting import split_overlaps
 from . import constants
-from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
+from .growth import grow_seam, keep_if_worth, prune_seam, seam_cost
 from .small_bodies import SmallBodies
 
 
@@ -143,7 +143,7 @@ def find_seams(
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     search = SeamSearch(trade, method_of(method), holes, hidden)
-    return search.seams(surface, search.disk_gain if disks else np.inf)
+    return search.seams(surface) if disks else search.needed_seams(surface)
 
 
 def check_trade(trade: float) -> None:
@@ -176,24 +176,25 @@ class SeamSearch:
     keep_holes: bool = False
     hidden: FloatArray | None = None
 
-    @property
-    def disk_gain(self) -> float:
-        """L2 stretch that the seams of a disk have to save beyond their price, because it needs none."""
-        return constants.DISK_SEAM / self.trade if self.trade else np.inf
-
-    def seams(self, surface: Submesh, gain: float) -> IntArray:
+    def seams(self, surface: Submesh) -> IntArray:
         """Return the edges to cut a checked manifold along, (#E, 2), as the caller's vertices.
 
-        A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its
-        price.
+        A component that needs no seam gets one only if it lowers the cost.
         """
+        return self._find(surface, only_needed=False)
+
+    def needed_seams(self, surface: Submesh) -> IntArray:
+        """Return the edges as `seams`, but leave components whole that need no seam."""
+        return self._find(surface, only_needed=True)
+
+    def _find(self, surface: Submesh, only_needed: bool) -> IntArray:
         shapes, creased = _shapes(surface), CreasedSurface(surface, self.hidden)
         panels = self._panel_seams(creased, len(shapes))
         found, small = [panels.edges[:0]], list[int]()
         is_small = _are_small(surface, shapes)
         for k, (component, loops, genus) in enumerate(shapes):
             is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
-            if is_open and (gain == np.inf or not self.trade):
+            if is_open and (only_needed or not self.trade):
                 continue
             if panels.cost[k] <= constants.CHEAP_PANELS:
                 found.append(panels.of(k))
@@ -201,27 +202,28 @@ class SeamSearch:
                 small.append(k)
             else:
                 own = creased if component is surface else CreasedSurface(component, self.hidden)
-                found.append(self._seam_of(own, gain if is_open else None, panels, k))
+                found.append(self._seam_of(own, is_open, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
             bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
-            edges, body, costs = bodies.seams(self.trade, self.keep_holes, gain)
+            edges, body, costs = bodies.seams(self.trade, self.keep_holes)
             in_panels = panels.cost[small] < costs
             found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
 
-    def _seam_of(self, creased: CreasedSurface, gain: float | None, panels: _PanelSeams, k: int) -> IntArray:
+    def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
         """Return the edges of a tree of seams of component k, or those around its panels if they cost less.
 
-        On many nodes the tree is found on clusters of them. With a `gain` no seam is needed, and it has to
-        save this.
+        On many nodes the tree is found on clusters of them. A component that is open needs no seam.
         """
         closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
         levels = Levels.of(closed)
         trade = self.trade * (constants.CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
-        coarse = keep_if_worth(levels.coarse, shorten_seam(levels.coarse, coarse, trade), trade, gain)
+        coarse = prune_seam(levels.coarse, coarse, trade)
+        if is_open:
+            coarse = keep_if_worth(levels.coarse, coarse, trade)
         seam = levels.lift(coarse, np.intersect1d(leaves, levels.coarse.graph.ends[coarse]))
         edges = creased.surface.vertices[closed.edges[seam]]
         if panels.cost[k] == np.inf:

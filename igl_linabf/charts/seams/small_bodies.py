@@ -37,10 +37,10 @@ class SmallBodies:
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, keep_holes: bool, gain: float) -> tuple[IntArray, IntArray, FloatArray]:
+    def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return the edges to cut all bodies along, as the caller's vertices, and their costs.
 
-        A body that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+        A body that needs no seam gets one only if it lowers the cost.
 
         Returns
         -------
@@ -59,7 +59,7 @@ class SmallBodies:
             seam = self._grown(needed, trade)
             lower = self._cost(seam, trade)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
-            stays = idle & (cost - lower < gain)
+            stays = idle & (cost <= lower)
             seam, cost = self._either(needed, seam, stays), np.where(stays, cost, lower)
         return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 

@@ -107,7 +107,7 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
     for most in (piece.graph.n, constants.MAX_CLUSTERS):
         monkeypatch.setattr(constants, "MAX_CLUSTERS", most)
-        edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), None, _PanelSeams.none(1), 0)
+        edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), False, _PanelSeams.none(1), 0)
         costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
