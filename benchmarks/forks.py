@@ -24,7 +24,6 @@ NEVER = 10**9
 FORKS = {
     "slivers of small meshes corrected": (("system.preconditioner", "LARGE_SYSTEM", 0),),
     "no slivers corrected": (("system.preconditioner", "LARGE_SYSTEM", NEVER),),
-    "chord to its end": (("steps.iterations", "CREEPING", 300),),
 }
 NAMES = ("igl_camel_b", "optcuts_foot_i_f10000", "optcuts_armadillo_i_f10000", "igl_lion", "igl_camelhead")
 FINER = (("igl_camelhead", 2), ("igl_face", 2), ("igl_camelhead", 8))
