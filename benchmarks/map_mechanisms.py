@@ -45,13 +45,7 @@ CONES = 16
 NEVER = 10**9
 Patch = tuple[Any, str, Any]  # a module, a name in it, and what stands there instead
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
-    "slivers corrected": (
-        (preconditioner, "SLIVER", np.inf),
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", np.inf),
-    ),
-    "another ratio of slivers for small systems": (
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", preconditioner.SLIVER),
-    ),
+    "slivers corrected": ((preconditioner, "SLIVER", np.inf),),
     "conformal corrections": (
         (conformal_corrections, "correct_conformally", lambda state, *_: state),
         (prescribed, "correct_conformally", lambda state, *_: state),
