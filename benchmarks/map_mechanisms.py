@@ -30,7 +30,7 @@ from meshes import Mesh, shared
 
 import igl_linabf
 from igl_linabf import Cones, LinABF, find_cones, flatten, unwrap
-from igl_linabf.angles.steps import conformal_corrections, iterations, newton, prescribed
+from igl_linabf.angles.steps import conformal_corrections, newton, prescribed
 from igl_linabf.angles.system import holonomy, preconditioner, schur_columns
 from igl_linabf.flattening import methods
 from igl_linabf.flattening.fallbacks import attempts, injective, stages
@@ -45,23 +45,13 @@ CONES = 16
 NEVER = 10**9
 Patch = tuple[Any, str, Any]  # a module, a name in it, and what stands there instead
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
-    "chord ends when it creeps": ((iterations, "CREEPING", 300),),
-    "slivers corrected": (
-        (preconditioner, "SLIVER", np.inf),
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", np.inf),
-    ),
-    "another ratio of slivers for small systems": (
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", preconditioner.SLIVER),
-    ),
+    "slivers corrected": ((preconditioner, "SLIVER", np.inf),),
     "conformal corrections": (
         (conformal_corrections, "correct_conformally", lambda state, *_: state),
         (prescribed, "correct_conformally", lambda state, *_: state),
         (newton, "correct_conformally", lambda state, *_: state),
     ),
-    "slow corrections judged by paths": ((conformal_corrections, "MANY_PATHS", NEVER),),
     "known factors kept": ((conformal_corrections, "FEW_INNER_STEPS", -1),),
-    "stale factors kept": ((conformal_corrections, "STALE_FACTOR", 0.0),),
-    "slow steps solved further": ((newton, "LEAST_ANCHORED_RTOL", newton.ANCHORED_RTOL),),
     "complex columns and columns of paths": (
         (
             holonomy,

@@ -30,6 +30,7 @@ SECTIONS = [
     ("Any surface, beside other programs", "unwrap.py"),
     ("What trade buys", "trade.py"),
     ("What each mechanism is for", "mechanisms.py"),
+    ("What each mechanism of maps is for", "map_mechanisms.py"),
     ("Nasty meshes", "nasty.py"),
     ("Hard surfaces", "parts.py"),
     ("Time of an atlas", "unwrap_time.py"),

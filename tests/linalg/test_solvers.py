@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from conftest import best_fit_distance, load
 
-from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf, quality
-from igl_linabf.angles.steps import iterations
-from igl_linabf.angles.system import preconditioner
-from igl_linabf.flattening.fallbacks import STEP_AND_CHORD_RTOL
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf
 from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, conjugate_gradients, has_cholmod, solvers
 
 NAMES = ["auto", "direct", *["cholmod"] * has_cholmod()]
@@ -68,7 +65,6 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 
     monkeypatch.setattr(Cholesky, "__init__", counted_analysis)
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
-    monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # correct slivers in systems of any size
     flatten(V, F)
     # the Laplacian and the small system of slivers; a step and its chord step share both factors
     n, slivers = analysed
@@ -101,18 +97,6 @@ def test_the_system_is_factored_where_conjugate_gradients_do_not_converge(monkey
     assert result.solver.startswith("direct")
     assert "after conjugate gradients" in result.solver
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
-
-
-def test_the_chord_ends_early_unless_rtol_is_given(monkeypatch) -> None:
-    V, F = load("disk__igl_camelhead.off")
-    monkeypatch.setattr(iterations, "CREEPING", 2)
-    early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=STEP_AND_CHORD_RTOL))
-    assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
-    assert early.steps[0] == asked.steps[0]
-    assert early.steps[1].inner_steps == 2 < asked.steps[1].inner_steps
-    first, second = (quality(V, F, made.uv).angle_distortion for made in (early, asked))
-    assert early.outcome.good
-    assert first < 1.01 * second
 
 
 def test_a_singular_layout_is_an_error_with_a_location(monkeypatch) -> None:

@@ -18,11 +18,9 @@ from .constants import (
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
-    MANY_PATHS,
     MAX_CORRECTIONS,
     ROUGH_RTOL,
     SLOW_CORRECTION,
-    STALE_FACTOR,
 )
 from .iterations import State
 from .linearisation import Linearised, errors, exact_direction, linearise, solve
@@ -125,8 +123,6 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         Residual below which corrections begin.
     """
     least_norm, conformal = state.lin, None
-    many_paths = len(state.problem.constraints.paths) >= MANY_PATHS
-    least = slow = 2 * SLOW_CORRECTION if many_paths else SLOW_CORRECTION
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -144,9 +140,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             state = made
         elif fresh:
             break
-        if fresh:
-            slow = min(max(least, STALE_FACTOR * left), IN_VAIN)
-        if not left <= slow:
+        if not left <= SLOW_CORRECTION:
             conformal = None
     return replace(state, lin=least_norm)
 

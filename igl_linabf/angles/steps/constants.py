@@ -9,9 +9,6 @@ LONGEST_WAY = 0.7
 # Relative residual of the inner solver in a step that others follow. With less, inner steps find digits that
 # the next step changes; with more, steps are many. benchmarks/timing.py prints the times.
 ROUGH_RTOL = 0.1
-# Inner steps above which conjugate gradients creep, and a chord ends. Ten more change F/3nt by less than a
-# hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
-CREEPING = 12
 # Inner steps up to which the factor of the first step serves the second, too; after a limited step, half as
 # many. With fewer, factors cost more than they save; with more, inner steps do. benchmarks/cones.py prints
 # the times.
@@ -38,13 +35,6 @@ IN_VAIN = 0.5
 # Share of the residual that a correction leaves, above which the next one has a new factor. With less,
 # factors take more time than corrections; with more, corrections do. benchmarks/cones.py prints the times.
 SLOW_CORRECTION = 0.2
-# Closed paths from which twice that share is slow, as a new factor has columns to solve for with each. With
-# fewer, corrections take more time; with more, factors do. benchmarks/cones.py prints the times.
-MANY_PATHS = 4
-# The share above which a factor is kept, times what the first correction with the factor left, where that is
-# more: a new factor would leave as much.
-STALE_FACTOR = 1.5
-
 # Prescribed sums
 
 # Residual below which lengths around holes mean something, and how far steps to it are solved. With more,
@@ -62,15 +52,8 @@ MANY_INNER_STEPS = 30
 # less, inner steps find digits that the next step changes; with more, steps are many.
 # tests/angles/steps/test_newton.py.
 ANCHORED_RTOL = 0.03
-# Share of the least change so far above which anchored steps are slow, and are solved further. With
-# less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
+# Share of the least change so far above which an anchored step is slow.
 SLOW_STEP = 0.7
-# Relative residual of the inner solver in anchored steps at least, where slow steps shake the angles about.
-# With less, inner steps are many; with more, steps stay slow. tests/angles/steps/test_newton.py.
-LEAST_ANCHORED_RTOL = 0.003
-# Relative change of an angle below which slow steps are solved further. Above, the constraints are far from
-# linear; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
-NEARLY_LINEAR = 1.0
 # Anchored steps at most; of feasible ones twice as many.
 # tests/angles/steps/test_newton.py asserts how many it takes.
 MAX_ANCHORED_STEPS = 30

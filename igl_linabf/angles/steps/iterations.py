@@ -8,7 +8,6 @@ import numpy as np
 
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray
-from .constants import CREEPING
 from .iterates import AngleProblem, Iterate, Kind, Step
 from .linearisation import Closed, Direction, Linearised, advance, linearise, solve
 
@@ -92,13 +91,12 @@ class StepAndChord:
     residuals: FloatArray
 
 
-def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False) -> StepAndChord:
+def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
     """The linear step and its chord for each disk of the problem whose residual is above `tol`.
 
     The chord is a second solve with the same system, without assembly or factorisation: a simplified Newton
     step. Both are solved to the relative residual `rtol`. On a nearly developable surface a single inner
-    step may reach that and leave most of the distortion, so one alone has to reach the square of it. With
-    `quick`, the chord ends after twelve inner steps: in thin, finely meshed regions they creep.
+    step may reach that and leave most of the distortion, so one alone has to reach the square of it.
     After limited steps there is no chord: it would end with far smaller angles than another step.
 
     Raises
@@ -115,9 +113,8 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
     if (moving & good).any():
         lin = linearise(problem, start.at, reuse=start.lin, close="paths")
         for k, kind in enumerate(KINDS):
-            most = CREEPING if kind == "chord" and quick else None
             first_rtol = rtol**2 if kind == "step" else None
-            direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
+            direction = solve(lin, state.at, rtol, first_rtol=first_rtol)
             if not moving.all():
                 direction = replace(direction, e=direction.e * disks.faces.repeat(np.where(moving, 1.0, 0.0)))
             lin, inner_steps[k] = direction.lin, direction.each

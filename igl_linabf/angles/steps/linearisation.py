@@ -276,7 +276,6 @@ def solve(
     rtol: float,
     gradient: FloatArray | None = None,
     start: FloatArray | None = None,
-    most: int | None = None,
     first_rtol: float | None = None,
 ) -> Direction:
     """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
@@ -293,8 +292,6 @@ def solve(
     gradient : (3, #F) float64, optional
     start : float64 array, optional
         Multipliers to start from; `rtol` is then relative to the residual there.
-    most : int, optional
-        Steps of conjugate gradients after which their residual is enough, however large.
     first_rtol : float, optional
         Relative residual that is enough after a single one.
     """
@@ -316,7 +313,7 @@ def solve(
             rhs -= lin.product(start)
         del e0  # its memory is for conjugate gradients
     with timed("solve"):
-        made = _multipliers(lin, at, rhs, rtol, most, first_rtol)
+        made = _multipliers(lin, at, rhs, rtol, first_rtol)
     with timed("assembly"):
         x = made.x if start is None else start + made.x
         e = errors(made.lin, x)
@@ -351,7 +348,7 @@ def exact_direction(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
 
 
 def _multipliers(
-    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None, first_rtol: float | None
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, first_rtol: float | None
 ) -> Direction:
     """The multipliers that solve a linearised system, as a direction without errors yet."""
     none, rows = np.empty((3, 0)), lin.problem.disks.rows
@@ -362,12 +359,11 @@ def _multipliers(
             rhs,
             lin.precondition,
             rtol,
-            *(() if most is None else (most,)),
             first_rtol=first_rtol,
             start=2 * rows.start if len(rows) > 1 else None,
         )
         finite = np.isfinite(x).all()
-        if len(rows) > 1 or (finite and (converged.all() or most is not None)):
+        if len(rows) > 1 or (finite and converged.all()):
             return Direction(none, x, lin, each, converged)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None

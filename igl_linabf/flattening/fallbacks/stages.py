@@ -85,14 +85,14 @@ def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None =
 def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
     """The linear step and a second solve with its system; with holes, the second solve is a step.
 
-    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
+    Both are to the relative residual `rtol`, by default 0.1.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
     boundary: Boundary | None = None
     if state.at.residual.largest > tol:
         if not holes:
-            state = step_and_chord(state, enough, tol, quick=rtol is None).state
+            state = step_and_chord(state, enough, tol).state
         else:
             state = linear_step(state, enough, close=False, first_rtol=enough**2)
             if not state.steps[-1].limited:  # least squares lays out, which draws no loop
