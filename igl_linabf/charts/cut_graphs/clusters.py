@@ -103,9 +103,7 @@ class Contracted:
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        width = constants.CORRIDOR_WIDTH * mean
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
+        return _tighten(self.fine, lifted, self.roots[kept], mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,10 +132,19 @@ class Levels:
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """A seam of the coarse surface pulled tight on the surface, step by step; `leaves` stay roots."""
+        """Pull a seam of the coarse surface tight on the surface, step by step; it passes its leaves."""
+        if not self.steps and len(seam):
+            return _tighten(self.coarse, seam, leaves, float(self.coarse.graph.length.mean()))
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
+
+
+def _tighten(closed: ClosedSurface, seam: IntArray, kept: IntArray, step: float) -> IntArray:
+    """Pull a seam tight within a corridor, whose width is a multiple of `step`; it still passes `kept`."""
+    width, graph = constants.CORRIDOR_WIDTH * step, closed.graph
+    near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(seam), limit=width)[0])
+    return pull_tight(closed, seam, kept, near, 2 * width)
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._core import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
+from ..._core import overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
-from ..features import box_sides
+from ..features import CreasedSurface, box_sides
 from . import constants
 
 
@@ -171,7 +171,8 @@ class _Search:
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
         spoke = constants.PART_COST * np.linalg.norm(box_sides(part.V)) / 2
-        self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
+        price = CreasedSurface(part).price[np.searchsorted(topology.inside, inner)]
+        self._cost = np.append(price, np.full(len(rim), spoke))
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 
     def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
