@@ -27,10 +27,8 @@ from peers import relative_seams
 
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import charting, unwrapping
-from igl_linabf.charts import constants as limits
 from igl_linabf.charts.cut_graphs import constants as graphs
 from igl_linabf.charts.panels import Panels, RoundedPanels
-from igl_linabf.charts.seams import constants as seams
 from igl_linabf.charts.seams import search
 
 PAGE = Packing(resolution=1024, padding=2)
@@ -48,12 +46,15 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "panels, also rounded ones": [(Panels, "made", no_panels), (RoundedPanels, "made", no_panels)],
     "rounded panels": [(RoundedPanels, "made", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measured_cost", lambda *_: -np.inf)],
-    "a tree beside panels": [(seams, "CHEAP_PANELS", 1e9)],
+    "a tree beside panels": [(search, "CHEAP_PANELS", 1e9)],
     "clusters": [(graphs, "MAX_CLUSTERS", 10**9)],
-    "batches of small bodies": [(seams, "MIN_SMALL_BODIES", 10**9), (seams, "MIN_MEDIUM_BODIES", 10**9)],
-    "pieces flattened together": [(limits, "MIN_PIECES_TOGETHER", 10**9), (limits, "MAX_FACES_TOGETHER", 0)],
-    "seams for even texels": [(limits, "MAX_EVEN_ROUNDS", 0)],
-    "seams for measured stretch": [(limits, "SOUGHT_SEAM", 1e9)],
+    "batches of small bodies": [(search, "MIN_SMALL_BODIES", 10**9), (search, "MIN_MEDIUM_BODIES", 10**9)],
+    "pieces flattened together": [
+        (charting, "MIN_PIECES_TOGETHER", 10**9),
+        (charting, "MAX_FACES_TOGETHER", 0),
+    ],
+    "seams for even texels": [(charting, "MAX_EVEN_ROUNDS", 0)],
+    "seams for measured stretch": [(charting, "SOUGHT_SEAM", 1e9)],
     "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
     "uncut charts": [(charting, "_cheaper", lambda done, *_: done)],
     "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],

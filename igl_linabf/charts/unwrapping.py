@@ -56,6 +56,10 @@ from .packing import (
 )
 from .periodic import with_period
 
+MAX_MARGIN_SHARE = 0.64  # largest share of the page that margins may take
+SEARCHED_OVER_TRIAL = 0.88  # size of the page after a full search over that of a quick trial, at least
+MAX_SPARSE_FILL = 0.57  # fill of a page of many charts up to which their largest are cut
+
 
 def unwrap(
     V: ArrayLike,
@@ -255,7 +259,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _placed(done, wish)
-        if fill_of(placed) > constants.MAX_SPARSE_FILL:
+        if fill_of(placed) > MAX_SPARSE_FILL:
             return _packed(surface, done, wish, placed)
     parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
     if len(parts) == len(done):
@@ -265,7 +269,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
     # the size of the page on which uncut charts cost as much
     worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / options.trade
-    if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
+    if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), wish)
     if placed is None or 1 / fill_of(placed) > worth:
         return _packed(surface, parts, wish, fuller)
@@ -278,7 +282,7 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
 
 def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
     """Charts on pages, with margins that leave room for so many."""
-    most = float(np.sqrt(constants.MAX_MARGIN_SHARE / len(done)))
+    most = float(np.sqrt(MAX_MARGIN_SHARE / len(done)))
     closer = wish.spacing.at_most(most)
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"

@@ -168,8 +168,8 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypatch) -> None:
     V, F = load("stress__optcuts_golf.obj")
     V = V * [20, 1, 1]
-    monkeypatch.setattr(charting.constants, "MAX_LEAF_ROUNDS", 0)
-    monkeypatch.setattr(charting.constants, "MAX_LEAF_ROUNDS_OF_MANY_FLIPS", 0)
+    monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS", 0)
+    monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS_OF_MANY_FLIPS", 0)
     monkeypatch.setattr(charting, "_map_without_flips", pytest.fail)  # the guarantee is not needed
     atlas = unwrap(V, F, Seams(max_stretch=np.inf))
     assert atlas.good
@@ -178,7 +178,7 @@ def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypat
 
 
 def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(charting.constants, "MAX_TRADE_DOUBLINGS", 0)
+    monkeypatch.setattr(charting, "MAX_TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F, Seams(max_stretch=np.inf))

@@ -15,6 +15,10 @@ from . import constants
 from .curvature import apexes, component_extents, dihedral_angles, flat_shares
 from .visibility import hiding_factors
 
+PLANE_BEND = 1e-3  # dihedral angle up to which two faces are in one plane
+MIN_CHART_HEIGHT = 1e-12  # height of a face over its longest side that double precision can map
+MIN_DISK_CURVATURE = 0.02  # sum of squared curvatures, in full turns, of a disk that may fall into panels
+
 MIN_PLANE_SHARE = 1e-3  # share of a body's area from which a plane is large
 PLANE_OVER_NEIGHBOURS = (
     2.0  # area of a large plane over that of any plane beside it that no sharp crease parts
@@ -174,7 +178,7 @@ class CreasedSurface:
         double_area, dot = self.surface.measured
         height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
         noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
-        most = np.minimum(np.maximum(constants.PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
+        most = np.minimum(np.maximum(PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
         return np.asarray(self.crease_angle <= most)
 
     @cached_property
@@ -256,7 +260,7 @@ class CreasedSurface:
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
         double_area, dot = surface.measured
-        needle = double_area <= constants.MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
-        may = (self.n_loops != 1) | (gain == 0) | (gain > constants.MIN_DISK_CURVATURE)
+        needle = double_area <= MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
+        may = (self.n_loops != 1) | (gain == 0) | (gain > MIN_DISK_CURVATURE)
         may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
         return np.asarray(may)

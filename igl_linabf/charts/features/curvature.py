@@ -7,6 +7,14 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 from . import constants
 
+# Height of a face, in roundings of its coordinates, below which it takes its neighbour's normal.
+MIN_SURE_HEIGHT = 100.0
+MAX_UNSURE_ROW = 8  # length of a row of such faces
+BEND_ROUNDING = 1e-5  # radians by which rounding bends an edge within a plane
+FLAT_TURN = 0.1  # radians that the normal of a flat part turns on a path of the square root of the area
+MIN_CORNER_TURN = 0.01  # radians by which the outline of a facet turns at a corner
+TIP_PROMINENCE = 4.0  # curvature of a tip on soft creases over that of its neighbours
+
 
 class Smoothing:
     """Repeated averages over neighbours: n of them reach over about the square root of n edges.
@@ -66,7 +74,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    least = constants.MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
+    least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
     unsure = double_area < least * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
@@ -75,7 +83,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        for _ in range(constants.MAX_UNSURE_ROW):
+        for _ in range(MAX_UNSURE_ROW):
             rows = np.flatnonzero(unsure & ~unsure[other])
             if not len(rows):
                 break
@@ -123,7 +131,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = bend < constants.FLAT_TURN * way / whole + constants.BEND_ROUNDING
+    straight = bend < FLAT_TURN * way / whole + BEND_ROUNDING
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
@@ -140,15 +148,15 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     noise = constants.COORDINATE_NOISE * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = bend <= np.minimum(constants.BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)
+    in_plane = bend <= np.minimum(BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + constants.MIN_CORNER_TURN, np.pi)
-    corners = np.bincount(key[turn > 2 * constants.MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + MIN_CORNER_TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():
         return None
@@ -178,5 +186,5 @@ def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolA
         rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
         around = np.zeros(len(bent))
         np.maximum.at(around, a[rows], bent[b[rows]])
-        tip &= ~on_soft | (bent >= constants.TIP_PROMINENCE * around)
+        tip &= ~on_soft | (bent >= TIP_PROMINENCE * around)
     return np.asarray(tip)

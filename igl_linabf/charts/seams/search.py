@@ -21,6 +21,15 @@ from . import constants
 from .growth import grow_seam, keep_if_worth, prune_seam, seam_cost
 from .small_bodies import SmallBodies
 
+# Factor on `trade` for seams of clusters, which get shorter when they are pulled tight.
+CLUSTER_TRADE_FACTOR = 1.6
+CHEAP_PANELS = 0.1  # cost of seams around panels up to which no others are searched
+MAX_FACES_OF_SMALL_BODY = 100  # faces of a component that is processed in a batch
+MIN_SMALL_BODIES = 8  # number of components from which there are batches
+MAX_FACES_OF_MEDIUM_BODY = 2_000  # faces of a smooth component that is processed in a large batch
+MIN_MEDIUM_BODIES = 100  # number of components from which there are large batches
+MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # share of its area that lies flat, below which a component is smooth
+
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
     """Cut a surface along edges, as `igl.cut_mesh` does, with checked input.
@@ -196,7 +205,7 @@ class SeamSearch:
             is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
             if is_open and (only_needed or not self.trade):
                 continue
-            if panels.cost[k] <= constants.CHEAP_PANELS:
+            if panels.cost[k] <= CHEAP_PANELS:
                 found.append(panels.of(k))
             elif is_small[k]:
                 small.append(k)
@@ -219,7 +228,7 @@ class SeamSearch:
         """
         closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
         levels = Levels.of(closed)
-        trade = self.trade * (constants.CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
+        trade = self.trade * (CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
         coarse = prune_seam(levels.coarse, coarse, trade)
         if is_open:
@@ -309,13 +318,13 @@ def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Mark the components of genus 0 that are small enough to be processed in one batch."""
     components, _, genus = zip(*shapes, strict=True)
     sizes = np.array([len(component.F) for component in components])
-    small = (sizes <= constants.MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= constants.MIN_SMALL_BODIES)
-    medium = (sizes > constants.MAX_FACES_OF_SMALL_BODY) & (sizes <= constants.MAX_FACES_OF_MEDIUM_BODY)
-    if len(shapes) >= constants.MIN_MEDIUM_BODIES and medium.any():
+    small = (sizes <= MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= MIN_SMALL_BODIES)
+    medium = (sizes > MAX_FACES_OF_SMALL_BODY) & (sizes <= MAX_FACES_OF_MEDIUM_BODY)
+    if len(shapes) >= MIN_MEDIUM_BODIES and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
         for i, component in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < constants.MAX_FLAT_SHARE_OF_SMOOTH_BODY)
+        small |= medium & (flat_shares(surface, of) < MAX_FLAT_SHARE_OF_SMOOTH_BODY)
     return list((small & (np.array(genus) == 0)).tolist())
 
 

@@ -5,8 +5,7 @@ SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .bisection import bisect
-from .constants import TIP_STRETCH
 from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import MapMeasure, seams_to_tips
+from .tips import TIP_STRETCH, MapMeasure, seams_to_tips

@@ -10,7 +10,10 @@ from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
 from ..features import CreasedSurface
-from . import constants
+
+TIP_STRETCH = 1.2  # L2 stretch of a map from which seams to its tips are sought
+TIP_AREA_SHARE = 1 / 16  # share of its area that a face at a shrunk tip has in the map
+MIN_TIP_GAIN = 0.008  # L2 stretch that seams to tips save beyond their price
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +76,10 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
-    if trade == 0 or not constants.TIP_STRETCH**2 < total < np.inf:
+    if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
-    faces, saved = tips_of(piece.F, len(piece.V), changed, constants.TIP_AREA_SHARE)
-    if not saved.sum() / (np.sqrt(total) + 1) >= constants.MIN_TIP_GAIN:  # not even with seams for nothing
+    faces, saved = tips_of(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
+    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     is_inside, closed, unit = (
@@ -88,6 +91,6 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     # a seam whose price is more than all stretch beyond 1 is worth nothing
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
     chosen, gain = seams_worth(distance[nodes] / unit, saved[is_inside], total)
-    if gain < constants.MIN_TIP_GAIN:
+    if gain < MIN_TIP_GAIN:
         return none
     return piece.vertices[closed.edges[closed.graph.path_edges(before, nodes[chosen])]]

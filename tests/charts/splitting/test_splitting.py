@@ -15,7 +15,7 @@ from overlapping_surfaces import spiral
 
 from igl_linabf import FallbackWarning, Seams, find_seams, flatten, overlaps, quality, unwrap
 from igl_linabf.charts import constants as charts_constants
-from igl_linabf.charts.splitting import constants, merge_small_charts
+from igl_linabf.charts.splitting import merge_small_charts, scaf
 from igl_linabf.surface import Submesh
 
 
@@ -68,7 +68,7 @@ def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
 ) -> None:
     V, F = spiral()
     for name, value in limits.items():
-        monkeypatch.setattr(constants, name, value)
+        monkeypatch.setattr(scaf, name, value)
     with pytest.warns(FallbackWarning, match=f"cut apart, not moved.*{why}"):
         atlas = unwrap(V, F, Seams(bijective=True))
     assert atlas.splits
