@@ -75,7 +75,7 @@ def pieces_of(
     labels: IntArray | None,
     options: ChartOptions,
 ) -> tuple[list[Submesh], IntArray]:
-    """Cut the surface along the given seams and those that are found.
+    """Cut the surface along the given seams and along further seams.
 
     Edges between triangles of different labels count as given. Also return the vertices of the given seams,
     (#E, 2).
@@ -113,7 +113,7 @@ class _Work:
     key : Key
     piece : Submesh
     rounds : Counter of Reason
-        How many times the piece, or what it was a part of, was cut for each reason.
+        How many times the piece, or the piece that it is a part of, was cut for each reason.
     """
 
     key: Key
@@ -167,7 +167,7 @@ class _Map:
 
 
 def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, then the parts of those that are cut further, and so on.
+    """Flatten the pieces, then the parts of pieces that are cut further, and so on.
 
     Finally small charts are merged into others, but not across edges that are `given` as seams.
     """
@@ -215,7 +215,7 @@ def _cheaper(
 
 
 def _maps_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
-    """Flatten many pieces together, or the smallest of a few; None for the others."""
+    """Flatten many pieces together, or the smallest of a few; None for each other piece."""
     made: list[_Map | None] = [None] * len(pieces)
     asked = list(range(len(pieces)))
     if len(pieces) < MIN_PIECES_TOGETHER:

@@ -53,12 +53,12 @@ class CreasedSurface:
 
     @property
     def inside(self) -> IntArray:
-        """The edges with two faces, as rows of the topology's edges, (#E,)."""
+        """The inner edges (with two faces), as rows of the topology's edges, (#E,)."""
         return self.surface.topology.inside
 
     @property
     def faces(self) -> IntArray:
-        """The two faces of each of them, (#E, 2)."""
+        """The two faces of each inner edge, (#E, 2)."""
         return self.surface.topology.faces_inside
 
     @property
@@ -130,7 +130,7 @@ class CreasedSurface:
 
     @cached_property
     def in_large_plane(self) -> BoolArray:
-        """Which faces are in planes that are large, and larger than those beside them."""
+        """Which faces are in large planes, larger than the planes beside them."""
         number = int(self.plane.max()) + 1
         area, whole = sum_by(self.plane, self.surface.measured[0], number), np.empty(number)
         whole[self.plane] = self.double_area[self.label]
@@ -253,7 +253,7 @@ class CreasedSurface:
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:
-        """Which components may fall into panels: those without needles, that are no nearly flat disks.
+        """Which components may fall into panels: components without needles, except nearly flat disks.
 
         A disk that is not curved at all may, too.
         """

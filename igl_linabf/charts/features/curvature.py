@@ -39,7 +39,7 @@ class Smoothing:
         return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """The values of the vertices, (#V,) or (#V, 2), after so many averages."""
+        """Return the values of the vertices, (#V,) or (#V, 2), after a number of averages."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = product_with_pairs(*self._matrix, pairs) / self._number[:, None]
@@ -66,7 +66,7 @@ def box_sides(V: FloatArray) -> FloatArray:
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Unit normals, (#F, 3). Slivers have those of their neighbours, so that rounding bends no plane.
+    """Return unit normals, (#F, 3). A sliver takes a neighbour's normal, so rounding does not bend planes.
 
     `size` is the extent of each face's body, (#F,), if there are several.
     """
@@ -100,9 +100,9 @@ def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> Float
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane: flat parts of the surface.
 
-    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that make up
-    one triangle, as those of a subdivided mesh do, count as this triangle: so the share hardly depends on how
-    fine a mesh is, and is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
+    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that
+    make up one triangle, such as those of a subdivided mesh, count as this triangle. The share therefore does
+    not depend on how fine a mesh is; it is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
@@ -125,7 +125,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
         one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
-        large = np.bincount(facet) > 1  # the others have one edge in common
+        large = np.bincount(facet) > 1  # two single faces share one edge
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
@@ -139,7 +139,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
 
 
 def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
-    """The facet of each face: the face, or the flat triangle that it is a part of; None if there are none.
+    """Return the facet of each face, itself or the flat triangle around it; None without such triangles.
 
     `sides` are the two faces of each edge, (2, #E); `bend` is the angle there, `size` the extent of each
     face's body.

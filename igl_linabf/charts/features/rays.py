@@ -1,4 +1,4 @@
-"""Which charts nobody sees: no ray from outside reaches them, as the walls of cavities inside a body."""
+"""Charts that cannot be seen from outside, such as the walls of a cavity: no ray reaches them."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ FINE_SCALE = 0.01  # scale of details over the square root of the area
 COARSE_SCALE = 0.05  # scale of limbs over the square root of the area
 MAX_SALIENCE_STEPS = 60  # averages over neighbours up to the coarse scale
 CLEAR_FRONT = 0.1  # length of the mean normal, weighted by salience, of a clear front
-MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` up to which there is no front
+MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a body has no front
 
 SMOOTHING_REACH = 0.02  # square roots of the area over which hiding is averaged
 MAX_SMOOTHING_STEPS = 30  # averages over neighbours on fine meshes

@@ -1,4 +1,4 @@
-"""Panels: what lies between creases, each laid flat alone, and joined edge to edge.
+"""Panels: the regions between creases, each laid flat alone, and joined edge to edge.
 
 Where all that is curved is on sharp creases, panels are planes, cylinders and cones. Their net is found at
 once: two panels are joined along their common crease, the longest creases first, as long as no face lies
@@ -7,7 +7,7 @@ over another one. A crease along which they are not joined is a seam.
 Machine parts have fillets, too. A fillet ends in corners that are curved a little at each of many vertices,
 and no net goes through all of these. But the planes on its two sides are panels: each takes half of the
 fillet, whose middle is a crease between them. Panels are joined along these as along sharp creases, with some
-play. What is curved then comes to the boundaries of charts, which are flattened.
+play. The curved vertices are then on the boundaries of charts, which are flattened.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Panels:
 
     @cached_property
     def terminals(self) -> BoolArray:
-        """Which vertices seams have to come to: those that are curved."""
+        """Which vertices seams have to reach: the curved ones."""
         return np.asarray(self.creased.curvature > 0)
 
     @cached_property
@@ -77,7 +77,7 @@ class Panels:
         return made
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        """The gap between the two sides of such edges up to which these are joined."""
+        """Return the largest gap between the two sides of each edge that is joined."""
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
@@ -250,9 +250,9 @@ def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray | None) -> tuple[
 
 
 def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
-    """The edges, as vertices (#E, 2), that open a part of several components, of which one may have handles.
+    """Return the edges (#E, 2) that open a part of several components; one component may have handles.
 
-    `tip` is the mask of vertices, (n,), to which they come.
+    `tip` is the mask of vertices, (n,), that the edges have to reach.
     """
     piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)

@@ -101,7 +101,7 @@ def overlap_depths(
     most: float,
     shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
-    """The depth to which each triangle may lie over others; negative for slivers, which overlap nothing.
+    """Return the depth to which each triangle may overlap others; negative for slivers, which are ignored.
 
     That is a share `most` of the extent, and `shallow` of its height, at most.
     """

@@ -89,7 +89,7 @@ def find_seams(
     """Find the short seams along which `unwrap` cuts a surface.
 
     A component that consists of panels (planes, cylinders and cones between creases, and planes with rounded
-    creases) is cut along seams that lay all of its panels flat, if these cost less than the following ones.
+    creases) is cut along seams that lay all of its panels flat, if these cost less than a tree of seams.
 
     On every other component a tree of seams is grown. Handles are opened along short loops through one point
     (shortest-path tree and cotree of Erickson, Whittlesey 2005). Holes are joined by a tree of shortest

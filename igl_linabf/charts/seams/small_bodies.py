@@ -1,4 +1,4 @@
-"""Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
+"""Seams of many small bodies at once: the search of `find_seams`, one branch per body at a time.
 
 The bodies do not touch, so one Laplace system, and one search for shortest paths, serves all of them.
 """
@@ -137,7 +137,7 @@ class SmallBodies:
         return np.asarray(self._of[self.closed.graph.ends[edges, 0]])
 
     def _least(self, values: FloatArray) -> IntArray:
-        """The node of each body with the least value, the first of equal ones."""
+        """Return the node with the least value in each body, the first among equals."""
         values = values[self._by_body]
         least = np.flatnonzero(values == self._nodes.repeat(self._nodes.min(values)))
         first = np.searchsorted(least, self._nodes.start[:-1])

@@ -1,6 +1,6 @@
 """Charts cut further, or mended, where their maps overlap, flip or shrink.
 
-In: a chart with its map. Out: seams that split it; small charts joined to neighbours; maps laid out anew.
+In: a chart with its map. Out: seams that split it; charts merged into neighbours; maps moved apart.
 SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 

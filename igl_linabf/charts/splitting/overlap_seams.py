@@ -34,7 +34,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles. A chart with overlaps is a disk; the others may be anything.
+        Oriented triangles. A chart with overlaps is a disk; charts without overlaps may be any surface.
     pairs : (#P, 2) int
         The pairs that `overlaps(uv, F)` returns; the two faces of a pair are of one chart.
 
@@ -85,7 +85,7 @@ def seams_of_overlaps(charts: list[Submesh], pairs: IntArray) -> IntArray:
 
 
 def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
-    """The parts of a chart cut along these seams, of which each separates so many overlaps at most."""
+    """Cut a chart along these seams; each search separates at most `most` overlaps."""
     return _separated([chart], pairs, most)[1]
 
 
@@ -180,7 +180,7 @@ class _Search:
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 
     def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
-        """The largest overlaps, so many at most, by their pairs of polygons."""
+        """Return at most `most` overlaps of pairs of polygons, the largest first."""
         m, dual = self._m, self._dual
         code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
         upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
@@ -257,7 +257,7 @@ class _Dual(NamedTuple):
         return np.asarray(self.edge[at[within[self.neighbour[at]]]])
 
     def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
-        """The entries of some faces, and of which face each is."""
+        """Return the entries of some faces, and the face of each entry."""
         number = self.begin[faces + 1] - self.begin[faces]
         of = np.repeat(np.arange(len(faces)), number)
         return (self.begin[faces] - np.cumsum(number) + number)[of] + np.arange(len(of)), of

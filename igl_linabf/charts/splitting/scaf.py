@@ -108,7 +108,7 @@ def make_bijective(
 def moved_apart(
     flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
-    """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
+    """Run `make_bijective` on a checked map of one disk; also return a sentence on remaining faults, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
     bad = np.flatnonzero(~(np.abs(area) > MIN_SCAF_AREA * total))
@@ -187,7 +187,7 @@ def move_parts_apart(
     iterations is fixed, so the result does not depend on how busy the machine is.
     """
     hangs = SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
-    try:  # overlaps and flips that are left are told by the atlas
+    try:  # the atlas reports the remaining overlaps and flips
         uv, _ = moved_apart(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
     except MeshError as error:
         _tell(piece, str(error))

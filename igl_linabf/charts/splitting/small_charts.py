@@ -128,7 +128,7 @@ class _Candidate:
 
 
 class _Host:
-    """A chart that small ones may be joined to, and those that are."""
+    """A chart with the small charts that are merged into it."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
         self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
@@ -175,7 +175,7 @@ class _Host:
         return True
 
     def joined(self, entry: Made) -> Made:
-        """The chart with all that it took; its quality is still that of the chart alone."""
+        """Return the chart with all merged charts; its quality is still the one before the merge."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
         faces, vertices = [piece.faces], [piece.vertices]
@@ -217,7 +217,7 @@ class _Host:
 
 
 class _Rims:
-    """The boundaries of some hosts but for the edges `kept`, in which each is found by its vertices."""
+    """The boundary edges of hosts except the edges `kept`, indexed by their vertices."""
 
     def __init__(self, hosts: list[_Host], kept: IntArray) -> None:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)

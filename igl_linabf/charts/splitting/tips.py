@@ -55,7 +55,7 @@ def size_and_stretch(changed: Change) -> tuple[float, float]:
 
 
 def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
-    """Which of the seams to tips save more stretch than they cost; and what they gain together.
+    """Choose the seams to tips that save more stretch than they cost; also return their total gain.
 
     A seam saves its part of the squared L2 stretch, which is `total`. Prices are in units of L2 stretch.
     """
@@ -72,7 +72,7 @@ def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[Int
 def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
 
-    `changed` is what the map does to the piece. Cut to a tip, its faces are taken to keep their size.
+    `changed` is the distortion of the map. Faces at a tip are assumed to keep their size once a seam ends there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
