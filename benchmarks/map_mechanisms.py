@@ -45,7 +45,13 @@ CONES = 16
 NEVER = 10**9
 Patch = tuple[Any, str, Any]  # a module, a name in it, and what stands there instead
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
-    "slivers corrected": ((preconditioner, "SLIVER", np.inf),),
+    "slivers corrected": (
+        (preconditioner, "SLIVER", np.inf),
+        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", np.inf),
+    ),
+    "another ratio of slivers for small systems": (
+        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", preconditioner.SLIVER),
+    ),
     "conformal corrections": (
         (conformal_corrections, "correct_conformally", lambda state, *_: state),
         (prescribed, "correct_conformally", lambda state, *_: state),
