@@ -21,7 +21,10 @@ from pages import arguments, publish
 from igl_linabf import flatten
 
 NEVER = 10**9
-FORKS = {"no slivers corrected": (("system.preconditioner", "SLIVER", NEVER),)}
+FORKS = {
+    "slivers of small meshes corrected": (("system.preconditioner", "LARGE_SYSTEM", 0),),
+    "no slivers corrected": (("system.preconditioner", "LARGE_SYSTEM", NEVER),),
+}
 NAMES = ("igl_camel_b", "optcuts_foot_i_f10000", "optcuts_armadillo_i_f10000", "igl_lion", "igl_camelhead")
 FINER = (("igl_camelhead", 2), ("igl_face", 2), ("igl_camelhead", 8))
 SINGLE_RUN = 300_000  # from this many triangles on, a mesh runs only once

@@ -44,7 +44,8 @@ def parse_stl(data: bytes) -> MeshFile:
                 stacklevel=stack_level(),
             )
         table = np.frombuffer(data, TRIANGLE_DTYPE, declared, header_size)
-        V = table["corner"].astype(np.float64).reshape(-1, 3)
+        with np.errstate(invalid="ignore"):  # signalling NaN
+            V = table["corner"].astype(np.float64).reshape(-1, 3)
         extras = _parse_binary_extras(data[: header_size - 4], table["more"])
     elif (text := convert_to_utf8(data)).lstrip()[:5].lower() == b"solid":
         V, parts = _parse_text(text)

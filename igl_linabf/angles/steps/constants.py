@@ -52,8 +52,12 @@ MANY_INNER_STEPS = 30
 # less, inner steps find digits that the next step changes; with more, steps are many.
 # tests/angles/steps/test_newton.py.
 ANCHORED_RTOL = 0.03
-# Share of the least change so far above which an anchored step is slow.
+# Share of the least change so far above which an anchored step is slow, and later ones are solved further.
 SLOW_STEP = 0.7
+# Relative residual of the inner solver in slow anchored steps, at least.
+LEAST_ANCHORED_RTOL = 0.003
+# Relative change of an angle above which slow steps are not solved further: the constraints are not linear.
+NEARLY_LINEAR = 1.0
 # Anchored steps at most; of feasible ones twice as many.
 # tests/angles/steps/test_newton.py asserts how many it takes.
 MAX_ANCHORED_STEPS = 30

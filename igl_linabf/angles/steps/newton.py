@@ -15,6 +15,7 @@ from .constants import (
     AT_BOUND,
     FEASIBLE_RTOL,
     HELD_WEIGHT,
+    LEAST_ANCHORED_RTOL,
     LEAST_CURVATURE,
     LEAST_STEP,
     LEFT_GAIN,
@@ -24,6 +25,7 @@ from .constants import (
     MAX_RESTORING_STEPS,
     MAX_SLOW_STEPS,
     MAX_START_STEPS,
+    NEARLY_LINEAR,
     ROUNDING,
     SLOW_STEP,
     START_RESIDUAL,
@@ -81,14 +83,14 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     """Anchored steps; with `bounded` an angle at its bound is held as long as a step would lower it."""
     start, problem, lin = state, state.problem, state.lin
     kind: Kind = "feasible" if bounded else "anchored"
-    anchor = problem.estimate
+    anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
     best, stalled, before = np.inf, 0, 0.0
     for k in range(MAX_ANCHORED_STEPS):
         at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
             lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
-            raw = solve(lin, at, ANCHORED_RTOL, _gradient(state), x)
+            raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
@@ -107,6 +109,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         before, held, reached = change, now, max(change, residual)
         if not reached < SLOW_STEP * best:
             stalled += 1
+            if not limited and change < NEARLY_LINEAR:
+                rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
         ends = _work_since(start, state) > MAX_FEASIBLE_WORK if bounded else limited and k > 1

@@ -21,7 +21,11 @@ SMALLEST_SINE = 1e-75
 # cost more than the inner steps that they save; with more, these are many. benchmarks/timing.py prints the
 # times.
 SLIVER = 10.0
-# Rows of a system from which the slivers are looked for again in steps to prescribed turnings.
+# The same ratio in small systems, where inner steps are cheap. With less, solves at slivers cost more than
+# they save; with more, needles take hundreds of steps. benchmarks/many.py prints the times.
+SLIVER_OF_SMALL_SYSTEM = 1000.0
+# Rows of a disk's system up to which it is small. Below, preparations that save inner steps, or steps of the
+# whole surface, take more time than these; above, less. benchmarks/many.py and timing.py print the times.
 LARGE_SYSTEM = 5_000
 
 # Schur columns

@@ -161,6 +161,11 @@ class Constraints:
         """Number of rows."""
         return len(self.target)
 
+    @property
+    def prescribes_sums(self) -> bool:
+        """Whether other sums are prescribed than 2 pi inside."""
+        return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
+
     def with_prescribed(
         self, sums: FloatArray | None = None, turnings: FloatArray | None = None
     ) -> Constraints:

@@ -10,7 +10,7 @@ from scipy import sparse
 from ... import _core
 from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
-from .constants import SLIVER
+from .constants import LARGE_SYSTEM, SLIVER, SLIVER_OF_SMALL_SYSTEM
 from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
@@ -52,10 +52,16 @@ class Slivers:
     def of(cls, system: System, S: Symmetric, solvers: Solvers) -> Slivers:
         """The slivers that it pays to correct for.
 
-        A triangle is one where the ratio of the eigenvalues of P_t and s_t K_t is large.
+        A triangle is one where the ratio of the eigenvalues of P_t and s_t K_t is large: the more inner steps
+        there are to save, the smaller.
         """
         constraints, corner = system.constraints, system.topology.corner
-        faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > SLIVER + 1 / SLIVER)
+        largest = SLIVER
+        if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
+            largest = SLIVER_OF_SMALL_SYSTEM
+        elif constraints.prescribes_sums:
+            largest = SLIVER / 2  # many steps reach such sums, with one correction
+        faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > largest + 1 / largest)
         rows = constraints.row[corner[:, faces]]
         pairs = np.unique(rows[rows >= 0])
         if not len(pairs):

@@ -102,7 +102,8 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
 
     Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that
     make up one triangle, such as those of a subdivided mesh, count as this triangle. The share therefore does
-    not depend on how fine a mesh is; it is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
+    not depend on how fine a mesh is; it is about a tenth on smooth surfaces. `bend` are the
+    `dihedral_angles`, if they are known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 

@@ -9,6 +9,9 @@ from ..._types import FloatArray, IntArray
 from ..cut_graphs import ClosedSurface, expected, join_terminals, log_scale, open_handles, prune_branches
 from . import constants
 
+# Seam length, in square roots of the area, that the seams of a surface that needs none have to save.
+DISK_GAIN = 0.3
+
 SeamAndLeaves = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at its tips
 
 
@@ -91,8 +94,9 @@ def gain_of_leaves(closed: ClosedSurface, fixed: IntArray, scale: FloatArray, fa
 
 
 def keep_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Return the seam, or no edge if it does not lower the cost."""
-    return seam if seam_cost(closed, seam, trade) < seam_cost(closed, seam[:0], trade) else seam[:0]
+    """Return the seam of a surface that needs none, or no edge if it saves less than `DISK_GAIN`."""
+    gain = seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade)
+    return seam if gain >= DISK_GAIN / trade else seam[:0]
 
 
 def seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:

@@ -188,7 +188,8 @@ class SeamSearch:
     def seams(self, surface: Submesh) -> IntArray:
         """Return the edges to cut a checked manifold along, (#E, 2), as the caller's vertices.
 
-        A component that needs no seam gets one only if it lowers the cost.
+        A component that needs no seam gets one only if it saves some cost beyond its price. A component that
+        keeps its holes gets none, except around its panels.
         """
         return self._find(surface, only_needed=False)
 
@@ -207,6 +208,9 @@ class SeamSearch:
                 continue
             if panels.cost[k] <= CHEAP_PANELS:
                 found.append(panels.of(k))
+            elif is_open and loops > 1:
+                own = creased if component is surface else CreasedSurface(component, self.hidden)
+                found.append(panels.of(k) if panels.cost[k] < self._uncut_cost(own) else panels.edges[:0])
             elif is_small[k]:
                 small.append(k)
             else:
@@ -220,6 +224,11 @@ class SeamSearch:
             found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
+
+    def _uncut_cost(self, creased: CreasedSurface) -> float:
+        """Return the expected cost of a component that stays whole."""
+        closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
+        return seam_cost(closed, np.zeros(0, dtype=np.int64), self.trade)
 
     def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
         """Return the edges of a tree of seams of component k, or those around its panels if they cost less.

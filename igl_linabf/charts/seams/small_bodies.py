@@ -10,6 +10,7 @@ from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, log_scale
 from ..features import CreasedSurface
 from . import constants
+from .growth import DISK_GAIN
 
 
 class SmallBodies:
@@ -40,7 +41,7 @@ class SmallBodies:
     def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return the edges to cut all bodies along, as the caller's vertices, and their costs.
 
-        A body that needs no seam gets one only if it lowers the cost.
+        A body that needs no seam gets one only if it saves `DISK_GAIN`.
 
         Returns
         -------
@@ -59,7 +60,7 @@ class SmallBodies:
             seam = self._grown(needed, trade)
             lower = self._cost(seam, trade)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
-            stays = idle & (cost <= lower)
+            stays = idle & (cost - lower < DISK_GAIN / trade)
             seam, cost = self._either(needed, seam, stays), np.where(stays, cost, lower)
         return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 

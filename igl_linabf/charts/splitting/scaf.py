@@ -196,12 +196,12 @@ def move_parts_apart(
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
     after = MapMeasure(piece, uv)
+    if not after.stretch <= MAX_SCAF_STRETCH_FACTOR * before.stretch:
+        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
+        return None
     sheared = [change.at_triangles.mean(change.at_triangles.conformal) for change in (before, after)]
     if not sheared[1] <= MAX_SCAF_STRETCH_FACTOR * sheared[0]:
         _tell(piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}")
-        return None
-    if not after.stretch <= MAX_SCAF_STRETCH_FACTOR * before.stretch:
-        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
         return None
     shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
     message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)

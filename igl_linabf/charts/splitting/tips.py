@@ -72,7 +72,7 @@ def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[Int
 def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
 
-    `changed` is the distortion of the map. Faces at a tip are assumed to keep their size once a seam ends there.
+    `changed` is the distortion of the map. Faces at a tip keep their size if a seam ends there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)

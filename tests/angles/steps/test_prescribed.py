@@ -171,7 +171,7 @@ def test_multipliers_to_start_from_change_nothing_but_the_inner_steps(kind: str)
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kind: str, monkeypatch) -> None:
-    monkeypatch.setattr(preconditioner, "SLIVER", 1.1)
+    monkeypatch.setattr(preconditioner, "SLIVER_OF_SMALL_SYSTEM", 1.1)
     state = linear_step(state_of(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at)
     assert lin.slivers.rows is not None and lin.precondition is not None

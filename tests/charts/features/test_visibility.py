@@ -85,7 +85,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
         found = unwrap(V @ turn, F, Seams(hide="back"))
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
-        assert seen < 0.7 * before
+        assert seen < 0.72 * before
         # the price of that, in L2 stretch: a longer seam may stretch less
         longer = (found.seam_length - anywhere.seam_length) / size / TRADE
         assert found.quality.stretch_l2 - anywhere.quality.stretch_l2 + longer < 0.16
