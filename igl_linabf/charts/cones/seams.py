@@ -8,7 +8,9 @@ from scipy import sparse
 from ..._types import IntArray
 from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
-from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, open_handles
+from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
+
+HANDLE_CLUSTERS = 1_000  # clusters on which the handles of a large surface are opened
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -24,8 +26,9 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
-    levels = Levels.of(piece)
-    return levels.lift(open_handles(levels.coarse), none)
+    levels = Levels.of(piece, HANDLE_CLUSTERS)
+    graph, handles = levels.coarse.graph, open_handles(levels.coarse)
+    return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 
 
 def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:

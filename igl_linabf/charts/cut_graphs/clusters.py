@@ -103,7 +103,9 @@ class Contracted:
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        return _tighten(self.fine, lifted, self.roots[kept], mean)
+        width = constants.CORRIDOR_WIDTH * mean
+        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
+        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,10 +124,10 @@ class Levels:
     coarse: ClosedSurface
 
     @classmethod
-    def of(cls, closed: ClosedSurface) -> Levels:
-        """Contract a surface to at most `MAX_CLUSTERS` nodes; one that has no more nodes stays as it is."""
+    def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
+        """Contract a surface to at most `most` nodes, by default `MAX_CLUSTERS`; a small one stays as it is."""
         steps, coarse = list[Contracted](), closed
-        while coarse.graph.n > constants.MAX_CLUSTERS:
+        while coarse.graph.n > (most or constants.MAX_CLUSTERS):
             wide = coarse.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
             steps.append(Contracted.of(coarse, shortest_path_trees(coarse, constants.CLUSTER_HOPS + wide)))
             coarse = steps[-1].coarse
@@ -133,18 +135,9 @@ class Levels:
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
         """Pull a seam of the coarse surface tight on the surface, step by step; it passes its leaves."""
-        if not self.steps and len(seam):
-            return _tighten(self.coarse, seam, leaves, float(self.coarse.graph.length.mean()))
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
-
-
-def _tighten(closed: ClosedSurface, seam: IntArray, kept: IntArray, step: float) -> IntArray:
-    """Pull a seam tight within a corridor, whose width is a multiple of `step`; it still passes `kept`."""
-    width, graph = constants.CORRIDOR_WIDTH * step, closed.graph
-    near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(seam), limit=width)[0])
-    return pull_tight(closed, seam, kept, near, 2 * width)
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:

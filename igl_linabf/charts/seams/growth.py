@@ -1,4 +1,4 @@
-"""The seam of one component, which is grown branch by branch."""
+"""The seam of one component: it is grown branch by branch, then shortened."""
 
 from __future__ import annotations
 
@@ -6,7 +6,15 @@ import numpy as np
 
 from ..._runtime import advance
 from ..._types import FloatArray, IntArray
-from ..cut_graphs import ClosedSurface, expected, join_terminals, log_scale, open_handles, prune_branches
+from ..cut_graphs import (
+    ClosedSurface,
+    expected,
+    join_terminals,
+    log_scale,
+    move_branch_points,
+    open_handles,
+    prune_branches,
+)
 from . import constants
 
 # Seam length, in square roots of the area, that the seams of a surface that needs none have to save.
@@ -19,6 +27,7 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
     """Return the edges to cut a closed surface along, and the tips of the branches."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(closed) if closed.graph.genus else none, none
+    seam = move_branch_points(closed.graph, seam, closed.graph.length_of)
     if not keep_holes:
         seam = join_terminals(closed.graph, seam)
     if not closed.graph.n_holes and not len(seam):
@@ -29,10 +38,8 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
     return seam, leaves
 
 
-def prune_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Remove branches that do not pay, where some edges are hidden better than others."""
-    if not closed.hides:
-        return seam
+def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """Move the branch points of a seam; where some edges are hidden, also remove branches that do not pay."""
     known: dict[bytes, float] = {}  # one seam is compared with several others
 
     def cost(seam: IntArray) -> float:
@@ -41,7 +48,9 @@ def prune_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
             known[key] = seam_cost(closed, seam, trade)
         return known[key]
 
-    return prune_branches(closed.graph, seam, cost)
+    if closed.hides:
+        seam = prune_branches(closed.graph, seam, cost)
+    return move_branch_points(closed.graph, seam, cost)
 
 
 def _slit(closed: ClosedSurface) -> SeamAndLeaves:

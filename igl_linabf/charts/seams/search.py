@@ -18,7 +18,7 @@ from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
 from ..panels import Panels, RoundedPanels, panel_seams
 from ..splitting import split_overlaps
 from . import constants
-from .growth import grow_seam, keep_if_worth, prune_seam, seam_cost
+from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
 from .small_bodies import SmallBodies
 
 # Factor on `trade` for seams of clusters, which get shorter when they are pulled tight.
@@ -239,7 +239,7 @@ class SeamSearch:
         levels = Levels.of(closed)
         trade = self.trade * (CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
-        coarse = prune_seam(levels.coarse, coarse, trade)
+        coarse = shorten_seam(levels.coarse, coarse, trade)
         if is_open:
             coarse = keep_if_worth(levels.coarse, coarse, trade)
         seam = levels.lift(coarse, np.intersect1d(leaves, levels.coarse.graph.ends[coarse]))

@@ -108,7 +108,7 @@ def make_bijective(
 def moved_apart(
     flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
-    """Run `make_bijective` on a checked map of one disk; also return a sentence on remaining faults, or ""."""
+    """Run `make_bijective` on a checked map of one disk; also return a sentence on faults, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
     bad = np.flatnonzero(~(np.abs(area) > MIN_SCAF_AREA * total))
