@@ -125,7 +125,7 @@ class Levels:
 
     @classmethod
     def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
-        """Contract a surface to at most `most` nodes, by default `MAX_CLUSTERS`; a small one stays as it is."""
+        """Contract a surface to at most `most` nodes, by default `MAX_CLUSTERS`; a small one stays whole."""
         steps, coarse = list[Contracted](), closed
         while coarse.graph.n > (most or constants.MAX_CLUSTERS):
             wide = coarse.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
