@@ -107,7 +107,7 @@ def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
     V, F = load("bumps")
     three = flatten(V, F, "linabf", [0, 1, 2], [[0, 0], [1, 0], [1e-3, 0]])
     assert three.outcome is Outcome.FLIPPED
-    assert "as 3 pins may ask for: pin fewer vertices" in three.message
+    assert "which 3 pins may require: pin fewer vertices" in three.message
 
 
 @pytest.mark.parametrize("name", [HOLDS_FLIPS, "limb"])

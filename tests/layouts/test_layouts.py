@@ -11,8 +11,8 @@ from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
 from igl_linabf.angles import Iterate, constraints_of
 from igl_linabf.layouts import develop_boundary
 from igl_linabf.layouts.boundary import harmonic
-from igl_linabf.layouts.conformal_energy import far_apart
-from igl_linabf.layouts.greedy import one_by_one
+from igl_linabf.layouts.conformal_energy import find_far_points
+from igl_linabf.layouts.greedy import place_triangles
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import coordinates, planar_mesh
 
@@ -41,7 +41,7 @@ def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> Non
         angles[:, 1] -= off
         at = Iterate.of(constraints, np.ascontiguousarray(angles.T))
         drawn = develop_boundary(constraints, at.residual)
-        exact = one_by_one(drawn, at, mesh.topology)
+        exact = place_triangles(drawn, at, mesh.topology)
         thin = "lion_o" in name  # ways to its triangles differ by more
         assert (exact is None) == (falls or thin)
         if exact is not None:
@@ -100,7 +100,7 @@ def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_fa
     points = V[igl.boundary_loop(F)]
     length = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     arc = np.cumsum(length) - length
-    i, j = far_apart(points)
+    i, j = find_far_points(points)
     apart = abs(arc[i] - arc[j])
     assert abs(apart / length.sum() - 0.5) <= length.max() / length.sum()
     # of all pairs that are half the loop apart, to an edge, none is more than an edge farther

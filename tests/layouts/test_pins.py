@@ -83,7 +83,7 @@ def test_pins_out_of_reach_are_told() -> None:
     bc[:2] = bc[1::-1]  # a triangle turned over
     held, isometric = flatten(V, F, "linabf", b, bc), flatten(V, F, "isometric", b, bc)
     assert held.outcome is Outcome.FLIPPED
-    assert "pins may ask for" in held.message
+    assert "pins may require" in held.message
     assert isometric.outcome is Outcome.NOT_CONVERGED
     assert "pins are missed by up to" in isometric.message
     assert exactly_flipped(isometric.uv, F) == 0

@@ -1,11 +1,12 @@
-"""The equations of a step: constraints, and the reduced system with its preconditioner.
+"""The equations of a step: the constraints, and the reduced system with its preconditioner.
 
-In: a topology and angles. Out: residuals (eq. 5-10); matrices whose solutions are the steps' multipliers.
+Input: a topology and angles. Output: residuals (eq. 5-10), and the matrices of the systems for the
+multipliers.
 """
 
 from .circles import central_angles, inscribed_sums
-from .constants import LARGE_SYSTEM, SMALLEST_SINE
 from .constraints import (
+    SMALLEST_SINE,
     ClosedPath,
     Constraints,
     HolonomyResidual,

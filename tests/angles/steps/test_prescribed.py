@@ -203,7 +203,7 @@ def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> 
     lin = linearise(state.problem, state.at, reuse=state.lin)
     z = np.random.default_rng(1).normal(size=2 * constraints.n + border.rows.size)
     z[2 * constraints.wheels + 1 : 2 * constraints.n : 2] = 0.0
-    e = system.conformally(system.at_corners(lin.at_corners(z)))
+    e = system.apply_conformal_metric(system.at_corners(lin.at_corners(z)))
     r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     inverse = laplacian_inverse(system, constraints.pattern.analysis(Solvers()), system.laplacian())
     solved, _ = border.preconditioner(system, inverse.solve, None)
@@ -230,7 +230,7 @@ def test_the_bordered_system_is_its_definition(kind: str) -> None:
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * state.problem.constraints.n + border.rows.size)
     z[2 * state.problem.constraints.wheels + 1 : 2 * state.problem.constraints.n : 2] = 0.0
-    e = system.projected(system.at_corners(lin.at_corners(z)))
+    e = system.project(system.at_corners(lin.at_corners(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 

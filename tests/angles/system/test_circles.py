@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from igl_linabf.angles.system.circles import central_angles, inscribed_sums, predicted_change
+from igl_linabf.angles.system.circles import central_angles, inscribed_sums, predict_change
 
 
 def inscribed(seed: int, largest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -49,6 +49,6 @@ def test_of_each_wave_the_sums_change_by_so_much_more_than_is_missing(wave: int,
     angle, side = 2 * np.pi * np.arange(n) / n, 2 * np.pi / n
     scale = 1e-3 * np.cos(wave * angle + 0.4)
     missing = (wave + 1 if hole else wave - 1) * scale * side
-    more = predicted_change(np.zeros(n), (-side if hole else side) + missing, hole)
+    more = predict_change(np.zeros(n), (-side if hole else side) + missing, hole)
     expected = (-1 if hole else wave > 1) * scale * side
     np.testing.assert_allclose(more, expected, atol=1e-12)

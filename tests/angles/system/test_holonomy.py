@@ -14,7 +14,7 @@ from igl_linabf import ABF, Flattening, LinABF, MeshError, Outcome, abf, flatten
 from igl_linabf.angles import (
     AngleProblem,
     HolonomyConstraints,
-    Linearised,
+    Linearisation,
     State,
     System,
     constraints_of,
@@ -111,7 +111,7 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     assert np.allclose(np.abs(again.gap), np.abs(missing.holonomy.gap), atol=1e-12)
 
 
-def bordered() -> Linearised:
+def bordered() -> Linearisation:
     """The system of a wavy plate, past the first step."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
@@ -124,7 +124,7 @@ def test_the_bordered_system_is_its_definition() -> None:
     lin = bordered()
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
-    e = system.projected(system.at_corners(lin.at_corners(z)))
+    e = system.project(system.at_corners(lin.at_corners(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 

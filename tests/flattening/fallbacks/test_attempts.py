@@ -15,7 +15,7 @@ from own_measures import exactly_flipped
 from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
 from igl_linabf.flattening import methods
-from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
+from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, initial_problem, select_best
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import centred, planar_mesh, signed_double_areas
@@ -76,9 +76,9 @@ def test_the_map_of_the_fewest_flips_is_returned_among_equals_the_latest(
         StageResult("linear step", state, layout=None if n is None else layout, flipped=np.arange(n or 0))
         for n in flips
     )
-    assert best_of(results)[0] is results[best]
+    assert select_best(results)[0] is results[best]
     with pytest.raises(SingularSystemError, match="why"):
-        best_of((StageResult("linear step", state, detail="why"),))
+        select_best((StageResult("linear step", state, detail="why"),))
 
 
 def sphere_cap() -> tuple[np.ndarray, np.ndarray]:
