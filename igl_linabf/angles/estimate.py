@@ -18,7 +18,7 @@ def open_caps(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, 
     """Reduce angles close to pi; return the angles, (3, #F), and the faces that changed.
 
     A cap is a triangle with an angle within `least` of pi. Its two small angles are scaled to sum to `least`.
-    Without this, the cotangents of a cap would exceed those of the neighbouring faces by more than double
+    Otherwise, the cotangents of a cap would exceed the cotangents of neighbouring faces by more than double
     precision can represent. Needles, which have a single small angle, need no change.
     """
     rest = alpha.sum(axis=0) - alpha.max(axis=0)

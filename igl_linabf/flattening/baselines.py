@@ -80,8 +80,7 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
     """Run discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
 
     It minimises the Dirichlet energy with the cotangents of the surface minus the area of the map. This is
-    the least-squares layout of the angles of the surface. The energy equals that of LSCM, and so does the
-    minimiser.
+    the least-squares layout of the angles of the surface, with the same energy and minimiser as LSCM.
     """
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)

@@ -1,4 +1,4 @@
-"""Many disks side by side: the two solves of linear ABF with a drawn boundary, and isometric maps from there."""
+"""Many disks side by side: the two solves of linear ABF with a drawn boundary, and isometric maps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ class LinearBatch:
     disks : Disks
     stepped : StepAndChord
     good : (#disks,) bool
-        Disks for which this is sufficient.
+        Whether the common solve suffices for the disk.
     uv : (#V, 2) float64
     F, angles : (#F, 3) int64 and float64
         Triangles with the vertex numbers of each disk, and their target angles.

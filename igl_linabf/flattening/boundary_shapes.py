@@ -115,8 +115,8 @@ def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
     inside = np.flatnonzero(place[at] < 0)
     if len(inside):
         raise MeshError(
-            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four vertices "
-            "of this loop"
+            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four "
+            "vertices of this loop"
         )
     if len(np.unique(at)) != 4 or len(at) != 4:
         raise MeshError(f"corners are {mesh.vertices[at].tolist()}: give four different vertices")

@@ -78,10 +78,10 @@ def linabf(
         the map; more pins are constraints of the least-squares layout. Without pins, the map is scaled to the
         area of the surface, centred, and turned to its principal axes.
     iterations : int or "auto"
-        1 is the single linear step of the paper. k runs up to k steps of the active set of the paper (section
-        6), each linearised at the angles of the previous step. The steps end early if the residual is at most
-        `tol`. "auto" is one step and a second solve with the same system. If a step was limited, the boundary
-        does not close, or a triangle flips, it continues like the active set (at most 12 steps), and ends in
+        1 is the single linear step of the paper. k runs up to k steps of the active set (section 6), each
+        linearised at the angles of the previous step. The steps end early if the residual is at most `tol`.
+        "auto" is one step and a second solve with the same system. If a step was limited, the boundary does
+        not close, or a triangle flips, it continues like the active set (at most 12 steps), and ends in
         corrections in the conformal metric. If triangles still flip, converged ABF follows. On a mesh with
         holes, the second solve is a step, which also closes the loops of the holes (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}

@@ -59,7 +59,7 @@ class Loops:
         self._weight, self._n = weight[near], constraints.pattern.n
 
     def on_loop(self, which: int, values: ComplexArray) -> ComplexArray:
-        """Return values, (#rim,), on one loop and zeros on the others; the outer loop is the first."""
+        """Return values, (#rim,), on one loop and zeros on all other loops; loop 0 is the outer loop."""
         made = np.zeros(len(self._rim), dtype=np.complex128)
         made[self._parts.start[which] : self._parts.start[which + 1]] = values
         return made

@@ -54,7 +54,7 @@ def place_triangles(boundary: Boundary, at: Iterate, topology: Topology) -> Comp
     """Place triangles from the drawn boundary inwards, over a breadth-first tree, without a system.
 
     If the angles satisfy all constraints, the positions do not depend on the path. Return None if the
-    constraints are not satisfied well enough, for example because small triangles lie between large triangles.
+    constraints are not satisfied well enough, for example if small triangles lie between large triangles.
     """
     if not at.residual.largest <= EXACT_RESIDUAL or topology.holes:
         return None

@@ -1,4 +1,4 @@
-"""One table for all methods: the right figures in the right rows, and other programs where they are."""
+"""The comparison table: figures of all methods, and other programs if they are installed."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ def _move_into_bounds(state: State) -> State:
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """Find the minimum of `converge` under lower bounds, if anchored steps do not converge.
+    """Find the minimum of `converge` (eq. 1-4) under lower bounds, if anchored steps do not converge.
 
     First, anchored steps hold the angles that reach their bounds. If these do not converge either, feasible
     steps start from a converged active set.

@@ -1,4 +1,4 @@
-"""The preconditioner of the reduced system: a Laplacian, holonomy constraints, and a correction at slivers."""
+"""The preconditioner of the reduced system: a Laplacian, holonomy constraints, a correction at slivers."""
 
 from __future__ import annotations
 

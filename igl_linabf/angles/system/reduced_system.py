@@ -82,7 +82,7 @@ class System:
 
     @staticmethod
     def _from_pairs(weight: FloatArray) -> FloatArray:
-        """Return the element matrices, (#faces, 3, 3), of sum weight_k (y_i - y_j)^2, k opposite to i and j."""
+        """Return element matrices, (#faces, 3, 3), of sum weight_k (y_i - y_j)^2, k opposite to i and j."""
         K = np.empty((weight.shape[1], 3, 3))
         for k in range(3):
             i, j = NEXT[k], PREV[k]

@@ -177,7 +177,7 @@ class ComplexColumns:
         return both[self.drawn.constrained.ravel()].T
 
     def _constrained_parts(self, products: ComplexArray) -> FloatArray:
-        """Return products with all columns, (size, ...), from conjugate products with `of_gap`, (#gaps, ...)."""
+        """Return products with all columns, (size, ...), from conjugate ones with `of_gap`, (#gaps, ...)."""
         both = np.stack((products.imag, products.real), axis=1)
         return np.asarray(both.reshape(-1, *products.shape[1:])[self.drawn.constrained.ravel()])
 

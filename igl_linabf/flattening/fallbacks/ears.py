@@ -97,7 +97,7 @@ class Ears:
         return z
 
     def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
-        """Return the angles of all faces, (3, #F), with the given angles of the rest and the map's at ears."""
+        """Return the angles of all faces, (3, #F), with given angles of the rest and the map's at ears."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)

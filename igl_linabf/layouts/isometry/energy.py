@@ -63,7 +63,7 @@ class Rest:
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
-        """Return the energy of each triangle times its share; infinite for flipped and collapsed triangles."""
+        """Return the energy of each triangle times its share; infinite if it is flipped or collapsed."""
         return isometric_energy(self.corner, self.gradient, self.share, z, weight)
 
     def expand(self, z: ComplexArray, weight: float) -> tuple[FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ from .energy import Rest
 MAX_NEWTON_STEPS = 200
 STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
 NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
-GROWTH = 1.5  # factor by which steps are lengthened while the energy decreases
+GROWTH = 1.5  # factor of lengthened steps while the energy decreases
 DAMPING = 1e-9  # added to the Hessian as a share of its diagonal, because rigid motions are free
 SUFFICIENT_DECREASE = 1e-4  # share of the predicted decrease that a step has to reach (Armijo's rule)
 MAX_HALVINGS = 40  # halvings of a step before it is given up

@@ -1,4 +1,4 @@
-"""Holes are flattened uncut: their loops turn once, keep their scale and close."""
+"""Holes without cuts: loops turn once, keep their scale, and close."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 @cache
 def converged(name: str) -> Flattening:
-    """Return the map of twelve iterations at most, which several tests look at."""
+    """Return the map after at most twelve iterations, which several tests share."""
     return flatten(*surface(name), LinABF(iterations=12))
 
 
@@ -95,7 +95,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
     exact = border.rows.times(e).reshape(-1, 2) @ [1, 1j]
-    # they differ where the loop does not close: by its length's change, and by where drawing begins
+    # they differ if the loop does not close: by the change of its length, and by the starting vertex
     slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
     assert (slack < 0.3 * np.abs(exact)).any()
@@ -112,7 +112,7 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
 
 
 def bordered() -> Linearisation:
-    """The system of a wavy plate, past the first step."""
+    """Return the system of a wavy plate after the first step."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(constraints_of(mesh.topology), estimate, Solvers("auto"))
@@ -168,7 +168,9 @@ def test_relaxed_loops_have_nearly_the_least_conformal_energy(name: str) -> None
     loops = layout(F, result.angles)
     assert result.layout == "least-squares"
     assert 0 < best_fit_distance(loops, pinned) <= 1e-2
-    assert energy(loops) <= (1.06 if name == "crown" else 1.4) * energy(pinned)  # 1.12 and 91 by fewer waves
+    assert energy(loops) <= (1.06 if name == "crown" else 1.4) * energy(
+        pinned
+    )  # 1.12 and 91 with fewer waves
     one, other = (quality(V, F, uv).angle_distortion for uv in (loops, pinned))
     assert one <= 1.001 * other
 
