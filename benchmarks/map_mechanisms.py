@@ -68,18 +68,22 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
             ),
         ),
     ),
-    "loops of holes changed": ((choice, "by_relaxed_loops", lambda *_: None),),
+    "loops of holes changed": ((choice, "lay_out_relaxed_loops", lambda *_: None),),
     "loops of holes drawn": ((choice, "MAX_DRAWN_HOLES", 0),),
-    "triangles placed one by one": ((choice, "one_by_one", lambda *_: None),),
+    "triangles placed one by one": ((choice, "place_triangles", lambda *_: None),),
     "ears": ((attempts.Ears, "of", lambda *_: None),),
     "converged ABF after linear ABF": (
         (methods, "_default_stages", lambda rtol, tol, made=methods._default_stages: made(rtol, tol)[:2]),
     ),
-    "feasible form": ((methods, "feasible", lambda *_, **__: None),),
+    "feasible form": ((methods, "run_feasible_abf", lambda *_, **__: None),),
     "converged ABF left out at two-digit spans": ((stages, "TWO_DIGIT_SPAN", np.inf),),
-    "linear ABF after converged ABF": ((methods, "linear_fallback", lambda *_, **__: None),),
+    "linear ABF after converged ABF": ((methods, "fall_back_to_linear", lambda *_, **__: None),),
     "the attempt of the fewest flips": (
-        (module, "best_of", lambda made: next((m, m.layout) for m in reversed(made) if m.layout is not None))
+        (
+            module,
+            "select_best",
+            lambda made: next((m, m.layout) for m in reversed(made) if m.layout is not None),
+        )
         for module in (attempts, stages, injective)
     ),
 }

@@ -153,7 +153,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
-    programs = [name for name in peers.installed() if name.endswith("ABF")]
+    programs = [name for name in peers.installed_programs() if name.endswith("ABF")]
     found = list(meshes())
     rows = [make_row(mesh[0], mesh, options.repeat, programs) for mesh in found]
     ratios, deviations = ([entry[i] for entry in rows] for i in (0, 1))

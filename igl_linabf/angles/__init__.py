@@ -1,10 +1,11 @@
-"""From the angles of a surface to the angles of a flat mesh (the paper's sections 4 and 6).
+"""Angles of a flat mesh from the angles of a surface (sections 4 and 6 of the paper).
 
-In: a checked mesh and its angles. Out: target angles, steps, residuals (eq. 5-16).
-Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the same steps.
+Input: a checked mesh and its angles. Output: target angles, steps, and residuals (eq. 5-16). Linear ABF
+follows Zayer, Levy, Seidel 2007. Converged ABF solves the problem of Sheffer and de Sturler 2001 by steps of
+the same kind.
 """
 
-from .estimate import CAP_ANGLE, corner_angles, initial_estimate, open_caps, rescaled
+from .estimate import CAP_ANGLE, corner_angles, initial_estimate, open_caps, rescale_triangles
 from .full_system import Corner, fan_rows, least_norm, triangle_rows, vertex_rows
 from .steps import (
     ANGLE_BOUND,
@@ -15,7 +16,7 @@ from .steps import (
     DiskBlocks,
     HolonomyAngles,
     Iterate,
-    Linearised,
+    Linearisation,
     State,
     Step,
     StepAndChord,
@@ -23,7 +24,7 @@ from .steps import (
     advance,
     converge,
     converge_feasibly,
-    diverges,
+    is_diverging,
     iterate_to_prescribed_sums,
     iterate_with_corrections,
     linear_step,

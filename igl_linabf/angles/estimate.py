@@ -1,4 +1,4 @@
-"""The angles of the surface, and the paper's initial estimate (section 4.2)."""
+"""The angles of the surface, and the initial estimate of the paper (section 4.2)."""
 
 import numpy as np
 
@@ -6,20 +6,20 @@ from .. import _core
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Mesh, Topology
 
-CAP_ANGLE = 1e-7  # radians below pi above which a triangle's largest angle is too large
+CAP_ANGLE = 1e-7  # radians; a triangle with an angle this close to pi is a cap
 
 
 def corner_angles(mesh: Mesh) -> FloatArray:
-    """Angles of the surface's triangles, (3, #F) radians."""
+    """Return the angles of the triangles of the surface, (3, #F) radians."""
     return np.arctan2(mesh.double_area, mesh.dot)
 
 
 def open_caps(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
-    """Angles (3, #F) with no angle within `least` of pi, and the faces that were changed for this.
+    """Reduce angles close to pi; return the angles, (3, #F), and the faces that changed.
 
-    The two small angles of such a cap are scaled to sum to `least`. Closer to pi, its cotangents would
-    exceed those of the faces around by more than double precision holds. Needles, with one small
-    angle, need no change.
+    A cap is a triangle with an angle within `least` of pi. Its two small angles are scaled to sum to `least`.
+    Otherwise, the cotangents of a cap would exceed the cotangents of neighbouring faces by more than double
+    precision can represent. Needles, which have a single small angle, need no change.
     """
     rest = alpha.sum(axis=0) - alpha.max(axis=0)
     caps = np.flatnonzero(rest < least)
@@ -38,19 +38,20 @@ def initial_estimate(
     to_triangles: bool = True,
     sums: FloatArray | None = None,
 ) -> FloatArray:
-    """The paper's initial estimate (section 4.2), (3, #F) radians.
+    """Compute the initial estimate of the angles (section 4.2 of the paper), (3, #F) radians.
 
-    If the angles around an interior vertex miss 2 pi by more than `threshold` radians, they are
-    scaled to sum to 2 pi (the exponential map of the one-ring). All other angles stay. With
-    `to_triangles`, each triangle's angles are then scaled to sum to pi, so that the constraints are
-    linearised at angles of real triangles. `sums`, (#V,), has other sums, as `Constraints.sums`. At an
-    ear, a vertex with one face, the sum is that triangle's angle.
+    If the angles around an interior vertex differ from 2 pi by more than `threshold` radians, they are scaled
+    to sum to 2 pi (the exponential map of the one-ring). All other angles stay unchanged. With
+    `to_triangles`, the angles of each triangle are then scaled to sum to pi, so that the constraints are
+    linearised at the angles of real triangles. `sums`, (#V,), replaces 2 pi by other angle sums, as in
+    `Constraints.sums`. At an ear, a vertex with a single face, the angle of this face is set to the
+    prescribed sum.
     """
     estimate = alpha
     total = topology.sum_at_vertices(alpha)
     if sums is None:
         sums = np.where(topology.interior, 2 * np.pi, np.nan)
-    far = np.abs(total - sums) > threshold  # not where there is none: NaN
+    far = np.abs(total - sums) > threshold  # False where `sums` is NaN
     if far.any():
         estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
@@ -68,10 +69,12 @@ def initial_estimate(
     return estimate
 
 
-def rescaled(topology: Topology, length: FloatArray, log_scale: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Angles of triangles whose sides, (3, #F), are multiplied by exp((u_i + u_j) / 2) of their ends.
+def rescale_triangles(
+    topology: Topology, length: FloatArray, log_scale: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return the angles of triangles with sides, (3, #F), scaled by exp((u_i + u_j) / 2) at their ends.
 
-    Also returns which triangles cannot have such sides; their angles mean nothing.
+    Also return a mask of the triangles that cannot have such sides. Their angles are meaningless.
     """
-    # exp(-u / 2) of the vertex opposite to a side, times one factor for all three sides
+    # each side is scaled by exp(-u / 2) of its opposite vertex, up to a common factor of the triangle
     return _core.rescaled(topology.corner, length, np.exp(-log_scale / 2))

@@ -1,17 +1,17 @@
-"""The paper's full system (eq. 11-16), in the paper's own form.
+"""The full linear system of the paper (eq. 11-16), in the paper's own form.
 
-alpha are the present angles, alpha + e the angles of a flat mesh. At each corner of an interior vertex's
-fan, the triangle has a *left* angle beta and a *right* angle gamma. The errors e satisfy
+Let alpha be the current angles and alpha + e the angles of a flat mesh. At each corner in the fan of an
+interior vertex, the triangle has a *left* angle beta and a *right* angle gamma. The errors e satisfy
 
     sum e                                      =  2 pi - sum alpha                      vertex (eq. 5)
     e_1 + e_2 + e_3                            =  pi - (alpha_1 + alpha_2 + alpha_3)    triangle (eq. 6)
     sum e_beta cot(beta) - e_gamma cot(gamma)  =  sum log sin(gamma) - log sin(beta)    wheel (eq. 10)
 
-The sums run over the fan. There are fewer of these equations, A e = b, than angles: of all solutions
-the paper takes the one of the least relative change e / alpha (eq. 11-16).
+The sums run over the fan. The system A e = b has fewer equations than angles. The paper takes the solution
+with the least relative change e / alpha (eq. 11-16).
 
-The package solves an equivalent smaller system, `igl_linabf.angles.System`. The tests compare the two.
-In the matrices here, column 3 t + k is corner k of triangle t. Arrays of angles are (3, #F).
+The package solves an equivalent smaller system, `igl_linabf.angles.System`, and the tests compare the two. In
+the matrices of this module, column 3 t + k is corner k of triangle t. Arrays of angles are (3, #F).
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from .system import Constraints
 
 
 class Corner(IntEnum):
-    """The angles of a triangle in the fan of its corner k: of k + this, in turn."""
+    """The angles of a triangle, as offsets from its corner k in a fan."""
 
     OWN = 0  # alpha
     LEFT = 1  # beta
@@ -36,18 +36,18 @@ class Corner(IntEnum):
 def fan_rows(
     constraints: Constraints, values: FloatArray, which: Corner, most: int | None = None
 ) -> sparse.csr_array:
-    """Sum over the fan of each interior vertex: a row for each.
+    """Build a matrix with one row for each interior vertex, which sums over the fan of the vertex.
 
     Parameters
     ----------
     constraints : Constraints
-        Of the mesh. The vertices of a hole share one row, which sums over all their fans.
+        Constraints of the mesh. The vertices of a hole share one row, which sums over all their fans.
     values : (3, #F) float64
         Coefficients of the errors.
     which : Corner
-        Which angles of the fan are summed.
+        The angle of each corner in the fan that is summed.
     most : int, optional
-        The first so many rows only.
+        Number of rows to build; all by default.
 
     Returns
     -------
@@ -61,71 +61,74 @@ def fan_rows(
 
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
-    """Left side of eq. 5, (#rows, 3 #F): sum e."""
+    """Return the left-hand side of eq. 5, (#rows, 3 #F): sum e."""
     return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)  # eq. 5
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
-    """Left side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
+    """Return the left-hand side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
     left, right = (fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
     return left - right  # eq. 8-10
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
-    """Left side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
+    """Return the left-hand side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
     each = sparse.eye_array(constraints.topology.corner.shape[1])
     return sparse.kron(each, np.ones((1, 3))).tocsr()  # eq. 6
 
 
 def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
-    """Left sides of eq. 5 and 10, (#rows + #wheels, 3 #F): a vertex's two are next to each other."""
+    """Return the left-hand sides of eq. 5 and 10, (#rows + #wheels, 3 #F).
+
+    The two rows of a vertex are adjacent.
+    """
     both = sparse.vstack((vertex_rows(constraints), wheel_rows(constraints, alpha))).tocsr()
-    return both[_paired(constraints)]
+    return both[_interleave_rows(constraints)]
 
 
-def _paired(constraints: Constraints) -> IntArray:
-    """The order of vertex rows, then wheel rows, that has the two rows of a vertex next to each other."""
+def _interleave_rows(constraints: Constraints) -> IntArray:
+    """Return the permutation of vertex rows and wheel rows that makes the two rows of a vertex adjacent."""
     rows, wheels = np.arange(constraints.n), np.arange(constraints.wheels)
     return np.argsort(np.concatenate((2 * rows, 2 * wheels + 1)))
 
 
 def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Right sides of `interior_rows` (eq. 5 and 10) and of `triangle_rows`, (#F,) (eq. 6)."""
+    """Return the right-hand sides of `interior_rows` (eq. 5 and 10) and of `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
     vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
     n = constraints.wheels
     left, right = (fan_rows(constraints, log_sin, which, n) for which in (Corner.LEFT, Corner.RIGHT))
     wheel = right - left  # eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # eq. 6
-    return np.concatenate((vertex, wheel.sum(axis=1)))[_paired(constraints)], triangle
+    return np.concatenate((vertex, wheel.sum(axis=1)))[_interleave_rows(constraints)], triangle
 
 
 def least_norm(
     A: sparse.csr_array, alpha: FloatArray, solvers: Solvers
 ) -> Callable[[FloatArray], FloatArray]:
-    """Minimise sum (e / alpha)^2 subject to A e = b, for any b.
+    """Return a solver that minimises sum (e / alpha)^2 subject to A e = b, for any b.
 
-    With C = A diag(alpha) and f = e / alpha that is the least norm solution of C f = b.
+    With C = A diag(alpha) and f = e / alpha, this is the least-norm solution of C f = b.
 
     Parameters
     ----------
     A : (n, 3 #F) sparse array
         Rows of full rank.
     alpha : (3, #F) float64
-        The angles that the errors are relative to.
+        The reference angles of the relative errors.
     solvers : Solvers
-        Factors the system.
+        Factors the matrix C C^T.
 
     Returns
     -------
     callable
-        From b, (n,), to e, (3 #F,).
+        Maps b, (n,), to e, (3 #F,).
 
     Raises
     ------
     NotPositiveDefiniteError
-        The rows are not of full rank in double precision.
+        The rows do not have full rank in double precision.
     """
     scale = sparse.diags_array(alpha.T.ravel())
     C = A @ scale  # eq. 11-16
@@ -140,18 +143,18 @@ def least_norm(
 
 
 def full_step(constraints: Constraints, alpha: FloatArray) -> FloatArray:
-    """Take one step of linear ABF by the full system.
+    """Compute one step of linear ABF with the full system.
 
     Parameters
     ----------
     constraints : Constraints
     alpha : (3, #F) float64
-        The angles at which the system is taken, radians.
+        The angles of the linearisation, radians.
 
     Returns
     -------
     (3, #F) float64
-        The errors e. Exact but for rounding: the solution is refined once.
+        The errors e, exact up to rounding: the solution is refined once.
     """
     A = sparse.vstack((interior_rows(constraints, alpha), triangle_rows(constraints))).tocsr()
     b = np.concatenate(right_hand_sides(constraints, alpha))

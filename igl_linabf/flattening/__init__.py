@@ -1,7 +1,8 @@
 """Flatten a disk, with or without holes.
 
-In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, attempts and outcome.
-Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
+Input: V, F, a method and pins. Output: uv, or a `Flattening` with angles, residuals, attempts and outcome.
+Linear ABF follows Zayer, Levy, Seidel 2007. ABF, LSCM, SCP, DNCP and one step of ABF++ are available for
+comparison.
 """
 
 from .baselines import bare_lscm, far_pins

@@ -22,7 +22,7 @@ from ..angles import (
     vertex_rows,
 )
 from ..errors import MeshError, SingularSystemError, some
-from ..layouts import far_apart, least_squares
+from ..layouts import find_far_points, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Mesh,
@@ -36,13 +36,14 @@ from ..surface import (
     shape_is_pinned,
     signed_double_areas,
 )
-from .constants import SCP_SIZE
-from .fallbacks import Problem, StageResult, StageResults, with_layout
+from .fallbacks import Problem, StageResult, StageResults, add_layout
 from .result import Flattening, Hole, Outcome, Residuals
+
+SCP_SIZE = 1 / 32  # square root of the area of a surface scaled for the eigensolver of igl
 
 
 def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
-    """`igl.lscm` with two far boundary vertices as the default pins."""
+    """Run `igl.lscm`, with two distant boundary vertices as the default pins."""
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
     try:
@@ -53,19 +54,19 @@ def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 
 
 def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
-    """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
+    """Run `igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
     if shape_is_pinned(pinned):
         raise MeshError(
             f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
         )
     area = mesh.double_area.sum() / 2
-    try:  # igl's search for the eigenvector depends on the unit of length, and so does the size that it gives
+    try:  # both the eigensolver of igl and the size of its result depend on the unit of length
         scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _no_map_error(mesh, "igl.spectra.lscm") from None
-    # the eigenvector's sign and igl's order of the coordinates leave the orientation open
+    # the sign of the eigenvector and the order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2
@@ -76,10 +77,10 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
 
 
 def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
-    """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
+    """Run discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
 
-    The Dirichlet energy by the surface's own cotangents minus the area of the map: the least
-    squares layout of the angles that the surface has. It is LSCM's energy, and so its minimiser.
+    It minimises the Dirichlet energy with the cotangents of the surface minus the area of the map. This is
+    the least-squares layout of the angles of the surface, with the same energy and minimiser as LSCM.
     """
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
@@ -92,13 +93,13 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
 
 
 def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
-    """A single Newton step of ABF++ (Sheffer et al. 2005), the non-linear problem in angles.
+    """Take a single Newton step of ABF++ (Sheffer et al. 2005), the nonlinear problem in angles.
 
-    At multipliers of zero the Hessian is diag(2 / alpha_0^2), so that the step is the least norm
-    solution of the linearised constraints, as linear ABF's is, but with the wheel constraint in
-    its product form, prod sin(beta) - prod sin(gamma) = 0: its row
-    prod(beta) cot(beta) e_beta - prod(gamma) cot(gamma) e_gamma = prod(gamma) - prod(beta) is
-    divided by the geometric mean of the products, which changes no solution.
+    At zero multipliers, the Hessian is diag(2 / alpha_0^2). Therefore the step is the least-norm solution of
+    the linearised constraints, as in linear ABF, but with the wheel constraint in its product form, prod
+    sin(beta) - prod sin(gamma) = 0. The row of this constraint, prod(beta) cot(beta) e_beta - prod(gamma)
+    cot(gamma) e_gamma = prod(gamma) - prod(beta), is divided by the geometric mean of the products, which
+    does not change the solution.
     """
     state, constraints = problem.start, problem.angles.constraints
     alpha, b = state.at.alpha, state.at.residual
@@ -115,17 +116,17 @@ def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
         e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
         at = problem.angles.at(alpha + e.reshape(-1, 3).T)
         state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
-    return with_layout(problem, StageResult("linear step", state))
+    return add_layout(problem, StageResult("linear step", state))
 
 
 def far_pins(mesh: Mesh) -> Pins:
-    """Two boundary vertices half the loop's length apart, the most distant such pair."""
+    """Return two boundary vertices half the loop length apart, the most distant such pair, as pins."""
     loop = mesh.topology.loops[0]
-    return loop[far_apart(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
+    return loop[find_far_points(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
 
 
 def bare_lscm(mesh: Mesh) -> Callable[[], object]:
-    """A call of `igl.lscm` itself, with pins given: the unit of the times."""
+    """Return a call of `igl.lscm` with given pins, which is the unit of the reported times."""
     faces = mesh.faces
     b, bc = far_pins(mesh)
     return lambda: igl.lscm(mesh.V, faces, b, bc)
@@ -134,7 +135,7 @@ def bare_lscm(mesh: Mesh) -> Callable[[], object]:
 def _result_of_map(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
-    """The result of a method without target angles: the angles of its map take their place."""
+    """Return the result of a method without target angles; the angles of its map replace them."""
     topology, constraints = mesh.topology, constraints_of(mesh.topology)
     if not np.isfinite(z).all():
         raise _no_map_error(mesh, solver)
@@ -164,6 +165,7 @@ def _result_of_map(
 
 
 def _no_map_error(mesh: Mesh, solver: str) -> SingularSystemError:
+    """Return the error of a method that found no map, with the thinnest triangles."""
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return SingularSystemError(

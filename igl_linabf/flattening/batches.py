@@ -1,4 +1,4 @@
-"""Many disks side by side: linear ABF's two solves with a drawn boundary, and isometric maps from there."""
+"""Many disks side by side: the two solves of linear ABF with a drawn boundary, and isometric maps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -30,28 +30,28 @@ from ..surface import (
     signed_double_areas,
     sound_disks,
 )
-from .fallbacks import STEP_AND_CHORD_RTOL, by_newton
+from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton
 from .methods import Isometric, LinABF
 from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
 
 @dataclass(frozen=True, eq=False)
 class LinearBatch:
-    """Disks after linear ABF's step and chord, laid out.
+    """Disks after the step and the chord of linear ABF, laid out.
 
     Attributes
     ----------
     disks : Disks
     stepped : StepAndChord
     good : (#disks,) bool
-        Those for which this is enough.
+        Whether the common solve suffices for the disk.
     uv : (#V, 2) float64
     F, angles : (#F, 3) int64 and float64
-        Of each disk for itself.
+        Triangles with the vertex numbers of each disk, and their target angles.
     gap, ratio : (#disks,) float64
-        Of the developed boundary; of the largest area scale to the smallest one.
+        Gap of the drawn boundary, and ratio of the largest to the smallest area scale.
     solver : str
-        Of the layout.
+        Solver of the layout.
     """
 
     disks: Disks
@@ -66,7 +66,7 @@ class LinearBatch:
 
 
 def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
-    """Flatten disks side by side, as far as a step and a chord of each do.
+    """Flatten disks side by side by one step and one chord each.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     with (
         timed("layout"),
         np.errstate(divide="ignore", invalid="ignore"),
-    ):  # of angles that are not to be drawn
+    ):  # caused by angles that are discarded later
         boundary = develop_boundary(constraints, at.residual)
         z, solver = harmonic(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
         areas = signed_double_areas(z, topology.corner)
@@ -93,7 +93,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         z = centred(z, topology.corner, scale, disks.area, vertices.start, faces.start)
         scale /= disks.double_area
     good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= GAP)
-    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
+    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # `flatten` warns of caps
     return LinearBatch(
         disks=disks,
         stepped=stepped,
@@ -113,7 +113,7 @@ Arrays = tuple[FloatArray, IntArray]
 def isometric_maps(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
-    """The isometric maps of disks from their maps, and their places; those that need more are left out."""
+    """Yield the indices and isometric maps of the disks for which the common solve suffices."""
     disks, found = sound_disks(meshes)
     if disks is None:
         return
@@ -134,7 +134,7 @@ def isometric_maps(
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
-        how = by_newton(int(steps[k]), f"the map of the {linear.attempts[-1].name}", float(energy[k]))
+        how = describe_newton(int(steps[k]), f"the map of the {linear.attempts[-1].name}", float(energy[k]))
         residuals = Residuals(*after[k].tolist())
         outcome, message = judge(
             Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)

@@ -1,4 +1,4 @@
-"""What the boundary of a map is to be: free, a circle, a rectangle, or prescribed angles."""
+"""The shape of the boundary of a map: free, circles, a rectangle, or prescribed angles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,24 +11,26 @@ from .._types import FloatArray, IntArray
 from ..angles import inscribed_sums
 from ..errors import MeshError, some
 from ..surface import Mesh, Topology, chords_of, vertex_indices
-from .constants import BOUNDARY_TOL, CORNER_WINDOW
+from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
+
+CORNER_WINDOW = 0.02  # half width of the window for the turning at a corner, over the boundary length
 
 HELP = "igl_linabf.split_chords(V, F) splits these edges at their midpoints"
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What is asked of the boundary.
+    """The prescribed shape of the boundary.
 
     Attributes
     ----------
     name : {"free", "circle", "circles", "rectangle", "angles"}
     sums : (#V,) float64 or None
-        The angle sum asked for at each vertex of the mesh; NaN where none is. None if it is free.
+        The prescribed angle sum of each vertex of the mesh, NaN if it is free. None for a free boundary.
     circles : tuple of int
-        The boundary loops that are to lie on circles.
+        The boundary loops that have to lie on circles.
     corners : (4,) or (0,) int64
         Vertices at the corners of the rectangle, in the order of the loop.
     """
@@ -42,21 +44,21 @@ class Shape:
 FREE = Shape()
 
 
-def shape_of(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike | None) -> Shape:
-    """What the caller asks of the boundary of a checked mesh.
+def resolve_shape(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike | None) -> Shape:
+    """Return the requested shape of the boundary of a checked mesh.
 
     Raises
     ------
     MeshError
-        The corners are no four vertices of the outer loop, the angles are no array a vertex, or no flat
-        map has such a boundary.
+        The corners are not four vertices of the outer loop, the angles are not an array with one value per
+        vertex, or no flat map has such a boundary.
     """
     name = boundary if isinstance(boundary, str) else "angles"
     if name != "angles" and name not in get_args(BoundaryName):
         names = ", ".join(map(repr, get_args(BoundaryName)))
         raise ValueError(f"boundary is {name!r}: use one of {names}, or an array of angles")
     if corners is not None and name != "rectangle":
-        raise ValueError(f"corners means nothing to boundary={name!r}: leave it out, or use 'rectangle'")
+        raise ValueError(f"corners does not apply to boundary={name!r}: leave it out, or use 'rectangle'")
     if name == "free":
         return Shape()
     topology, sums = mesh.topology, np.full(mesh.topology.n, np.nan)
@@ -79,7 +81,7 @@ def shape_of(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike 
 
 
 def _lengths(mesh: Mesh, i: int) -> FloatArray:
-    """Lengths of the edges that leave the vertices of a boundary loop."""
+    """Return the lengths of the edges that start at the vertices of a boundary loop."""
     at = mesh.V[mesh.topology.loops[i]]
     return np.asarray(np.linalg.norm(np.roll(at, -1, axis=0) - at, axis=1))
 
@@ -91,21 +93,21 @@ def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
         raise MeshError("boundary is neither a name nor an array of angles: pass (#V,) radians") from None
     if angles.shape != (mesh.n_given,):
         raise MeshError(
-            f"boundary has the shape {angles.shape}: pass one angle a vertex, ({mesh.n_given},) radians, NaN "
-            "where it is free and at all vertices inside"
+            f"boundary has the shape {angles.shape}: pass one angle per vertex, ({mesh.n_given},) radians, "
+            "NaN where the boundary is free and at all interior vertices"
         )
     angles = angles[mesh.vertices]
     inside = np.flatnonzero(mesh.topology.interior & ~np.isnan(angles))
     if len(inside):
         raise MeshError(
             f"boundary has angles at vertices {some(mesh.vertices[inside])}, which are inside the mesh: set "
-            "them to NaN; inside, the angles of a flat map sum to 2 pi (igl_linabf.unwrap makes cones)"
+            "them to NaN; interior angles of a flat map sum to 2 pi (igl_linabf.unwrap makes cones)"
         )
     return angles
 
 
 def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
-    """Four vertices of the outer loop, from the first given one on in the order of the loop."""
+    """Return the four given vertices in the order of the outer loop, starting at the first one."""
     at = vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
     rim = mesh.topology.loops[0]
     place = np.full(mesh.topology.n, -1)
@@ -113,7 +115,8 @@ def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
     inside = np.flatnonzero(place[at] < 0)
     if len(inside):
         raise MeshError(
-            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four of it"
+            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four "
+            "vertices of this loop"
         )
     if len(np.unique(at)) != 4 or len(at) != 4:
         raise MeshError(f"corners are {mesh.vertices[at].tolist()}: give four different vertices")
@@ -121,14 +124,17 @@ def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
 
 
 def _four_corners(mesh: Mesh) -> IntArray:
-    """The vertices of the outer loop where it turns most; the first side is one of the longer ones."""
+    """Return the four vertices of the outer loop with the largest turning.
+
+    The first side is one of the two opposite sides that are longer in total.
+    """
     rim, length = mesh.topology.loops[0], _lengths(mesh, 0)
     if len(rim) < 4:
         raise MeshError(f"the boundary has {len(rim)} vertices, and a rectangle has four corners: refine it")
     angle = np.arctan2(mesh.double_area, mesh.dot)
     turning = np.pi - mesh.topology.sum_at_vertices(angle)[rim]
     arc, total = np.concatenate(([0.0], np.cumsum(length)[:-1])), length.sum()
-    # the turning within the window around each vertex, by sums over three rounds of the loop
+    # the turning within the window around each vertex, from cumulative sums over three rounds of the loop
     rounds = np.concatenate((arc - total, arc, arc + total))
     before = np.concatenate(([0.0], np.cumsum(np.tile(turning, 3))))
     first = np.searchsorted(rounds, arc - CORNER_WINDOW * total, "left")
@@ -143,7 +149,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
         chosen.append(i)
         near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= CORNER_WINDOW * total
         if np.count_nonzero(open_ & ~near) < left - 1:
-            near = np.arange(len(rim)) == i  # too few vertices for windows
+            near = np.arange(len(rim)) == i  # too few vertices remain outside the windows
         open_ &= ~near
     chosen = sorted(chosen)
     sides = np.diff(arc[chosen], append=arc[chosen[0]] + total)
@@ -153,7 +159,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
 
 
 def _check_shape(mesh: Mesh, shape: Shape) -> None:
-    """Raise if no flat map of the mesh has the angle sums that are asked for at the boundary."""
+    """Raise an error if no flat map of the mesh has the prescribed angle sums at the boundary."""
     assert shape.sums is not None
     topology, sums, vertices = mesh.topology, shape.sums, mesh.vertices
     faces = np.bincount(topology.corner.ravel(), minlength=topology.n)
@@ -181,7 +187,10 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
 
 
 def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
-    """Gauss-Bonnet: the exterior angles of a loop sum to 2 pi, those of a hole to -2 pi."""
+    """Check that exterior angles sum to 2 pi along the outer loop and to -2 pi along a hole.
+
+    These sums follow from the theorem of Gauss and Bonnet.
+    """
     assert shape.sums is not None
     for i, loop in enumerate(mesh.topology.loops):
         asked, m = shape.sums[loop], len(loop)
@@ -193,20 +202,20 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
         around = f"{'hole' if i else 'outer loop'} of {m} vertices through {where}"
         if not left and abs(given - wanted) > BOUNDARY_TOL:
             raise MeshError(
-                f"the angles asked for at the {around} sum to {given:.6f} rad, and those of a flat map to "
+                f"the angles asked for at the {around} sum to {given:.6f} rad, but in a flat map to "
                 f"({m} {'+' if i else '-'} 2) pi = {wanted:.6f}: add {(wanted - given) / m:+.6f} to each, or "
-                "leave some free (NaN)"
+                "leave some angles free (NaN)"
             )
         if left and not 0 < wanted - given < np.pi * faces[loop[free]].sum():
             raise MeshError(
-                f"the angles asked for at the {around} sum to {given:.6f} rad, and with those of the {left} "
-                f"free vertices they have to sum to ({m} {'+' if i else '-'} 2) pi = {wanted:.6f}, which "
-                f"leaves {wanted - given:.6f} for these: ask for other angles, or leave more free"
+                f"the angles asked for at the {around} sum to {given:.6f} rad; together with the {left} free "
+                f"vertices they have to sum to ({m} {'+' if i else '-'} 2) pi = {wanted:.6f}, which leaves "
+                f"{wanted - given:.6f} for the free vertices: ask for other angles, or leave more free"
             )
 
 
 def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
-    """Chords of the outer loop that cut off a part whose angles at the chord would not be positive."""
+    """Yield the chords of the outer loop that cut off a part with a nonpositive angle at the chord."""
     rim = topology.loops[0]
     place = np.full(topology.n, -1)
     place[rim] = np.arange(len(rim))

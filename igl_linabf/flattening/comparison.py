@@ -28,7 +28,7 @@ from .result import Flattening
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One method's map, its quality and its time.
+    """The map of one method, its quality and its time.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class Entry:
     seconds : float
         Median over the runs, including input checks.
     ratio : float
-        `seconds` over the median time of `igl.lscm` itself, with pins given.
+        `seconds` divided by the median time of `igl.lscm` itself, with given pins.
     iterations : int or None
-        Linear solves; None if the method has none or does not report them.
+        Number of linear solves; None if the method has none or does not report them.
     result : Flattening or None
-        None for another program's map.
+        None for the map of another program.
     """
 
     uv: FloatArray
@@ -59,7 +59,7 @@ class Comparison:
     Attributes
     ----------
     entries : dict of str to Entry
-        By label.
+        Entries by label.
     F : (#F, 3) int64
         The triangles.
     """
@@ -69,7 +69,7 @@ class Comparison:
 
     @property
     def maps(self) -> dict[str, FloatArray]:
-        """The maps by label, as `plot_compare` takes them."""
+        """The maps by label, in the form that `plot_compare` expects."""
         return {label: entry.uv for label, entry in self.entries.items()}
 
     def __repr__(self) -> str:
@@ -120,15 +120,15 @@ def compare(
     V : (#V, 3) float
     F : (#F, 3) int
     methods : sequence of str or method object
-        As `flatten` takes them.
+        Methods, as in `flatten`.
     repeat : int
-        Timed runs of each method, in turn, after one that is not timed.
+        Number of timed runs of each method, in turn, after one run that is not timed.
     others : bool
-        Add Blender's ABF and MeshLab's LSCM if `bpy` and `pymeshlab` are installed.
+        Add ABF of Blender and LSCM of MeshLab if `bpy` and `pymeshlab` are installed.
     outer : int, optional
         As in `flatten`.
     boundary, corners : optional
-        As in `flatten`, for the methods that can shape the boundary; it stays free for the others.
+        As in `flatten`, for methods that can shape the boundary; for other methods, it stays free.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def compare(
     Raises
     ------
     MeshError
-        As `flatten`.
+        As in `flatten`.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def compare(
     listed = isinstance(methods, Iterable) and not isinstance(methods, str)
     chosen = [method_of(method, several=True) for method in methods] if listed else []
     if not chosen:
-        raise ValueError(f"methods is {methods!r}: give a list of one method or more, like ['linabf']")
+        raise ValueError(f"methods is {methods!r}: give a list of one or more methods, such as ['linabf']")
     if not is_number(repeat, 1, whole=True):
         raise ValueError(f"repeat is {repeat!r}: use a positive integer")
     shaped: dict[str, Any] = {"outer": outer, "boundary": boundary, "corners": corners}
@@ -160,7 +160,7 @@ def compare(
         with progress_part(method.name, i / len(chosen) / (1 + repeat)):
             first.append(flatten(V, F, method, **given))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # they were given for the runs above
+        warnings.simplefilter("ignore")  # the runs above have already issued them
         mesh = planar_mesh(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
         calls += [
@@ -176,7 +176,7 @@ def compare(
         iterations = result.iterations if result.steps else None
         label = method.label if method.label not in entries else str(method)
         entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
-    for name in other_programs.installed() if others else ():
+    for name in other_programs.installed_programs() if others else ():
         try:
             uv, taken = other_programs.run_program(name, mesh.V, mesh.faces)
         except RuntimeError as error:
@@ -190,7 +190,7 @@ def compare(
 def medians(
     calls: Sequence[Callable[[], object]], repeat: int, clock: Callable[[], float] = perf_counter
 ) -> list[float]:
-    """Median seconds of each call, the calls taking turns."""
+    """Return the median seconds of each call; the calls take turns."""
     seconds: list[list[float]] = [[] for _ in calls]
     for done in range(repeat):
         for call, taken in zip(calls, seconds, strict=True):

@@ -1,4 +1,4 @@
-"""The same triangles again and again, with vertices that move."""
+"""Repeated flattening of the same triangles with moving vertices."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from numpy.typing import ArrayLike
 from .._runtime import Progress
 from ..surface import PlanarFaces
 from .boundary_shapes import BoundaryName
-from .functions import flatten_checked
+from .functions import flatten_mesh
 from .methods import Method
 from .result import Flattening
 
 
 class Flattener:
-    """Flatten one connectivity many times: what follows from the triangles alone is kept.
+    """A flattener of meshes that share their triangles.
 
-    That is the check of the triangles, their edges and loops, the pattern of the system, and the analysis of
-    its factor.
+    All results that depend only on the triangles are computed once: the check of the triangles, their edges
+    and loops, the pattern of the system, and the analysis of its factor.
 
     Parameters
     ----------
@@ -53,25 +53,25 @@ class Flattener:
         up: ArrayLike | None = None,
         progress: Progress = None,
     ) -> Flattening:
-        """Flatten the triangles with vertices at `V`: what `flatten(V, F, ...)` returns, to the bit.
+        """Flatten the triangles with vertices at `V`; the result is bitwise that of `flatten(V, F, ...)`.
 
         Parameters
         ----------
         V : (#V, 3) float
             Vertex positions.
         method, b, bc, outer, boundary, corners, up, progress
-            As in `igl_linabf.flatten`; each call may have its own.
+            As in `igl_linabf.flatten`; they may differ between calls.
 
         Returns
         -------
         Flattening
-            As `igl_linabf.flatten`.
+            As in `igl_linabf.flatten`.
 
         Raises
         ------
         MeshError
-            `V` is malformed or too short, a face is degenerate, `outer` is on no boundary loop, or the pins
-            are not two different vertices.
+            `V` is malformed or too short, a face is degenerate, `outer` is not on a boundary loop, or the
+            pins are not two different vertices.
 
         Examples
         --------
@@ -80,6 +80,4 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
         (12, 2)
         """
-        return flatten_checked(
-            lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up
-        )
+        return flatten_mesh(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up)

@@ -1,4 +1,4 @@
-"""The public functions: check the input, run a method, return the map or the whole result."""
+"""The public functions, which check the input, run a method, and return the map or the complete result."""
 
 from __future__ import annotations
 
@@ -34,12 +34,17 @@ from ..surface import (
     shape_is_pinned,
     signed_double_areas,
 )
-from .boundary_shapes import BoundaryName, shape_of
-from .constants import ABF_TOL, FIT_SOURCES, LEAST_UP, MIRRORED, MOST_PINNED_TRIANGLES, MOST_STRETCH, TOL
+from .boundary_shapes import BoundaryName, resolve_shape
+from .constants import ABF_TOL, MOST_STRETCH, TOL
 from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
 Fit = Literal["area", "lengths"]
+
+FIT_SOURCES = 250  # source vertices of the distances for fit="lengths"
+LEAST_UP = 0.01  # smallest length of the mean image of a unit direction that can turn the map
+MIRRORED = 0.9  # pins are mirrored if this share of their triangles has reversed orientation
+MOST_PINNED_TRIANGLES = 2000  # random triangles of pins that are checked
 
 
 def linabf(
@@ -60,7 +65,7 @@ def linabf(
     guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
-    """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
+    """Compute the linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
 
     Parameters
     ----------
@@ -69,61 +74,59 @@ def linabf(
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
     b, bc : (#b,) int and (#b, 2) float, optional
-        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map; more
-        are constraints of the least-squares layout. Without pins the map is scaled to the area of
-        the surface, centred, and turned to its principal axes.
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two pins determine the placement of
+        the map; more pins are constraints of the least-squares layout. Without pins, the map is scaled to the
+        area of the surface, centred, and turned to its principal axes.
     iterations : int or "auto"
-        1 is the paper's single linear step. k runs up to k steps of its active set (section 6).
-        Each step linearises at the angles of the last one. They end early once the residual is at
-        most `tol`. "auto" is one step and a second solve with the same system. If a step was
-        limited, the boundary does not close or a triangle flips, it continues like the active set
-        (at most 12 steps), and ends in corrections in the conformal metric; if triangles still
-        flip, with converged ABF. With holes, the second solve is a step, which also closes the
-        holes' loops (docs/holes.md).
+        1 is the single linear step of the paper. k runs up to k steps of the active set (section 6), each
+        linearised at the angles of the previous step. The steps end early if the residual is at most `tol`.
+        "auto" is one step and a second solve with the same system. If a step was limited, the boundary does
+        not close, or a triangle flips, it continues like the active set (at most 12 steps), and ends in
+        corrections in the conformal metric. If triangles still flip, converged ABF follows. On a mesh with
+        holes, the second solve is a step, which also closes the loops of the holes (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
-        How angles become coordinates; see `igl_linabf.layout`.
+        The method that turns angles into coordinates; see `igl_linabf.layout`.
     outer : int, optional
-        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
-        is the outer one.
+        A vertex of the outer boundary loop; all other loops are holes. By default, the longest loop is the
+        outer loop.
     boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
-        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
-        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
-        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. See docs/boundaries.md.
+        "circle": the outer loop lies on a circle; "circles": all holes do, too. "rectangle": the outer loop
+        is a rectangle. An array contains the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, and NaN free; it is NaN at interior vertices. See docs/boundaries.md.
     corners : (4,) int, optional
-        The boundary vertices at the corners of the rectangle. By default those where the boundary
+        The boundary vertices at the corners of the rectangle. By default, the vertices where the boundary
         turns most.
     rtol : float, optional
-        Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
-        "auto", the second of which takes at most twelve of their steps, 0.03 for the
-        steps that follow there, and 0.01 for all others. With an `rtol`, no corrections in the
-        conformal metric take their place.
+        Relative residual at which conjugate gradients stop. The default is 0.1 for the two solves of "auto",
+        where the second one takes at most twelve steps; 0.03 for the steps that follow them; and 0.01
+        otherwise. With a given `rtol`, there are no corrections in the conformal metric.
     tol : float
         Residual of the angle constraints, in radians, at which the iterations end.
     threshold : float
-        If the angles around an interior vertex miss 2 pi by more than this many radians, they are
+        If the angles around an interior vertex differ from 2 pi by more than this many radians, they are
         scaled to sum to 2 pi (section 4.2).
     safeguard : bool
-        Keep all angles positive: scale the estimate's angles to sum to pi in each triangle, and
-        limit each triangle's step. False is the paper's bare scheme.
+        Keep all angles positive: scale the estimated angles to sum to pi in each triangle, and limit the step
+        of each triangle. False is the unmodified scheme of the paper.
     guarantee : {"injective"}, optional
-        If triangles still flip after all methods of the default, make a map without flipped
-        triangles by SLIM, at more distortion.
+        If triangles flip with all methods of the default, compute a map without flipped triangles by SLIM,
+        with more distortion.
     solver : {"auto", "cholmod", "direct"}
-        "auto" solves by conjugate gradients, which the Cholesky factor of one Laplacian
-        preconditions. "cholmod" does so by CHOLMOD's factor; that needs scikit-sparse.
-        "direct" factors the whole system.
+        "auto" solves by conjugate gradients, preconditioned by the Cholesky factor of one Laplacian.
+        "cholmod" uses CHOLMOD for this factor, which requires scikit-sparse. "direct" factors the whole
+        system.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face uses.
+        NaN at vertices that belong to no face.
 
     Raises
     ------
     MeshError
-        The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
-        or no flat map has such a `boundary`.
+        The surface is not one oriented manifold piece with a boundary and without handles, a face is
+        degenerate, `outer` is not on a boundary loop, the pins are not two or more different vertices, or no
+        flat map has such a `boundary`.
 
     Warns
     -----
@@ -156,11 +159,11 @@ def abf(
     guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
-    """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
+    """Compute the converged angle based flattening: the flat mesh with angles closest to the surface.
 
-    Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
-    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. If they do
-    not converge, a slower form is used that stays among flat meshes. It lets no angle fall below a
+    The sum ((alpha - alpha_0) / alpha_0)^2 is minimised (Sheffer, de Sturler 2001) subject to all
+    constraints, by steps of linear ABF relative to the initial estimate alpha_0. If the steps do not
+    converge, a slower form is used that stays close to flat meshes. It bounds every angle below by a
     hundredth of alpha_0.
 
     Parameters
@@ -168,22 +171,22 @@ def abf(
     V, F, b, bc, layout, outer, boundary, corners : see `linabf`
         As in `linabf`.
     tol : float
-        The iterations end when both the largest relative change of an angle that another step would bring,
-        and the largest residual, are at most this; at least 1e-10. They end earlier where all further steps
-        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt of the angles is accurate to
-        five digits, or to 1e-10. A map whose areas differ by 20 orders of magnitude or more rounds them.
+        The iterations end when the largest residual, and the largest relative change of an angle by another
+        step, are at most this; at least 1e-10. They also end if all further steps would decrease the sum by
+        less than 16 tol^2 of itself. At 1e-4, F/3nt of the angles is accurate to five digits, or to 1e-10.
+        Maps whose areas differ by 20 orders of magnitude or more are less accurate.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face uses.
+        NaN at vertices that belong to no face.
 
     Raises
     ------
     MeshError
-        As `linabf`.
+        As in `linabf`.
 
     Warns
     -----
@@ -205,23 +208,24 @@ def abf(
 
 
 def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
-    """`igl.lscm` with checked input, and with far-apart pins by default.
+    """Run `igl.lscm` with checked input, and with two distant pins by default.
 
     Parameters
     ----------
     V, F, b, bc : array_like
-        As in `linabf`. The default pins are two boundary vertices half the loop's length apart, the
-        most distant such pair. The map is then scaled, centred and turned as in `linabf`.
+        As in `linabf`. The default pins are two boundary vertices half the length of the loop apart; among
+        all such pairs, the pair with the largest distance. The map is then scaled, centred and turned as in
+        `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face uses.
+        NaN at vertices that belong to no face.
 
     Raises
     ------
     MeshError
-        As `linabf`.
+        As in `linabf`.
 
     Warns
     -----
@@ -251,7 +255,7 @@ def linabf_angles(
     guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
-    """Target angles of `linabf`, which `layout` turns into a map.
+    """Compute the target angles of `linabf`, which `layout` turns into a map.
 
     Parameters
     ----------
@@ -266,7 +270,7 @@ def linabf_angles(
     Raises
     ------
     MeshError
-        As `linabf`.
+        As in `linabf`.
 
     Examples
     --------
@@ -310,62 +314,62 @@ def flatten(
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
     method : str or method object
-        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": areas
-        are kept, too, as well as both can be. For comparison: "abf++1", a single Newton step of
-        ABF++; "lscm", `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins;
-        "dncp", LSCM's energy from cotangents. A name
-        stands for the method with its default options. To set options, pass an object, such as
-        `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
+        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": a compromise
+        that also preserves areas. For comparison: "abf++1", a single Newton step of ABF++; "lscm",
+        `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins; "dncp", the energy of LSCM
+        from cotangents. A name stands for the method with its default options. To set options, pass an
+        object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     b, bc : (#b,) int and (#b, 2) float, optional
-        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map. More
-        are constraints: of the least-squares layout, of "lscm" and "dncp", and of "isometric", which
-        meets them as far as no triangle has to flip. "scp" takes two.
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two pins determine the placement of
+        the map. More pins are constraints of the least-squares layout, of "lscm" and "dncp", and of
+        "isometric", which meets them as well as possible without flips. "scp" takes two pins.
     outer : int, optional
-        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
-        is the outer one.
+        A vertex of the outer boundary loop; all other loops are holes. By default, the longest loop is the
+        outer loop.
     boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
-        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
-        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
-        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. For "linabf" and "abf"
-        only; the other methods have a free boundary. See docs/boundaries.md.
+        "circle": the outer loop lies on a circle; "circles": all holes do, too. "rectangle": the outer loop
+        is a rectangle. An array contains the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, and NaN free; it is NaN at interior vertices. Only for "linabf" and
+        "abf"; the other methods have a free boundary. See docs/boundaries.md.
     corners : (4,) int, optional
-        The boundary vertices at the corners of the rectangle. By default those where the boundary
-        turns most. Without pins, the side from the first to the second is at the bottom.
+        The boundary vertices at the corners of the rectangle. By default, the vertices where the boundary
+        turns most. Without pins, the side from the first to the second corner is at the bottom.
     up : (3,) float, optional
         Direction in space that points up in the map, on average over the surface; (0, 0, 1) turns the map of
-        a face upright. Not with pins or a rectangle, which place the map. By default principal axes do.
+        a face upright. It cannot be combined with pins or a rectangle, which determine the placement of the
+        map. By default, the map is turned to its principal axes.
     fit : {"area", "lengths"}
-        The scale of the map, without pins: that at which it has the area of the surface, or that at which
-        the mean error of distances within 7 rings is least (`distance_error`), which takes half a second.
+        The scale of a map without pins. "area": the map has the area of the surface. "lengths": the mean
+        error of distances within 7 rings is minimal (`distance_error`), which takes half a second.
     progress : callable or False, optional
-        Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
-        raises ends the work. By default, a bar is shown on a terminal after two seconds; False
-        shows nothing.
+        Called with the name of a stage and the completed fraction, from 0 to 1. An exception that it raises
+        ends the computation. By default, a bar is shown on a terminal after two seconds; False shows nothing.
 
     Returns
     -------
     Flattening
-        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped
-        triangles is returned without an error: check `outcome`.
+        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped triangles is
+        returned without an error: check `outcome`.
 
     Raises
     ------
     MeshError
-        The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices
-        or are mirrored, as a boundary that is pinned clockwise, or no flat map has such a `boundary`; the
-        message has the angles that would be right.
+        The surface is not one oriented manifold piece with a boundary and without handles; a face is
+        degenerate; `outer` is not on a boundary loop; the pins are not two or more different vertices, or are
+        mirrored, such as a boundary that is pinned clockwise; or no flat map has such a `boundary`. The
+        message then suggests valid angles.
     ValueError
-        The method, the `boundary` or the `fit` has no such name, or the method cannot shape the boundary.
-        `up` is no direction, or something else places the map. Pins set the scale that `fit` asks for.
+        The name of the method, of the `boundary` or of the `fit` is unknown, or the method cannot shape the
+        boundary. `up` is not a direction, or is combined with another placement of the map. `fit` is combined
+        with pins, which determine the scale.
 
     Warns
     -----
     MeshWarning
-        `up` points nowhere on the surface, and the map is not turned; or faces are at the end of double
-        precision, and rounding would turn them over if the map were turned or scaled as asked.
+        `up` has no direction on the surface, and the map is not turned; or faces are at the limit of double
+        precision, and rounding would flip them if the map were turned or scaled.
     OutcomeWarning
-        The map is stretched beyond use, as that of a long tube is; `unwrap` cuts it.
+        The map is stretched too much to be useful, such as the map of a long tube; `unwrap` cuts the surface.
 
     Examples
     --------
@@ -379,12 +383,10 @@ def flatten(
         raise ValueError(f"fit is {fit!r}: use 'area' or 'lengths'")
     if fit == "lengths" and b is not None:
         raise ValueError("the pins set the scale of the map: leave out fit, or pin nothing")
-    return flatten_checked(
-        lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up, fit
-    )
+    return flatten_mesh(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up, fit)
 
 
-def flatten_checked(
+def flatten_mesh(
     checked: Callable[[], Mesh],
     method: str | Method,
     b: ArrayLike | None,
@@ -395,20 +397,20 @@ def flatten_checked(
     up: ArrayLike | None = None,
     fit: Fit = "area",
 ) -> Flattening:
-    """`flatten` of the mesh that `checked` returns."""
+    """Flatten the mesh that `checked` returns, with the options of `flatten`."""
     start, chosen = perf_counter(), method_of(method)
     with reporting(progress):
         mesh = checked()
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
-        shape = shape_of(mesh, boundary, corners)
+        shape = resolve_shape(mesh, boundary, corners)
         if shape.name != "free" and not chosen.shapes:
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
         if shape.name != "free" and shape_is_pinned(pinned):
             raise MeshError(
-                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
-                "whole map, or leave the boundary free"
+                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two vertices to "
+                "place the whole map, or leave the boundary free"
             )
-        upwards = None if up is None else _checked_up(up, pinned is not None, shape.name)
+        upwards = None if up is None else _check_up(up, pinned is not None, shape.name)
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
@@ -416,14 +418,14 @@ def flatten_checked(
             begin = perf_counter()
             surface = Submesh.of_arrays(mesh.V, mesh.faces)
             scale = Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv)
-            made = _moved_anew(mesh, made, made.uv * scale, "scaled")
+            made = _replace_map(mesh, made, made.uv * scale, "scaled")
             seconds["fit"] = perf_counter() - begin
     if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
     if upwards is not None:
-        made = _moved_anew(mesh, made, _turned_up(mesh, made.uv, upwards), "turned")
+        made = _replace_map(mesh, made, _turn_upright(mesh, made.uv, upwards), "turned")
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
@@ -431,7 +433,7 @@ def flatten_checked(
 
 
 def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
-    """Refuse pins that only a mirrored map meets, as a boundary that is pinned clockwise."""
+    """Raise an error if only a mirrored map meets the pins, such as a boundary pinned clockwise."""
     index, positions = pinned
     three = np.random.default_rng(0).integers(len(index), size=(MOST_PINNED_TRIANGLES, 3)).T
     of_map, of_pins = (
@@ -443,18 +445,21 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
         raise MeshError(
             f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
             "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "
-            "positions, as bc * [1, -1], or turn the faces over, F[:, ::-1]"
+            "positions, as bc * [1, -1], or reverse the faces, F[:, ::-1]"
         )
 
 
 def least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArray:
-    """The L2 stretch of each map, by areas on the surface and in it: what it is if no angle changes."""
+    """Return the L2 stretch that each map would have if no angle changed.
+
+    It depends on the areas of the triangles on the surface and in the map only.
+    """
     with np.errstate(all="ignore"):
         return np.asarray(np.sqrt(faces.sum(area * (area / flat)) * faces.sum(flat)) / faces.sum(area))
 
 
 def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
-    """Warn of a valid map that is of no use: most of the surface shrinks to a point beside the rest."""
+    """Warn if a valid map is useless because most of the surface shrinks to a point."""
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
     if not least_stretch(area, flat, Ragged.of_sizes([len(area)])) > MOST_STRETCH:
@@ -463,37 +468,37 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
     stretch = quality_of(surface, uv, overlaps=0).stretch_l2
     warnings.warn(
-        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are shrunk beyond "
-        "use, as those far from the boundary of a long tube; cut the mesh, as igl_linabf.unwrap does",
+        f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are too small to "
+        "be useful, such as the far end of a long tube; cut the mesh, as igl_linabf.unwrap does",
         OutcomeWarning,
         stacklevel=stack_level(),
     )
 
 
-def _checked_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
-    """The direction that is to be up; an error if something else places the map."""
+def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
+    """Return the checked direction `up`; raise an error if it is combined with another placement."""
     if has_pins or boundary == "rectangle":
         what = "pins" if has_pins else "the rectangle's corners"
-        raise ValueError(f"up does not go together with {what}, which place the map: leave out one of them")
+        raise ValueError(f"up does not go together with {what}, which place the map: omit one of them")
     return direction_in_space(up, "up")
 
 
-def _moved_anew(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
-    """The result with its map moved; it stays where it is if rounding would turn other triangles over."""
+def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
+    """Return the result with a moved map, or unchanged if rounding would change which faces are flipped."""
     changed = np.setxor1d(flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
     if not len(changed):
         return replace(made, uv=uv)
     warnings.warn(
         f"the map is not {how}: faces {some(changed)} are at the end of double precision, and "
-        "rounding would turn them over; cut the mesh, as igl_linabf.unwrap does",
+        "rounding would flip them; cut the mesh, as igl_linabf.unwrap does",
         MeshWarning,
         stacklevel=stack_level(),
     )
     return made
 
 
-def _turned_up(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:
-    """The map turned so that this direction points up, on average."""
+def _turn_upright(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:
+    """Turn the map so that the direction `up` points up, on average."""
     z = complex_positions(uv)
     along, area = mapped_direction(mesh.V, z, mesh.topology.corner.T, up)
     mean = complex(along @ area / area.sum())

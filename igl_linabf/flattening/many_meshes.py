@@ -1,4 +1,4 @@
-"""Many meshes at once: their disks side by side in one system, and alone what needs more than that."""
+"""Many meshes at once: small disks side by side in one system, and all other meshes one by one."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from ..linalg import NotPositiveDefiniteError
 from ..surface import Ragged, complex_positions, face_array, signed_double_areas, sound_disks, vertex_array
 from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
-from .constants import LARGEST_TOGETHER, MOST_STRETCH
+from .constants import MOST_STRETCH
 from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
 from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
-TOGETHER = 4 * LARGEST_TOGETHER  # triangles in one system: few calls from Python, and still in the caches
+LARGEST_TOGETHER = 10_000  # triangles of the largest mesh that shares its system with others
+TOGETHER = 4 * LARGEST_TOGETHER  # triangles per system
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -37,13 +38,13 @@ def flatten_many(
     boundary: BoundaryName = "free",
     progress: Progress = None,
 ) -> list[Flattening | MeshError]:
-    """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
+    """Flatten many meshes at once: the same results as a loop of `flatten`, in less time.
 
-    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
-    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
-    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with
-    these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
-    large meshes, shaped boundaries and other methods are flattened one by one.
+    Small disks are combined into linear systems, because they do not interact. A system is assembled,
+    analysed and factored once, while each disk has its own steps, residuals and outcome. Several threads
+    process different systems, one per core or as many as OMP_NUM_THREADS sets. Isometric maps start from
+    these maps. Meshes are flattened one by one if they need more than the two solves of linear ABF or start
+    far from an isometry, if they are large or have holes or shaped boundaries, and with other methods.
 
     Parameters
     ----------
@@ -52,26 +53,26 @@ def flatten_many(
     method : str or method object
         As in `flatten`.
     boundary : {"free", "circle", "circles", "rectangle"}
-        As in `flatten`, for all meshes; the corners of rectangles are found.
+        As in `flatten`, for all meshes; the corners of rectangles are detected.
     progress : callable or False, optional
         As in `flatten`.
 
     Returns
     -------
     list of Flattening or MeshError
-        In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and attempts
-        are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
-        meshes that were solved together are shared out by their triangles.
+        Results in the order of `meshes`. Maps and angles agree with `flatten` to 1e-10, and outcomes and
+        attempts are the same. If `flatten` raises a `MeshError` for a mesh, the error is the result. The
+        `seconds` of meshes that were solved together are divided in proportion to their triangles.
 
     Raises
     ------
     ValueError
-        There is no method of that name.
+        The name of the method is unknown.
 
     Warns
     -----
     OutcomeWarning
-        As `flatten` does; of meshes that were solved together, once, with their numbers.
+        As in `flatten`. For meshes that were solved together, there is one warning with their indices.
 
     Examples
     --------
@@ -89,7 +90,7 @@ def flatten_many(
         together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
-        _warn_of_stretched(arrays, made)
+        _warn_of_stretch(arrays, made)
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with progress_part("alone", (k + 1) / len(left)):
@@ -97,10 +98,8 @@ def flatten_many(
     return [result for result in made if result is not None]
 
 
-def _warn_of_stretched(
-    meshes: Sequence[Arrays | None], maps: Sequence[Flattening | MeshError | None]
-) -> None:
-    """One warning of valid maps that are of no use; `flatten` warns of those that it makes alone."""
+def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening | MeshError | None]) -> None:
+    """Warn once of useless valid maps; `flatten` warns of the maps that it makes itself."""
     valid = [
         (i, *mesh, made.uv)
         for i, (mesh, made) in enumerate(zip(meshes, maps, strict=True))
@@ -117,7 +116,7 @@ def _warn_of_stretched(
     if len(stretched):
         warnings.warn(
             f"the maps of meshes {some(stretched)} have an L2 stretch of more than {MOST_STRETCH:g} (1 is "
-            "best): parts of them are shrunk beyond use, as those far from the boundary of a long tube; cut "
+            "best): parts of them are too small to be useful, such as the far end of a long tube; cut "
             "them, as igl_linabf.unwrap does",
             OutcomeWarning,
             stacklevel=stack_level(),
@@ -125,16 +124,16 @@ def _warn_of_stretched(
 
 
 def _arrays(mesh: object) -> Arrays | None:
-    """V and F in the form in which they are put together, if they are that far sound."""
+    """Return V and F as arrays that can be concatenated, or None if they are malformed."""
     try:
         V, F = cast(Arrays, mesh)
         return vertex_array(V), face_array(F)
-    except (TypeError, ValueError):  # what is wrong is said by `flatten`
+    except (TypeError, ValueError):  # `flatten` reports the error
         return None
 
 
 def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
-    """What `flatten` returns or raises."""
+    """Return the result of `flatten`, or the error that it raises."""
     try:
         V, F = cast(Arrays, mesh)
     except (TypeError, ValueError):
@@ -142,11 +141,11 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
     try:
         return flatten(V, F, method, boundary=boundary)
     except MeshError as error:
-        return error.with_traceback(None)  # which would keep the arrays of all its frames
+        return error.with_traceback(None)  # a traceback would keep the arrays of all its frames alive
 
 
 def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
-    """Flatten small disks side by side; None for each mesh that is to be flattened alone."""
+    """Flatten small disks side by side; return None for each mesh to be flattened alone."""
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_together(meshes, LinABF(solver=method.solver))
@@ -167,7 +166,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
 
 
 def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
-    """Which of the meshes go together: none that is large."""
+    """Yield groups of small meshes that are flattened together."""
     group: list[int] = []
     faces = 0
     for i, (_, F) in enumerate(meshes):
@@ -184,7 +183,7 @@ def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
 def _flatten_group(
     meshes: Sequence[Arrays], group: list[int], method: LinABF
 ) -> list[tuple[int, Flattening]]:
-    """The places and results of those of a group that come out well together, if they are several."""
+    """Return the indices and results of the meshes of a group for which the common solve suffices."""
     start = perf_counter()
     if len(group) < 2:
         return []
@@ -196,7 +195,7 @@ def _flatten_group(
             seconds["check"] = perf_counter() - start
             batch = linear_batch(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
-        halves = np.array_split(found, 2)  # until it is alone
+        halves = np.array_split(found, 2)  # until the singular disk is alone
         parts = [_flatten_group(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0] + parts[1]
     seconds["total"] = perf_counter() - start
@@ -206,7 +205,7 @@ def _flatten_group(
 def _results_of_batch(
     batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
 ) -> list[tuple[int, Flattening]]:
-    """As `_flatten_group` returns them, from arrays; `seconds` are shared out by triangles."""
+    """Return the indices and results of a batch; `seconds` are divided in proportion to the triangles."""
     vertices, faces = batch.disks.vertices.start.tolist(), batch.disks.faces.start.tolist()
     stepped, rows = batch.stepped, batch.stepped.state.problem.disks.rows.sizes.tolist()
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)

@@ -1,4 +1,4 @@
-"""The methods of `flatten`: a frozen dataclass each, whose fields are the options."""
+"""The methods of `flatten`: one frozen dataclass per method, with the options as fields."""
 
 from __future__ import annotations
 
@@ -15,39 +15,43 @@ from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
 from .boundary_shapes import FREE, Shape
-from .constants import ABF_TOL, AREA_WEIGHT, ISOMETRIC_TOL, MAX_AREA_WEIGHT, TOL
+from .constants import ABF_TOL, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
-    LARGEST_FOR_ABF,
     STEP_AND_CHORD_RTOL,
     ProblemOptions,
     Stage,
-    anchored,
     build_result,
-    continued,
-    feasible,
+    continue_active_set,
+    fall_back_to_linear,
     initial_problem,
     injective_map,
     isometric_map,
-    iterated,
-    linear_fallback,
-    one_system,
-    prescribed,
+    iterate_active_set,
+    reach_prescribed_sums,
+    run_anchored_abf,
+    run_feasible_abf,
     run_stages,
+    solve_one_system,
 )
 from .result import Flattening, Guarantee
 
 Iterations = int | Literal["auto"]
 
+AREA_WEIGHT = 1.5  # default exponent of the area term of the isometric energy; minimises the L2 stretch
+MAX_AREA_WEIGHT = 8.0
+ISOMETRIC_TOL = 1e-3  # default share of the isometric energy that may be left to further steps
+LARGEST_FOR_ABF = 20_000  # triangles of the largest mesh with converged ABF as a fallback of linear ABF
+
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
 
 
 class Method:
-    """Base class of the methods; an unknown option is an error that lists the known ones."""
+    """Base class of the methods; an unknown option raises an error that lists the known options."""
 
     name: str
-    label: str  # in tables
-    shapes: bool = False  # whether it can give the boundary a shape
+    label: str  # name in tables
+    shapes: bool = False  # whether the method can shape the boundary
 
     def __new__(cls, *_: object, **options: object) -> Method:
         known: tuple[str, ...] = cls.__match_args__  # type: ignore[attr-defined]
@@ -112,16 +116,16 @@ class LinABF(Method):
         rtol = self.rtol or (STEP_AND_CHORD_RTOL if shape.circles else ACTIVE_SET_RTOL)
         stages: list[Stage]
         if self.iterations != "auto":
-            stages = [partial(iterated, rtol=rtol, tol=self.tol, max_steps=self.iterations)]
+            stages = [partial(iterate_active_set, rtol=rtol, tol=self.tol, max_steps=self.iterations)]
         elif shape.sums is None:
             stages = _default_stages(self.rtol, self.tol)
         else:
             stages = [
-                partial(prescribed, rtol=rtol, tol=self.tol),
-                partial(anchored, tol=ABF_TOL, residual_tol=self.tol),
-                partial(feasible, tol=ABF_TOL, residual_tol=self.tol),
+                partial(reach_prescribed_sums, rtol=rtol, tol=self.tol),
+                partial(run_anchored_abf, tol=ABF_TOL, residual_tol=self.tol),
+                partial(run_feasible_abf, tol=ABF_TOL, residual_tol=self.tol),
             ]
-        return _run_stages_of(self, mesh, pinned, shape, stages, self.safeguard)
+        return _run_with_stages(self, mesh, pinned, shape, stages, self.safeguard)
 
 
 @dataclass(frozen=True)
@@ -162,30 +166,35 @@ class ABF(Method):
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        stages: list[Stage] = [partial(anchored, tol=self.tol), partial(feasible, tol=self.tol)]
+        stages: list[Stage] = [
+            partial(run_anchored_abf, tol=self.tol),
+            partial(run_feasible_abf, tol=self.tol),
+        ]
         if shape.sums is not None:
             rtol = STEP_AND_CHORD_RTOL if shape.circles else ACTIVE_SET_RTOL
-            stages.append(partial(linear_fallback, linear=partial(prescribed, rtol=rtol, tol=TOL)))
-        return _run_stages_of(self, mesh, pinned, shape, stages)
+            stages.append(
+                partial(fall_back_to_linear, linear=partial(reach_prescribed_sums, rtol=rtol, tol=TOL))
+            )
+        return _run_with_stages(self, mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
 class Isometric(Method):
-    """The map that keeps lengths as well as it can: for textures, fabrics, and areas to be compared.
+    """The map that preserves lengths as well as possible, for textures, fabrics, and comparisons of areas.
 
-    It begins with the map of `LinABF`, made free of flips where needed (guarantee="injective"), and lowers
-    the mean over the area of c a^weight until it stalls: c = (s1 / s2 + s2 / s1) / 2 for the angles and
-    a = (s1 s2 + 1 / (s1 s2)) / 2 for the areas, s1 and s2 the singular values (Degener, Meseth, Klein
-    2003) by Newton's method. No triangle can flip.
+    It starts from the map of `LinABF`, from which flips are removed if needed (guarantee="injective").
+    Newton's method then reduces the mean of c a^weight over the area until it stalls, where c = (s1 / s2 + s2
+    / s1) / 2 measures the angles, a = (s1 s2 + 1 / (s1 s2)) / 2 the areas, and s1 and s2 are the singular
+    values (Degener, Meseth, Klein 2003). No triangle can flip.
 
     Attributes
     ----------
     weight : float
-        Of areas against angles, from 0 to 8. 0: angles only. 1: the symmetric Dirichlet energy. More: more
-        equal areas. At the default L2 stretch is least.
+        Weight of areas against angles, from 0 to 8. 0: angles only. 1: the symmetric Dirichlet energy. Larger
+        weights make areas more equal. The default minimises the L2 stretch.
     tol : float
-        Share of this mean that may be left to further steps, foreseen from the last two. At the default
-        nobody sees what is left; at 0 the steps go on until one brings less than 1e-8 of it.
+        Share of this mean that may be left to further steps, predicted from the last two. The remainder at
+        the default is invisible; at 0, the steps continue until a step gains less than 1e-8 of the mean.
     solver : str
         As in `igl_linabf.linabf`.
 
@@ -225,7 +234,7 @@ class Isometric(Method):
             results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
             made = isometric_map(problem, results, self.weight, self.tol, pinned)
             if made is not None:
-                # the maps before do not know of the pins
+                # the earlier maps ignore the pins
                 results = (made,) if pinned is not None else (*results, made)
             return build_result(problem, self.name, results, seconds)
 
@@ -259,7 +268,7 @@ class OneStepABFpp(Method):
 
 @dataclass(frozen=True)
 class LSCM(Method):
-    """`igl.lscm`; the default pins are two boundary vertices far from each other."""
+    """`igl.lscm`, with two distant boundary vertices as the default pins."""
 
     name = "lscm"
     label = "igl.lscm"
@@ -304,7 +313,7 @@ METHODS: dict[str, Callable[..., Method]] = {
 
 
 def method_of(method: str | Method, several: bool = False) -> Method:
-    """The given method; for a name, that method with its default options."""
+    """Return the given method, or the method of this name with its default options."""
     if isinstance(method, Method):
         return method
     if not isinstance(method, str) or method not in METHODS:
@@ -314,13 +323,13 @@ def method_of(method: str | Method, several: bool = False) -> Method:
 
 
 def guaranteed(method: Method) -> Method | None:
-    """The same method with guarantee='injective'; None if it has it already, or has no such option."""
+    """Return the method with guarantee="injective", or None if it has this or no such option."""
     if not isinstance(method, LinABF | ABF) or method.guarantee is not None:
         return None
     return replace(method, guarantee="injective")
 
 
-def _run_stages_of(
+def _run_with_stages(
     method: LinABF | ABF,
     mesh: Mesh,
     pinned: Pins | None,
@@ -328,6 +337,7 @@ def _run_stages_of(
     stages: list[Stage],
     safeguard: bool = True,
 ) -> Flattening:
+    """Run the stages of a method on its initial problem."""
     if method.guarantee:
         stages = [*stages, injective_map]
     with stopwatch(*STAGES) as seconds:
@@ -337,16 +347,17 @@ def _run_stages_of(
 
 
 def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
-    """What linear ABF tries in turn."""
+    """Return the stages of linear ABF in order."""
     return [
-        partial(one_system, rtol=rtol, tol=tol),
-        partial(continued, rtol=rtol, tol=tol),
-        partial(anchored, tol=ABF_TOL, residual_tol=tol, largest=LARGEST_FOR_ABF),
-        partial(feasible, tol=ABF_TOL, residual_tol=tol),
+        partial(solve_one_system, rtol=rtol, tol=tol),
+        partial(continue_active_set, rtol=rtol, tol=tol),
+        partial(run_anchored_abf, tol=ABF_TOL, residual_tol=tol, largest=LARGEST_FOR_ABF),
+        partial(run_feasible_abf, tol=ABF_TOL, residual_tol=tol),
     ]
 
 
 def _check_options(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
+    """Raise an error for an invalid option that several methods share."""
     check_method(layout)
     if guarantee not in (None, "injective"):
         raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")

@@ -1,6 +1,6 @@
-"""Maps of other programs, if they are installed: Blender's (`bpy`) and MeshLab's (`pymeshlab`).
+"""Maps of other programs, if they are installed: Blender (`bpy`) and MeshLab (`pymeshlab`).
 
-Each runs in a process of its own, since their libraries conflict.
+Each program runs in a separate process, because their libraries conflict.
 """
 
 from collections.abc import Callable
@@ -57,18 +57,18 @@ PEERS: dict[str, tuple[str, Callable[[Arrays], Arrays]]] = {
 }
 
 
-def installed() -> list[str]:
-    """Names of the programs whose package is installed."""
+def installed_programs() -> list[str]:
+    """Return the names of the programs whose package is installed."""
     return [name for name, (package, _) in PEERS.items() if find_spec(package) is not None]
 
 
 def run_program(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
-    """The map of a program, (#V, 2), and its seconds.
+    """Return the map of a program, (#V, 2), and its time in seconds.
 
     Raises
     ------
     RuntimeError
-        The program failed; the text has its last line of output.
+        The program failed; the message contains its last line of output.
     """
     result = run_in_child_process("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
     return result["uv"], float(result["seconds"])

@@ -20,12 +20,12 @@ StageName = Literal["linear step", "active set", "converged ABF", "feasible ABF"
 
 
 class Outcome(str, Enum):
-    """How a flattening ended."""
+    """The outcome of a flattening."""
 
     CONVERGED = "converged"
     """No triangle is flipped, and the residual is at most the tolerance."""
     VALID = "valid"
-    """No triangle is flipped; the residual may be above the tolerance, since the method asks for no less."""
+    """No triangle is flipped; the method does not require the residual to reach a tolerance."""
     NOT_CONVERGED = "not converged"
     """No triangle is flipped, but the iterations ended above the tolerance."""
     FLIPPED = "flipped"
@@ -41,26 +41,26 @@ class Outcome(str, Enum):
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What is found of a map and its angles; the outcome follows from it.
+    """The properties of a map and its angles that determine the outcome.
 
     Attributes
     ----------
     layout, solver : str
-        How the map was laid out, and what solved it.
+        Names of the layout and of its solver.
     area_ratio : float
-        Of the map's largest area scale to its smallest one.
+        Ratio of the largest to the smallest area scale of the map.
     flipped : (#flips,) int64
         Faces that are flipped in the map.
     residual : float
-        The largest of the target angles.
+        Largest residual of the target angles.
     invalid : (#invalid,) int64
         Faces with a target angle outside (0, pi).
     converged : bool
-        Whether the method's tolerance was reached.
+        Whether the tolerance of the method was reached.
     note : str
-        Why it was not reached; "" if no convergence was asked for.
+        Why the tolerance was not reached; "" if the method does not require convergence.
     pins : int
-        How many vertices were pinned.
+        Number of pinned vertices.
     """
 
     layout: str
@@ -75,7 +75,7 @@ class Findings:
 
 
 def judge(found: Findings) -> tuple[Outcome, str]:
-    """The outcome, and a sentence that explains it."""
+    """Return the outcome and a sentence that explains it."""
     flipped, note = found.flipped, found.note
     fit = f"largest angle residual {found.residual:.1e}"
     if len(found.invalid):
@@ -108,8 +108,8 @@ def judge(found: Findings) -> tuple[Outcome, str]:
     )
     if found.pins > 2:
         return Outcome.FLIPPED, (
-            f"{where}, as {found.pins} pins may ask for: pin fewer vertices, or use method='isometric', "
-            "which comes as near to them as it can without flips"
+            f"{where}, which {found.pins} pins may require: pin fewer vertices, or use method='isometric', "
+            "which comes as close to the pins as possible without flips"
         )
     if not found.converged:
         return Outcome.FLIPPED, f"{where}: {note or 'more iterations may help'} ({fit}); {helps}"
@@ -133,8 +133,8 @@ class Residuals:
     wheel : float
         `|sum log sin(gamma) - log sin(beta)|` around interior vertices (eq. 10).
     closure : float
-        Distance by which a hole's loop fails to close, relative to its length; 0 without holes.
-        The angle sum and the wheel around a hole are in `vertex` and `wheel`.
+        Gap of the loop of a hole, relative to its length; 0 without holes. The angle sum and the wheel around
+        a hole are in `vertex` and `wheel`.
     """
 
     vertex: float
@@ -157,7 +157,7 @@ class Residuals:
 
 
 class Status(Enum):
-    """Result of one of the methods that were tried."""
+    """The status of an attempt."""
 
     GOOD = "a map without flipped triangles"
     FLIPPED = "a map with flipped triangles"
@@ -178,11 +178,11 @@ class Attempt:
     name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"}
     status : Status
     flips : int or None
-        Flipped triangles of its map; None if it stopped before the layout.
+        Flipped triangles of the map; None if the attempt stopped before the layout.
     residual : float
-        Largest residual of its angles.
+        Largest residual of the angles.
     failed : str
-        Why the next method was tried, or what is wrong at the end; "" if nothing is.
+        Why the next method was tried, or what is wrong with the final map; "" if the attempt is good.
     """
 
     name: StageName
@@ -202,16 +202,16 @@ class Hole:
     Attributes
     ----------
     vertex : int
-        A vertex of its boundary loop.
+        A vertex of the boundary loop.
     size : int
-        The loop's number of vertices.
+        Number of vertices of the loop.
     rotation : float
         `|(m + 2) pi - sum of the angles at its m vertices|`, radians. Zero if the loop turns once.
     scale : float
-        `|sum log sin(gamma) - log sin(beta)|` over its vertices. Zero if the loop ends at the scale
-        at which it begins.
+        `|sum log sin(gamma) - log sin(beta)|` over its vertices. Zero if the loop ends at the scale at which
+        it starts.
     translation : float
-        Distance from the end of the drawn loop to its beginning, relative to its length.
+        Distance from the end of the drawn loop to its start, relative to its length.
     """
 
     vertex: int
@@ -226,7 +226,7 @@ class Hole:
 
     @classmethod
     def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
-        """Every hole of the mesh, the residual of the angles being `b`."""
+        """Return all holes of the mesh with their residuals, given the residual `b` of the angles."""
         loops = mesh.topology.holes
         if not loops:
             return ()
@@ -246,7 +246,7 @@ class Flattening:
     Attributes
     ----------
     uv : (#V, 2) float64
-        The map; NaN at vertices that no face uses.
+        The map; NaN at vertices that belong to no face.
     F : (#F, 3) int64
         The triangles.
     angles : (#F, 3) float64
@@ -260,26 +260,26 @@ class Flattening:
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
     attempts : tuple of Attempt
-        What was tried, in order. The map is that of the last entry without flipped triangles, or
-        else of the entry with the fewest.
+        The attempts in order. The map is from the last attempt without flipped triangles, or otherwise from
+        the attempt with the fewest flips.
     steps : tuple of Step
-        The linear solves, in order.
+        The linear solves in order.
     before, after : Residuals
         Constraint residuals of the initial estimate and of `angles`.
     holes : tuple of Hole
-        Residuals of `angles` at each hole; not for the outer loop.
+        Residuals of `angles` at each hole, without the outer loop.
     gap : float
-        By how much the boundary loop drawn from `angles` fails to close, relative to its length.
+        Gap of the boundary loop drawn from `angles`, relative to its length.
     layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
-        The layout that ran. With the last two, `angles` are the angles of the map.
+        The layout of the map. With "isometric" and "embedding", `angles` are the angles of the map.
     solver, layout_solver : str
         Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
     boundary : {"free", "circle", "circles", "rectangle", "angles"}
-        What was asked of the boundary.
+        The requested shape of the boundary.
     corners : (4,) or (0,) int64
-        The vertices at the corners of the rectangle, counterclockwise from the lower left one.
+        The vertices at the corners of the rectangle, counterclockwise from the lower left corner.
     """
 
     uv: FloatArray
@@ -310,7 +310,7 @@ class Flattening:
 
     @property
     def inner_steps(self) -> int:
-        """Conjugate gradient steps in all of them."""
+        """Total number of conjugate gradient steps."""
         return sum(step.inner_steps for step in self.steps)
 
     @property

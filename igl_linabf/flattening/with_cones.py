@@ -1,4 +1,4 @@
-"""A surface with cones: its angles are found before it is cut, and laid out on the cut surface."""
+"""Surfaces with cones: angles are found on the uncut surface, and laid out on the cut surface."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -14,24 +14,24 @@ from ..angles import (
     AngleProblem,
     ClosedPath,
     HolonomyAngles,
-    Linearised,
+    Linearisation,
     SchurColumns,
     State,
     System,
     active_set,
     constraints_of,
     corner_angles,
-    diverges,
     initial_estimate,
+    is_diverging,
     iterate_with_corrections,
     open_caps,
-    rescaled,
+    rescale_triangles,
     step_from_surface,
     step_with_known_factor,
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
-from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, LARGEST_WIDENING, MAX_STEPS_TO_SEAMS, TOL
+from .constants import ABF_TOL, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET_STEPS,
@@ -40,34 +40,39 @@ from .fallbacks import (
     Stage,
     StageResult,
     StageResults,
-    anchored,
+    add_layout,
     build_result,
-    feasible,
     initial_problem,
     injective_map,
-    iterated,
+    iterate_active_set,
+    run_anchored_abf,
+    run_feasible_abf,
     run_stages,
-    with_layout,
 )
 from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
 
+LARGEST_SCALED_ANGLE = 2.0  # radians; limit for the largest angle of a conformally scaled triangle
+LARGEST_WIDENING = 0.2  # radians by which a larger angle may grow beyond its value on the surface
+MAX_STEPS_TO_SEAMS = 3  # steps after converged ABF that make both sides of seams match
+
 
 class DivergedError(ArithmeticError):
-    """Steps lead away from all angles with these sums and holonomy."""
+    """Steps move away from all angles with the prescribed sums and holonomy."""
 
 
 @dataclass(frozen=True, eq=False)
 class PrescribedHolonomy:
-    """By what angles closed paths of the surface are to turn.
+    """The prescribed turning of closed paths of the surface.
 
     Attributes
     ----------
     vertices : (#C,) int64
-        Vertices whose angle sums may be chosen for that.
+        Vertices whose angle sums may be chosen to reach the turnings.
     choose : callable
-        Given `HolonomyAngles` of the sums so far: their angle sums; what the paths turn by, radians; and the
-        logarithm of the scale at all vertices with which the surface has these sums, if that is known.
+        Takes the `HolonomyAngles` of the current sums. Returns the angle sums of `vertices`; the turnings of
+        the paths, radians; and the logarithm of the scale at all vertices that leads to these sums, or None
+        if it is unknown.
     """
 
     vertices: IntArray
@@ -76,19 +81,19 @@ class PrescribedHolonomy:
 
 @dataclass(frozen=True, eq=False)
 class KnownLaplacian:
-    """The surface's Laplacian, which is factored already where cones were placed.
+    """The Laplacian of the surface, factored earlier to place cones.
 
     Attributes
     ----------
     inverse : Factor or None
-        Over the interior vertices but `left_out`.
+        Inverse over the interior vertices except `left_out`.
     left_out : int or None
         A vertex of a closed surface.
     even : bool
-        Whether the surface is large, and few triangles are thin. Else a factor of the first step's own metric
-        preconditions that better.
+        Whether the surface is large with few thin triangles. Otherwise, a factor in the metric of the first
+        step is a better preconditioner.
     columns : SchurColumns or None
-        The columns of the closing rows of the paths, from `holonomy_angles_of` the surface with this inverse.
+        The Schur columns of the paths, computed by `holonomy_angles_of` with this inverse.
     """
 
     inverse: Factor | None
@@ -113,29 +118,31 @@ def flatten_with_cones(
     cut : Mesh
         The surface cut to a disk, along a seam through all vertices whose sum is not 2 pi.
     topology : Topology
-        Of the surface before that; its faces are those of `cut`, in the same order.
+        Topology of the uncut surface, with the faces of `cut` in the same order.
     sums : (#V,) float64
-        Angle sums of its vertices, radians; NaN at the boundary, which is free.
+        Angle sums of the vertices of the uncut surface, radians; NaN at the boundary, which is free.
     paths : sequence of ClosedPath
-        Along which the scale comes back.
+        Paths along which the scale returns to its initial value.
     prescribed : PrescribedHolonomy or None
-        By what they also turn; None if it is as it comes.
+        The prescribed turnings of the paths; None if they are free.
     method : Method
         Linear ABF or converged ABF.
     known : KnownLaplacian, optional
-        It preconditions the first step, if the method leaves the choice of the solver.
+        Preconditions the first step, if the method allows any solver.
 
     Raises
     ------
     ValueError
-        Another method.
+        The method is neither linear ABF nor converged ABF.
     DivergedError
-        Holonomy angles are prescribed, and steps lead away from them. What is tried elsewhere after them
-        would take far longer, and lead nowhere.
+        Steps move away from the prescribed holonomy angles. Other stages would take far longer without
+        success.
     """
     if not isinstance(method, LinABF | ABF):
-        raise ValueError(f"method is {method.name!r}: cones need one that finds angles, 'linabf' or 'abf'")
-    uncut = replace(topology, n_outer=len(topology.loops))  # no loop is a hole that keeps its turning
+        raise ValueError(
+            f"method is {method.name!r}: cones require a method that finds angles, 'linabf' or 'abf'"
+        )
+    uncut = replace(topology, n_outer=len(topology.loops))  # no loop counts as a hole with a fixed turning
 
     with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
@@ -159,11 +166,11 @@ def holonomy_angles_of(
     paths: Sequence[ClosedPath],
     known: KnownLaplacian | None = None,
 ) -> tuple[HolonomyAngles, SchurColumns | None] | None:
-    """What closed paths of a surface of these angles turn by, and how a cone at any vertex changes that.
+    """Compute the turnings of closed paths, and how a cone at each vertex changes them.
 
-    With the columns of their closing rows, which serve for other cones with the same ground, too.
-
-    None if its Laplacian is singular in double precision. The parameters are those of `flatten_with_cones`.
+    The parameters are those of `flatten_with_cones`; `surface` contains the angles of the surface. Also
+    return the Schur columns of the paths, which can be reused for other cones with the same omitted vertex.
+    Return None if the Laplacian is singular in double precision.
     """
     uncut = replace(topology, n_outer=len(topology.loops))
     constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
@@ -171,50 +178,50 @@ def holonomy_angles_of(
     if known is not None:
         lin = _known_linearisation(angles, known)
     try:
-        holonomy, lin = HolonomyAngles.predicted(angles, np.arange(topology.n), angles.estimate, lin)
+        holonomy, lin = HolonomyAngles.predict(angles, np.arange(topology.n), angles.estimate, lin)
     except NotPositiveDefiniteError:
         return None
     return holonomy, None if known is None or known.inverse is None else lin.columns
 
 
-def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
-    """What preconditions a step from the estimate, if its factor is known."""
+def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearisation | None:
+    """Return a linearisation that preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
         return None
     system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
     analysis = angles.constraints.pattern.analysis(angles.solvers)
-    return Linearised.preconditioned(angles, system, analysis, known.inverse, known.columns)
+    return Linearisation.with_factor(angles, system, analysis, known.inverse, known.columns)
 
 
 def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonomy) -> tuple[Problem, State]:
-    """The problem with prescribed holonomy angles along its paths, and a state to go on from.
+    """Return the problem with prescribed holonomy angles along its paths, and the state to continue from.
 
-    Holonomy changes angles least where the surface is flat already. So the first step starts from its angles
-    scaled conformally, and goes to those of least change from the surface itself.
+    Holonomy changes the angles least if the surface is already nearly flat. Therefore the first step starts
+    from the conformally scaled angles of the surface, and minimises the change from the unscaled angles.
     """
     surface = open_caps(corner_angles(problem.mesh))[0]
     try:
-        holonomy, lin = HolonomyAngles.predicted(problem.angles, prescribed.vertices, surface, begun.lin)
+        holonomy, lin = HolonomyAngles.predict(problem.angles, prescribed.vertices, surface, begun.lin)
     except NotPositiveDefiniteError:
         after = step_with_known_factor(begun, ROUGH_RTOL)
-        holonomy = HolonomyAngles.measured(after.at, problem.angles.constraints.paths, prescribed.vertices)
+        holonomy = HolonomyAngles.measure(after.at, problem.angles.constraints.paths, prescribed.vertices)
         angles, _ = _with_chosen_sums(problem.angles, prescribed, holonomy)
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
     angles, log_scale = _with_chosen_sums(problem.angles, prescribed, holonomy)
-    start = _scaled_conformally(angles, surface, log_scale, lin)
+    start = _scale_conformally(angles, surface, log_scale, lin)
     return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 
 def _with_chosen_sums(
     angles: AngleProblem, prescribed: PrescribedHolonomy, holonomy: HolonomyAngles
 ) -> tuple[AngleProblem, FloatArray | None]:
-    """The problem with the sums and the holonomy that are chosen, and the logarithm of its scale."""
+    """Return the problem with the chosen sums and holonomy, and the logarithm of its scale."""
     sums, wanted, log_scale = prescribed.choose(holonomy)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
     asked[prescribed.vertices] = changed[prescribed.vertices] = sums
-    constraints = angles.constraints.with_prescribed(asked, wanted)
+    constraints = angles.constraints.prescribe(asked, wanted)
     with timed("assembly"):
         estimate = initial_estimate(
             constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
@@ -222,14 +229,14 @@ def _with_chosen_sums(
     return replace(angles, constraints=constraints, estimate=estimate), log_scale
 
 
-def _scaled_conformally(
-    angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearised
+def _scale_conformally(
+    angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearisation
 ) -> State:
-    """The angles of the surface scaled conformally, so that it is nearly flat but for the cones.
+    """Scale the angles of the surface conformally, so that it is nearly flat except at the cones.
 
-    With what is missing to the sums, r, the logarithm of the scale is u = -L^-1 r. As these are angles of
-    lengths, the wheel constraints hold, and the scale comes back along closed paths. Triangles right at cones
-    that cannot be scaled so, or become obtuse, keep their estimate.
+    If r is the difference to the prescribed sums, the logarithm of the scale is u = -L^-1 r. The scaled
+    angles belong to edge lengths; therefore the wheel constraints hold, and the scale returns along closed
+    paths. Triangles at cones that cannot be scaled this way, or become obtuse, keep their estimate.
     """
     constraints = angles.constraints
     with timed("estimate"):
@@ -237,25 +244,26 @@ def _scaled_conformally(
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # the sides, up to their scale
-        alpha, bad = rescaled(constraints.topology, sine, u)
+        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # the sides, up to a scale
+        alpha, bad = rescale_triangles(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.at(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 
 
 def _stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]:
+    """Return the stages of a method for a surface with cones."""
     stages: list[Stage]
     if isinstance(method, LinABF) and method.iterations != "auto":
         rtol = method.rtol or ACTIVE_SET_RTOL
-        stages = [partial(iterated, rtol=rtol, tol=method.tol, max_steps=method.iterations)]
+        stages = [partial(iterate_active_set, rtol=rtol, tol=method.tol, max_steps=method.iterations)]
     else:
         stages, tol, residual_tol = [], method.tol, 0.0
         if isinstance(method, LinABF):
             only = prescribed and not method.guarantee
             stages = [partial(_iterate_from, begun=begun, rtol=method.rtol, tol=method.tol, only=only)]
             tol, residual_tol = ABF_TOL, method.tol
-        for form in (anchored, feasible):
+        for form in (run_anchored_abf, run_feasible_abf):
             stage = partial(form, tol=tol, residual_tol=residual_tol)
             stages.append(partial(_with_matching_sides, stage=stage, tol=method.tol))
     return [*stages, injective_map] if method.guarantee else stages
@@ -264,23 +272,28 @@ def _stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]
 def _iterate_from(
     problem: Problem, earlier: StageResults, begun: State, rtol: float | None, tol: float, only: bool
 ) -> StageResult:
-    """Active-set iterations until both sides of the seam agree; or, if `only` they may, an error."""
+    """Take active-set steps until both sides of the seam match.
+
+    If `only`, there is no other stage, and divergence raises a `DivergedError`.
+    """
     state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET_STEPS)
-    if only and diverges(state):
-        raise DivergedError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
+    if only and is_diverging(state):
+        raise DivergedError(
+            f"steps lead to angle sums {state.at.residual.largest:.2g} away from the given ones"
+        )
     reached = state.at.residual.largest <= tol
     note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET_STEPS} steps"
-    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
+    return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 
 def _with_matching_sides(
     problem: Problem, earlier: StageResults, stage: Stage, tol: float
 ) -> StageResult | None:
-    """What a stage makes, after active-set steps until both sides of the seam agree."""
+    """Run a stage, followed by active-set steps until both sides of the seam match."""
     made = stage(problem, earlier)
     if made is None or made.layout is None or made.state.at.residual.largest <= TOL:
         return made
     state = active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_STEPS_TO_SEAMS)
     converged = made.converged and state.at.residual.largest <= tol
-    matching = with_layout(problem, replace(made, state=state, converged=converged))
+    matching = add_layout(problem, replace(made, state=state, converged=converged))
     return made if len(matching.flipped) > len(made.flipped) else matching

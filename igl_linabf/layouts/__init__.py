@@ -1,21 +1,31 @@
 """From target angles to a flat map.
 
-In: a disk's topology and target angles. Out: complex positions of its vertices.
+Input: the topology of a disk and its target angles. Output: complex positions of its vertices. References:
 Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM);
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
 from .boundary import Boundary, develop_boundary, harmonic
-from .choice import Layout, LayoutName, LayoutOptions, check_method, check_pins, lay_out, layout, place_map
-from .conformal_energy import far_apart, least_squares
-from .constants import FLAT_RESIDUAL, GAP, LARGEST_HOLE_GAP
+from .choice import (
+    GAP,
+    LARGEST_HOLE_GAP,
+    Layout,
+    LayoutName,
+    LayoutOptions,
+    check_method,
+    check_pins,
+    lay_out,
+    layout,
+    place_map,
+)
+from .conformal_energy import find_far_points, least_squares
 from .convex import on_circle
-from .greedy import greedy
+from .greedy import FLAT_RESIDUAL, greedy
 from .isometry import (
     InjectiveMap,
     IsometricMap,
-    at_pins,
-    embedded_inside,
+    draw_to_pins,
+    embed_in_boundary,
     injective,
     isometric,
     isometric_together,

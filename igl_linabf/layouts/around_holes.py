@@ -1,4 +1,4 @@
-"""Maps of a mesh with holes that are harmonic between their loops, by the positions on these."""
+"""Maps of a mesh with holes that are harmonic between their boundary loops."""
 
 from __future__ import annotations
 
@@ -10,25 +10,27 @@ import numpy as np
 from .._types import ComplexArray, FloatArray, IntArray, Solve
 from ..angles import Constraints, HolonomyResidual
 from ..surface import Ragged, complex_positions, coordinates
-from .constants import RELAXED_ENERGY
+
+RELAXED_ENERGY = 3e-5  # largest accepted conformal energy of relaxed loops, divided by the area
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonic:
-    """A map that is harmonic between its loops, each hole's being where it takes no force to hold it.
+    """A map that is harmonic between its loops, with no net force on the loop of each hole.
 
     Attributes
     ----------
     along : (#rim,) complex128
-        Positions on the loops, a hole's up to a translation.
+        Positions on the loops; for a hole, up to a translation.
     inside : (#rows + 1,) complex128
-        Positions of the rows; of a hole's row, the translation; 0 after the last.
+        Positions of the rows, and the translations for the rows of holes; followed by a 0.
     """
 
     along: ComplexArray
     inside: ComplexArray
 
     def plus(self, share: complex, other: Harmonic) -> Harmonic:
+        """Return the map plus a multiple of another map."""
         return Harmonic(self.along + share * other.along, self.inside + share * other.inside)
 
 
@@ -38,11 +40,11 @@ class Loops:
     Parameters
     ----------
     constraints : Constraints
-        Each row has its wheel constraint, each hole has a row.
+        Constraints with a wheel constraint in each row, and with a row for each hole.
     weight : (#E,) float64
-        Of edges in the Laplacian L.
+        Weights of the edges in the Laplacian L.
     solve : callable
-        L^-1 over the rows, for (#rows, k).
+        Applies L^-1 to right-hand sides, (#rows, k).
     """
 
     def __init__(self, constraints: Constraints, weight: FloatArray, solve: Solve) -> None:
@@ -56,22 +58,22 @@ class Loops:
         self._rows: IntArray = constraints.pattern.ends[:, near]
         self._weight, self._n = weight[near], constraints.pattern.n
 
-    def on(self, which: int, values: ComplexArray) -> ComplexArray:
-        """(#rim,): some values on one loop, the outer one being the first, and zero on the others."""
+    def on_loop(self, which: int, values: ComplexArray) -> ComplexArray:
+        """Return values, (#rim,), on one loop and zeros on all other loops; loop 0 is the outer loop."""
         made = np.zeros(len(self._rim), dtype=np.complex128)
         made[self._parts.start[which] : self._parts.start[which + 1]] = values
         return made
 
     def split(self, along: ComplexArray) -> list[ComplexArray]:
-        """The values on each loop."""
+        """Return the values on each loop."""
         return self._parts.split(along)
 
     def harmonic(self, along: ComplexArray) -> Harmonic:
-        """The harmonic map of positions on the loops."""
+        """Return the harmonic map of positions on the loops."""
         return self.harmonics([along])[0]
 
     def harmonics(self, each: Sequence[ComplexArray]) -> list[Harmonic]:
-        """Those of several such positions, solved for at once."""
+        """Return the harmonic maps of several positions on the loops, with a single solve."""
         pulls = (self._weight * self._across(np.append(along, 0.0)) for along in each)
         rhs = np.hstack([-coordinates(self._sums(self._rows, pull, self._n)) for pull in pulls])
         inside = np.split(self._solve(np.ascontiguousarray(rhs)), len(each), axis=1)
@@ -79,7 +81,7 @@ class Loops:
         return [Harmonic(along, np.append(z, 0.0)) for along, z in zip(each, positions, strict=True)]
 
     def force(self, z: Harmonic) -> ComplexArray:
-        """L z on the loops; inside it is zero."""
+        """Return L z on the loops; it is zero in the interior."""
         at = np.append(z.along, 0.0)
         pull = self._weight * (self._across(at) + z.inside[self._rows[0]] - z.inside[self._rows[1]])
         return self._sums(self._ends, pull, len(self._rim))
@@ -89,20 +91,20 @@ class Loops:
 
     @staticmethod
     def _sums(ends: IntArray, values: ComplexArray, n: int) -> ComplexArray:
-        """Sums of what edges pull at their ends, the other way at the second one; none at -1."""
+        """Sum the pull of edges at their ends, with opposite signs; end -1 is ignored."""
         index = (ends + 1).ravel()
         both = np.concatenate((values, -values))
         real, imaginary = (np.bincount(index, part, n + 1)[1:] for part in (both.real, both.imag))
         return np.asarray(real + 1j * imaginary)
 
     def positions(self, z: Harmonic) -> ComplexArray:
-        """(#V,) of all vertices."""
+        """Return the positions of all vertices, (#V,)."""
         made = z.inside[self._row]
         made[self._rim] += z.along
         return made
 
-    def turned(self, z: Harmonic) -> ComplexArray:
-        """Half the vector from the vertex before to the one after, on the loops."""
+    def central_differences(self, z: Harmonic) -> ComplexArray:
+        """Return half the vector from the previous to the next vertex, on the loops."""
         at = self._at(z)
         before = np.empty_like(at)
         before[self._parts.following] = at
@@ -112,19 +114,19 @@ class Loops:
         return np.asarray(z.along + z.inside[self._row[self._rim]])
 
     def gradient(self, z: Harmonic) -> ComplexArray:
-        """That of the conformal energy, 1/2 z^H L z - area(z), on the loops."""
-        return self.force(z) + 1j * self.turned(z)
+        """Return the gradient of the conformal energy, 1/2 z^H L z - area(z), on the loops."""
+        return self.force(z) + 1j * self.central_differences(z)
 
     def energy(self, z: Harmonic) -> tuple[float, float]:
-        """The conformal energy, and the area."""
+        """Return the conformal energy and the area."""
         at = self._at(z)
-        area = float((at.conj() * self.turned(z)).imag.sum() / 2)
+        area = float((at.conj() * self.central_differences(z)).imag.sum() / 2)
         return float((at.conj() * self.force(z)).real.sum() / 2) - area, area
 
     def long_waves(self, g: ComplexArray) -> ComplexArray:
-        """A change of the loops that takes off the gradient g's long waves.
+        """Return a change of the loops that removes the long waves of the gradient g.
 
-        Of a holomorphic map g is zero, and of the conjugate of one it is 2 i dz along the loop.
+        g is zero for a holomorphic map, and 2 i dz along the loop for the conjugate of a holomorphic map.
         """
         step = 0.25j * (g + g[self._parts.following])
         step -= self._mean(step)
@@ -132,7 +134,7 @@ class Loops:
         return np.asarray(change - self._mean(change))
 
     def short_waves(self, g: ComplexArray) -> ComplexArray:
-        """The same for its short waves: each vertex by itself."""
+        """Return a change of the loops that removes the short waves of the gradient g, vertex by vertex."""
         index = (self._ends + 1).ravel()
         own = np.bincount(index, np.tile(self._weight, 2), len(self._rim) + 1)[1:]
         return np.asarray(-g / own)
@@ -142,28 +144,29 @@ class Loops:
 
 
 def draw_loops(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) -> Harmonic:
-    """Both coordinates harmonic between loops that have the shapes drawn from angles.
+    """Compute the map with harmonic coordinates between loops with the shapes drawn from angles.
 
-    The outer loop stays as it is drawn. Each hole's is drawn up to a similarity, z = a_h s + c_h: a_h and c_h
-    are those of the least conformal energy. If z_0 has a_h = 0 for all holes, and z_h is the map with the
-    outer loop at 0 and the loop of hole h at s_h, both with free c, these are harmonic with the holes as
-    vertices, and z = z_0 + sum a_h z_h. The energy 1/2 z^H L z - area(z) is least where
+    The outer loop is fixed. The loop of each hole is determined up to a similarity, z = a_h s + c_h, where
+    a_h and c_h minimise the conformal energy. Let z_0 be the harmonic map with a_h = 0 for all holes, and z_h
+    the harmonic map with the outer loop at 0 and the loop of hole h at s_h, both with free c. In these maps,
+    the holes act as vertices, and z = z_0 + sum a_h z_h. The energy 1/2 z^H L z - area(z) is minimal if
 
         sum_h (z_g^H L z_h) a_h - 2 area(s_g) a_g = -z_g^H L z_0.
 
-    L z_h sums to zero around a hole, and is zero inside: only the loop of hole g has to do with z_g^H L.
+    L z_h sums to zero around a hole and is zero in the interior. Therefore only the loop of hole g
+    contributes to z_g^H L.
 
     Parameters
     ----------
     loops : Loops
     holonomy : HolonomyResidual
-        Of the angles.
+        Holonomy residual of the angles.
     outer : (#outer,) complex128
         Positions of the outer loop.
     """
-    beside: ComplexArray = np.append(np.zeros_like(outer), -holonomy.q)  # q leads to the loop's end
+    beside: ComplexArray = np.append(np.zeros_like(outer), -holonomy.q)  # q points to the end of the loop
     shapes = loops.split(beside)[1:]
-    z, *holes = loops.harmonics([loops.on(h, shape) for h, shape in enumerate((outer, *shapes))])
+    z, *holes = loops.harmonics([loops.on_loop(h, shape) for h, shape in enumerate((outer, *shapes))])
     force = [loops.split(loops.force(each))[1:] for each in (z, *holes)]
     pulled = np.array([[s.conj() @ f for s, f in zip(shapes, each, strict=True)] for each in force]).T
     area = [(s.conj() * np.roll(s, -1)).imag.sum() / 2 for s in shapes]
@@ -174,12 +177,13 @@ def draw_loops(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) ->
 
 
 def relax_loops(loops: Loops, z: Harmonic) -> Harmonic | None:
-    """The map of nearly the least conformal energy, from one whose loops are nearly those of that map.
+    """Minimise the conformal energy approximately, starting from loops close to the minimiser.
 
-    Relative to L, the energy's matrix has eigenvalues near 0, of holomorphic maps, and near 2, of the
-    conjugates of such maps: these are what a change of the loops has to take off. That has no system of its
-    own. What the first change leaves is due to the mesh, and has short waves. The energy is made least over
-    all sums of both. None if it stays large: least squares, by a factor of their own, take less then.
+    Relative to L, the matrix of the energy has eigenvalues near 0 for holomorphic maps, and near 2 for
+    conjugates of holomorphic maps. A change of the loops has to remove the latter, which requires no further
+    system. The remainder after the first change is due to the mesh and has short waves. The energy is
+    minimised over all linear combinations of both changes. Return None if the energy stays large, because
+    least squares with a separate factor then take less time.
     """
     g = loops.gradient(z)
     changes: list[Harmonic] = []

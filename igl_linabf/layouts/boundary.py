@@ -1,4 +1,4 @@
-"""The boundary layout: the boundary loop is drawn from its angles, both coordinates are harmonic inside."""
+"""The boundary layout: the boundary loop is drawn from its angles, and both coordinates are harmonic."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ from .around_holes import Loops, draw_loops, relax_loops
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """The outer loops of disks side by side, or of the only one, drawn from their angles.
+    """The outer loops of disks side by side, or of a single disk, drawn from their angles.
 
     Attributes
     ----------
     vertices : (#rim,) int64
-        Those of the loops, one after the other.
+        Vertices of the loops, one loop after the other.
     z : (#rim,) complex128
-        Their positions; each loop is closed.
+        Positions of these vertices; each loop is closed.
     gaps : (#disks,) float64
-        By how much each loop failed to close, relative to its length.
+        Gap of each loop before it was closed, relative to its length.
     """
 
     vertices: IntArray
@@ -32,11 +32,11 @@ class Boundary:
 
 
 def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
-    """Draw the outer loops from their exterior angles and the ratios of their successive edges.
+    """Draw the outer loops from their exterior angles and the length ratios of successive edges.
 
-    The exterior angles are shifted to sum to 2 pi, the logarithms of the ratios to sum to 0. The gap
-    that remains is closed by the smallest change of lengths, min sum delta^2 / l. Prescribed angles
-    stay: what is missing goes to the others. A loop on a circle is drawn with the ratios only.
+    The exterior angles are shifted to sum to 2 pi, and the logarithms of the ratios to sum to 0. The
+    remaining gap is closed by the smallest change of the lengths, min sum delta^2 / l. Prescribed angles are
+    kept, and free angles take up the difference. A loop on a circle is drawn from the ratios only.
     """
     vertices, start = constraints.topology.rims
     turning, log_ratio, asked = b.turning[vertices], b.log_ratio[vertices], constraints.sums[vertices]
@@ -52,9 +52,10 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
 def harmonic(
     boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
-    """Both coordinates harmonic inside the drawn boundaries, by the target angles' Laplacian.
+    """Compute a map with harmonic coordinates inside the drawn boundaries.
 
-    Holes' loops are drawn, too, from angles that are flat. Returns the map and the solver's name.
+    The Laplacian belongs to the target angles. The loops of holes are drawn as well, if the angles are flat.
+    Returns the map and the name of the solver.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def harmonic(
         return z, "none"
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
-    # a boundary vertex with a prescribed sum has a row, too
+    # boundary vertices with a prescribed sum have rows as well
     lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
     if topology.holes:
@@ -80,13 +81,13 @@ def harmonic(
     return z, factored.name
 
 
-def by_relaxed_loops(
+def lay_out_relaxed_loops(
     boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str] | None:
-    """Nearly the map of the least squares, and the solver's name, by the Laplacian of `harmonic`.
+    """Approximate the map of the least squares with the Laplacian of `harmonic`.
 
-    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, or
-    if triangles are flipped.
+    All loops are drawn, and then moved to nearly minimise the conformal energy. Returns the map and the name
+    of the solver, or None if the energy stays large or triangles are flipped.
     """
     topology, pattern = constraints.topology, constraints.pattern
     weight = topology.sum_at_edges(at.cot) / 2

@@ -1,4 +1,4 @@
-"""From angles to coordinates: the choice of the layout, and the placement of its map."""
+"""The choice of the layout, and the placement of its map."""
 
 from __future__ import annotations
 
@@ -31,22 +31,28 @@ from ..surface import (
     vertex_array,
     with_outer_loop,
 )
-from .boundary import Boundary, by_relaxed_loops, develop_boundary, harmonic
-from .conformal_energy import far_apart, least_squares
-from .constants import FLAT_RESIDUAL, GAP, LARGEST_HOLE_GAP, MAX_DRAWN_HOLES
-from .greedy import greedy, one_by_one
+from .boundary import Boundary, develop_boundary, harmonic, lay_out_relaxed_loops
+from .conformal_energy import find_far_points, least_squares
+from .greedy import FLAT_RESIDUAL, greedy, place_triangles
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
+GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "auto" accepts
+LARGEST_HOLE_GAP = 0.1  # largest gap of a loop, relative to its length, for relaxed loops
+MAX_DRAWN_HOLES = 12  # with more holes, their loops are not drawn
+
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
-    """The map moved to its pins; without pins, scaled to `area`, centred and turned to its axes."""
+    """Move the map to its pins.
+
+    Without pins, scale the map to `area`, centre it, and turn it to its principal axes.
+    """
     return centred(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A map, how it was made, and by how much its boundary failed to close."""
+    """A map with its layout method, the gap of the drawn boundary over its length, and the solver."""
 
     z: ComplexArray
     method: str
@@ -56,18 +62,18 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class LayoutOptions:
-    """How angles become coordinates, and where the map comes to be.
+    """The layout method and the placement of the map.
 
     Attributes
     ----------
     method : {"auto", "boundary", "least-squares", "greedy"}
     pinned : Pins or None
     area : float
-        Of the map, without pins.
+        Area of the map without pins.
     side : (2,) or (0,) int64
-        Without pins, the second vertex is put to the right of the first.
-    one_by_one : bool
-        Whether angles that are flat to nearly all digits are laid out triangle after triangle, without a
+        Without pins, two vertices; the map is turned so that the second is to the right of the first.
+    without_system : bool
+        Whether angles that are flat to nearly all digits are laid out triangle by triangle, without a linear
         system.
     """
 
@@ -75,7 +81,7 @@ class LayoutOptions:
     pinned: Pins | None = None
     area: float = 1.0
     side: IntArray | None = None
-    one_by_one: bool = False
+    without_system: bool = False
 
 
 def lay_out(
@@ -86,10 +92,10 @@ def lay_out(
     laplacian: Analysis | None = None,
     boundary: Boundary | None = None,
 ) -> Layout:
-    """Lay out triangles' angles.
+    """Lay out the angles of triangles.
 
-    `laplacian` is the analysis of the constraints' pattern, and `boundary` the drawn outer loop, if they are
-    known already. Where angle sums of the outer loop are prescribed, it is drawn with them, and stays so.
+    `laplacian` is the analysis of the pattern of the constraints, and `boundary` the drawn outer loop, if
+    they are known. An outer loop with prescribed angle sums is drawn with these sums and kept.
     """
     method, pinned = options.method, options.pinned
     check_pins(method, pinned)
@@ -102,7 +108,7 @@ def lay_out(
         held = shape_is_pinned(pinned)
         draws = gap <= GAP or prescribed
         if holes:
-            # their loops may be drawn if each has a row, and there are few
+            # draw the loops of holes if each hole has a row and there are few holes
             may_draw = (
                 constraints.wheels == constraints.n and not constraints.paths and holes <= MAX_DRAWN_HOLES
             )
@@ -117,7 +123,7 @@ def lay_out(
         )
     try:
         if method == "boundary":
-            exact = one_by_one(boundary, at, topology) if options.one_by_one else None
+            exact = place_triangles(boundary, at, topology) if options.without_system else None
             if exact is not None:
                 z, solver = exact, "triangles one by one"
             else:
@@ -125,11 +131,11 @@ def lay_out(
             if holes and len(flipped_faces(z, topology.corner)):
                 method, relaxes = "least-squares", False
         if method == "least-squares" and relaxes:
-            relaxed = by_relaxed_loops(boundary, at, constraints, laplacian, solvers)
+            relaxed = lay_out_relaxed_loops(boundary, at, constraints, laplacian, solvers)
         if relaxed is not None:
             z, solver = relaxed
         elif method == "least-squares":
-            ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
+            ends = slice(None) if prescribed else find_far_points(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
@@ -137,7 +143,7 @@ def lay_out(
         elif method == "greedy":
             z = greedy(topology, at.alpha)
     except NotPositiveDefiniteError:
-        raise SingularSystemError(_thinnest(method, at.alpha)) from None
+        raise SingularSystemError(_describe_thinnest(method, at.alpha)) from None
     if pinned is None or relaxed is not None or method != "least-squares" or prescribed:
         z = place_map(topology, z, options.area, pinned)
     if pinned is None and options.side is not None and len(options.side):
@@ -146,8 +152,8 @@ def lay_out(
     return Layout(z, method, gap, solver)
 
 
-def _thinnest(method: str, alpha: FloatArray) -> str:
-    """What is wrong with a singular layout."""
+def _describe_thinnest(method: str, alpha: FloatArray) -> str:
+    """Return the message for a singular layout, with the thinnest triangles."""
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return (
         f"the {method} layout is singular in double precision; the thinnest target triangles are faces "
@@ -166,43 +172,44 @@ def layout(
     outer: int | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
-    """Flat map of triangles with given angles.
+    """Lay out triangles with given angles in the plane.
 
     Parameters
     ----------
     F : (#F, 3) int
         Triangles of one disk, with or without holes.
     angles : (#F, 3) float
-        Target angles in radians, `angles[t, k]` at vertex `F[t, k]` as `igl.internal_angles`
-        returns them; in (0, pi), each row summing to pi.
+        Target angles in radians, `angles[t, k]` at vertex `F[t, k]`, as returned by `igl.internal_angles`.
+        All angles are in (0, pi), and each row sums to pi.
     b, bc : (#b,) int and (#b, 2) float, optional
         Two or more pinned vertices and their positions, as in `igl.lscm`.
     method : {"auto", "boundary", "least-squares", "greedy"}
-        "boundary" draws the boundary loop from the angles at it; inside, both coordinates are
-        harmonic. "least-squares" minimises the conformal energy from the triangles with these
-        angles (section 5 of the paper). "greedy" places triangle after triangle (section 5).
-        "auto" is "boundary" if there are no more than two pins, and the drawn loop closes to 2.5e-3 of its
-        length; with holes, of which there may be twelve, if the angles are flat to 1e-4, and then holes'
-        loops are drawn, too. Otherwise it is "least-squares".
+        "boundary" draws the boundary loop from its angles; in the interior, both coordinates are harmonic.
+        "least-squares" minimises the conformal energy from the triangles with these angles (section 5 of the
+        paper). "greedy" places triangle after triangle (section 5). "auto" is "boundary" if there are at most
+        two pins, and the gap of the drawn loop is at most 2.5e-3 of its length. On a mesh with holes, it also
+        requires at most twelve holes and angles that are flat to 1e-4; then the loops of holes are drawn,
+        too. Otherwise, "auto" is "least-squares".
     outer : int, optional
-        A vertex of the outer boundary loop; by default the loop with the most edges is the outer
-        one. The default pins of "least-squares" are on it.
+        A vertex of the outer boundary loop; by default, the loop with the most edges is the outer loop. The
+        default pins of "least-squares" are on this loop.
     solver : {"auto", "cholmod", "direct"}
         See `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        With pins, the pinned vertices are at `bc`: any number as constraints for "least-squares", two by
-        a similarity for the others. Without pins, the map has area 1, its centroid at the origin and
-        its principal axes along x and y. NaN at vertices that no face uses.
+        With pins, the pinned vertices are at `bc`. "least-squares" takes any number of pins as constraints;
+        the other methods take two, and move the map to them by a similarity. Without pins, the map has area
+        1, its centroid is at the origin, and its principal axes are along x and y. NaN at vertices that
+        belong to no face.
 
     Raises
     ------
     MeshError
-        `F` is not one oriented manifold disk, with or without holes; the angles are not those of
-        triangles; the pins are not two or more different vertices; or there are more than two, and the
-        layout is "boundary" or "greedy".
+        `F` is not one oriented manifold disk, with or without holes; the angles are not angles of triangles;
+        the pins are not two or more different vertices; or there are more than two pins, and the layout is
+        "boundary" or "greedy".
 
     Examples
     --------
@@ -220,7 +227,7 @@ def layout(
     topology = planar_topology(compacted, vertices)
     if outer is not None:
         topology = with_outer_loop(topology, loop_through(topology, outer, vertices))
-    alpha = checked_angles(angles, len(faces))
+    alpha = check_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
     constraints = constraints_of(topology)
     at, options = Iterate.of(constraints, alpha), LayoutOptions(method, pinned)
@@ -229,14 +236,14 @@ def layout(
 
 
 def check_method(method: str) -> None:
-    """Raise if `method` is not the name of a layout."""
+    """Raise an error if `method` is not the name of a layout."""
     if method not in get_args(LayoutName):
         names = ", ".join(map(repr, get_args(LayoutName)))
         raise ValueError(f"the layout is {method!r}: use one of {names}")
 
 
 def check_pins(method: LayoutName, pinned: Pins | None) -> None:
-    """Raise if the layout cannot hold so many pins."""
+    """Raise an error if the layout cannot meet all pins."""
     if shape_is_pinned(pinned) and method in ("boundary", "greedy"):
         raise MeshError(
             f"layout={method!r} is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, "
@@ -244,11 +251,11 @@ def check_pins(method: LayoutName, pinned: Pins | None) -> None:
         )
 
 
-def checked_angles(angles: ArrayLike, m: int) -> FloatArray:
-    """Check that angles are those of triangles; return them as (3, #F)."""
+def check_angles(angles: ArrayLike, m: int) -> FloatArray:
+    """Check that the angles are angles of triangles; return them as (3, #F)."""
     array = vertex_array(angles, 3, "angles")
     if len(array) != m:
-        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass one row a face")
+        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass one row per face")
     bad = np.flatnonzero(
         ~((array > 0) & (array < np.pi)).all(axis=1) | ~(np.abs(array.sum(axis=1) - np.pi) < 1e-6)
     )

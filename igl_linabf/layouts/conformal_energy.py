@@ -11,17 +11,18 @@ from ..surface import Topology
 def least_squares(
     topology: Topology, cot: FloatArray, pinned: IntArray, position: ComplexArray, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
-    """Minimise the conformal energy from triangles with the target angles (the paper's section 5).
+    """Minimise the conformal energy from triangles with the target angles (section 5 of the paper).
 
-    E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, L the cotangent
-    Laplacian of the target angles and Q skew, on the boundary edges only; the pins, at least two,
-    are eliminated and one complex Hermitian system is factored. Returns the map and the solver's name.
+    E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, where L is the cotangent
+    Laplacian of the target angles, and Q is skew with entries on the boundary edges only. The pins, at least
+    two, are eliminated, and one complex Hermitian system is factored. Returns the map and the name of the
+    solver.
     """
     row = np.zeros(topology.n, dtype=np.int64)
     row[pinned] = -1
     free = row == 0
     row[free] = np.arange(np.count_nonzero(free))
-    pattern = Pattern(topology, row, len(row) - len(pinned))
+    pattern = Pattern(topology, row, int(np.count_nonzero(free)))
     a, b = topology.edges.T
     i, j = pattern.ends
     weight = topology.sum_at_edges(cot) / 2
@@ -40,8 +41,11 @@ def least_squares(
     return z, factored.name
 
 
-def far_apart(points: FloatArray) -> IntArray:
-    """Two points of a closed polygon (#P, dim) half its length apart; of such pairs the most distant."""
+def find_far_points(points: FloatArray) -> IntArray:
+    """Return two points of a closed polygon, (#P, dim), half of its length apart.
+
+    Among all such pairs, it is the pair with the largest distance.
+    """
     arc = np.concatenate(([0], np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1))))
     opposite = np.searchsorted(arc, (arc[:-1] + arc[-1] / 2) % arc[-1]) % len(points)
     i = int(np.argmax(np.linalg.norm(points - points[opposite], axis=1)))

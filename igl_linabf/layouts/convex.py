@@ -1,4 +1,4 @@
-"""Convex-combination maps: without flips if the boundary is convex (Tutte 1963, Floater 2003)."""
+"""Convex-combination maps, which have no flips if the boundary is convex (Tutte 1963, Floater 2003)."""
 
 from collections.abc import Iterator
 
@@ -9,15 +9,21 @@ from .._types import BoolArray, ComplexArray, IntArray
 from ..angles import Pattern
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Topology, planar_topology, signed_double_areas
-from .constants import DECAYS, MAX_EXPONENT, PATCH_WIDTHS
+
+DECAYS = (0.5, 1.0, 0.25, 0.0)  # decay rates of the weights per edge towards the interior, tried in turn
+MAX_EXPONENT = 600.0  # largest x in a weight exp(-x); double precision underflows beyond 700
+PATCH_WIDTHS = (1, 2, 4, 8, 16, 32)  # rings of triangles around flipped triangles, tried in turn
 
 
 def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
-    """Embeddings of the surface with its outer loop on a circle, holes filled: valid in exact arithmetic."""
+    """Embed the surface with its outer loop on a circle and its holes filled, one map for each decay rate.
+
+    The maps are valid in exact arithmetic.
+    """
     n = topology.n
     filled = topology
     if len(topology.loops) > 1:
-        fans = [  # the mesh is on the loop's left, the fan on its right
+        fans = [  # the mesh is to the left of the loop, the fan to its right
             np.column_stack((np.roll(loop, -1), loop, np.full(len(loop), n + i)))
             for i, loop in enumerate(topology.loops[1:])
         ]
@@ -35,11 +41,11 @@ def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
             yield made[:n]
 
 
-def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
-    """Maps in which a patch around the flipped triangles is embedded anew, for wider and wider patches.
+def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
+    """Embed a patch around the flipped triangles again, with wider and wider patches.
 
-    The boundary of a patch stays where it is. It need not be convex, so the caller has to check the
-    result for flips.
+    The boundary of a patch is kept. It may not be convex, so that the caller has to check the result for
+    flips.
     """
     bad = ~(signed_double_areas(z, topology.corner) > 0)
     inside = topology.interior
@@ -64,12 +70,12 @@ def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[C
 def _convex_combination(
     topology: Topology, z: ComplexArray, free: BoolArray, decay: float, solvers: Solvers
 ) -> ComplexArray | None:
-    """The map with each free vertex in a convex combination of its neighbours, the others as they are.
+    """Place each free vertex at a convex combination of its neighbours; keep the other vertices.
 
-    The weights w_ij = exp(-decay (d_i + d_j)), d the number of edges to the nearest vertex that is
-    not free, draw vertices outwards: with equal weights a long limb shrinks exponentially.
-    Scaling rows does not change what elimination rounds, so their range does no harm. None
-    where the system is singular in double precision.
+    The weights are w_ij = exp(-decay (d_i + d_j)), where d is the number of edges to the nearest fixed
+    vertex. They pull vertices outwards: with equal weights, long limbs shrink exponentially. The range of the
+    weights does no harm, because scaling rows does not change the rounding errors of the elimination. Return
+    None if the system is singular in double precision.
     """
     a, b = topology.edges.T
     depth = _depth(topology, np.flatnonzero(~free))
@@ -90,7 +96,7 @@ def _convex_combination(
 
 
 def _depth(topology: Topology, sources: IntArray) -> np.ndarray:
-    """Number of edges from each vertex to the nearest of `sources`."""
+    """Return the number of edges from each vertex to the nearest of `sources`."""
     a, b = topology.edges.T
     ones = np.ones(len(a))
     graph = sparse.csr_array((ones, (a, b)), shape=(topology.n, topology.n))

@@ -1,4 +1,4 @@
-"""Layouts that solve no system: triangle after triangle over a breadth-first tree (section 5)."""
+"""Layouts that solve no system: one triangle after another, over a breadth-first tree (section 5)."""
 
 import numpy as np
 from scipy import sparse
@@ -8,15 +8,17 @@ from .._types import ComplexArray, FloatArray
 from ..angles import Iterate
 from ..surface import Topology
 from .boundary import Boundary
-from .constants import EXACT_RESIDUAL, FLAT_RESIDUAL
+
+FLAT_RESIDUAL = 1e-4  # radians; largest residual of the constraints for nearly flat angles
+EXACT_RESIDUAL = 1e-7  # largest residual of the constraints for a layout without a system
 
 
 def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
-    """Triangle after triangle over a breadth-first tree (the paper's section 5); errors add up.
+    """Place one triangle after another over a breadth-first tree (section 5); errors accumulate.
 
-    The seed is the triangle whose smallest angle is the largest. Among paths of equally many
-    triangles, the tree takes the one across the smaller opposite angles, so that the result does
-    not depend on the numbering.
+    The seed is the triangle with the largest smallest angle. Among paths with the same number of triangles,
+    the tree prefers the path across smaller opposite angles, so that the result does not depend on the
+    numbering.
     """
     m = alpha.shape[1]
     angle = alpha.ravel()
@@ -26,10 +28,10 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
     seed = int(np.argmax(alpha.min(axis=0)))
     depth, parent = sparse.csgraph.dijkstra(graph, indices=seed, return_predecessors=True)
-    # every triangle in a frame of its own: corner 0 at 0, corner 1 on the real axis
+    # each triangle in its own frame: corner 0 at 0, corner 1 on the real axis
     sine = np.sin(alpha)
     local = np.stack((np.zeros(m), sine[2], sine[1] * np.exp(1j * alpha[0])))
-    # z -> ratio z + shift takes a triangle's frame to its parent's; their sides run in opposite ways
+    # z -> ratio z + shift maps the frame of a triangle to the frame of its parent; twins run in opposite ways
     tree = parent[there % m] == here % m
     k, t, c, child = here[tree] // m, here[tree] % m, there[tree] // m, there[tree] % m
     tail, head = local[(k + 1) % 3, t], local[(k + 2) % 3, t]
@@ -38,7 +40,7 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     ratio[child] = (head - tail) / (child_head - child_tail)
     shift[child] = tail - ratio[child] * child_tail
     above = np.where(parent < 0, seed, parent)
-    while (above != seed).any():  # each round composes the way to an ancestor twice as far up
+    while (above != seed).any():  # pointer doubling: each round doubles the distance to the ancestor
         shift = ratio[above] * shift + shift[above]
         ratio = ratio[above] * ratio
         above = above[above]
@@ -48,11 +50,11 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     return np.asarray(placed[nearest[first]])
 
 
-def one_by_one(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexArray | None:
-    """Triangles placed one after another from the drawn boundary inwards, over a breadth-first tree.
+def place_triangles(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexArray | None:
+    """Place triangles from the drawn boundary inwards, over a breadth-first tree, without a system.
 
-    Where the angles fulfil all constraints, no way to a triangle differs from another one. None where
-    they do so too little, as where small triangles lie between large ones.
+    If the angles satisfy all constraints, the positions do not depend on the path. Return None if the
+    constraints are not satisfied well enough, for example if small triangles lie between large triangles.
     """
     if not at.residual.largest <= EXACT_RESIDUAL or topology.holes:
         return None

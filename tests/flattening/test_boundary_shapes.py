@@ -1,4 +1,4 @@
-"""Boundaries to order are the circles, rectangles and angles that were asked for; what they refuse."""
+"""Prescribed boundaries: circles, rectangles and angles, and the errors for impossible shapes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SHAPES = ("circle", "rectangle")
 
 
 def grid(n: int, m: int) -> Surface:
-    """A flat rectangle, n by m squares of side 1, each halved; its other two corners are ears."""
+    """Return a flat rectangle of n by m halved unit squares; two of its corners are ears."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(m + 1.0), indexing="ij")
     V = np.column_stack((x.ravel(), y.ravel(), 0 * x.ravel()))
     i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
@@ -47,7 +47,7 @@ def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
 
 
 def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:
-    """Largest distance of the loop from the upright rectangle of these corners, over its size."""
+    """Return the largest distance of the loop from the upright rectangle of these corners, over its size."""
     low, high = uv[corners].min(axis=0), uv[corners].max(axis=0)
     distance = np.minimum(np.abs(uv[loop] - low), np.abs(uv[loop] - high)).min(axis=1)
     outside = np.maximum(uv[loop] - high, low - uv[loop]).max()
@@ -55,14 +55,14 @@ def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> floa
 
 
 def turns(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """The angle sum of the map at each vertex."""
+    """Return the angle sum of the map at each vertex."""
     angle = igl.internal_angles(np.insert(uv, 2, 0.0, axis=1), F)
     return np.bincount(F.ravel(), weights=angle.ravel(), minlength=len(uv))
 
 
 @pytest.mark.parametrize("name", DISKS)
 def test_the_boundary_is_the_circle_or_the_rectangle_without_flips(name: str) -> None:
-    V, F = split_chords(*load(name))  # an ear cannot be straight, and on a circle is a sliver
+    V, F = split_chords(*load(name))  # an ear cannot be straight, and is a sliver on a circle
     loop = rim(V, F)
     for shape in SHAPES:
         result = flatten(V, F, boundary=shape)
@@ -120,7 +120,9 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
     result = flatten(turned, F, method, boundary="rectangle")
     assert sorted(result.corners) == [0, 5, 72, 77]
     assert best_fit_distance(result.uv, V[:, :2]) < 1e-6
-    assert np.abs(np.ptp(result.uv, axis=0) - [12, 5]).max() < 1e-6  # upright, the longer side below
+    assert (
+        np.abs(np.ptp(result.uv, axis=0) - [12, 5]).max() < 1e-6
+    )  # upright, with a longer side at the bottom
 
 
 @pytest.mark.parametrize("first", range(4))
@@ -135,7 +137,7 @@ def test_the_side_from_the_first_corner_asked_for_points_to_the_right(first: int
 
 
 def test_an_ear_on_more_than_half_of_a_circle_comes_back_as_itself() -> None:
-    """Its chord has the circle's centre on the ear's own side."""
+    """The centre of the circle is on the same side of the chord as the ear."""
     z = np.append(np.exp(1j * np.deg2rad([0, 110, 200, 280])), 0.55 * np.exp(1j * np.deg2rad(275)))
     V = np.column_stack((z.real, z.imag, 0 * z.real))
     F = np.array([[0, 1, 2], [0, 2, 4], [2, 3, 4], [3, 0, 4]])
@@ -151,7 +153,7 @@ def test_a_flat_disk_with_ears_comes_back_as_itself_on_a_circle() -> None:
     rng = np.random.default_rng(1)
     at = np.sort(rng.uniform(0, 2 * np.pi, 24)) + np.array(
         [[0.0], [0.03], [0.01]]
-    )  # corners, ears, ears on these
+    )  # corners, ears, and ears on these ears
     z = np.concatenate((np.exp(1j * at).ravel(), 0.2 * rng.normal(size=(8, 2)) @ [1, 1j]))
     V = np.column_stack((z.real, z.imag, 0 * z.real))
     kept = np.r_[:24, 72:80]
@@ -200,7 +202,7 @@ def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
         try:
             result = flatten(V, F, boundary="circle")
         except MeshError:
-            continue  # parts that hang together at a vertex
+            continue  # parts connected at a vertex only
         mapped += 1
         if result.outcome is not Outcome.CONVERGED:
             assert "split_chords" in result.message
@@ -215,7 +217,7 @@ def test_corners_are_where_they_are_asked_for() -> None:
     loop = rim(V, F)
     corners = loop[[5, 12, 30, 41]]
     result = flatten(V, F, boundary="rectangle", corners=corners[[1, 3, 2, 0]])
-    assert result.corners.tolist() == np.roll(corners, -1).tolist()  # along the loop from the first
+    assert result.corners.tolist() == np.roll(corners, -1).tolist()  # in loop order from the first one
     assert off_rectangle(result.uv, loop, result.corners) < 1e-6
     low = result.uv.min(axis=0)
     assert np.abs(result.uv[result.corners[0]] - low).max() < 1e-9 * np.ptp(result.uv)
@@ -241,7 +243,9 @@ def test_rigid_motion_scale_and_numbering(shape: str) -> None:
     order = rng.permutation(len(V))
     G = np.argsort(order)[F][rng.permutation(len(F))]
     moved = linabf(7.0 * V[order] @ Q.T + 3.0, G, boundary=shape)
-    assert best_fit_distance(moved / 7.0, uv[order]) < 1e-5 * np.ptp(uv)  # solved to 1e-6, in another order
+    assert best_fit_distance(moved / 7.0, uv[order]) < 1e-5 * np.ptp(
+        uv
+    )  # solved to 1e-6 with another numbering
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -279,7 +283,7 @@ def test_with_holes_the_outer_loop_has_the_shape(shape: str) -> None:
 
 def test_an_ear_on_a_straight_side_is_named_and_its_chord_can_be_split() -> None:
     V, F = grid(6, 4)
-    loop = rim(V, F)  # grid's ears are vertices 4 and 30, both corners
+    loop = rim(V, F)  # the ears of the grid are vertices 4 and 30, both at corners
     assert 4 in loop and 30 in loop
     with pytest.raises(MeshError, match=r"vertices 30 .* ears, with one face.*split_chords"):
         linabf(V, F, boundary="rectangle", corners=[0, 2, 34, 4])
@@ -296,7 +300,7 @@ def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
     V, F = grid(6, 4)
     ear = int(np.flatnonzero((F == 30).any(axis=1))[0])
     a, b, c = F[ear]
-    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # now 30 has two faces, and an edge still cuts them off
+    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # vertex 30 now has two faces, which an edge still cuts off
     F = np.vstack((np.delete(F, ear, axis=0), [[a, b, 35], [b, c, 35], [c, a, 35]]))
     with pytest.raises(MeshError, match=r"edges between boundary vertices \[25, 31\] cut off .*split_chords"):
         linabf(V, F, boundary="rectangle", corners=[0, 2, 34, 4])
@@ -306,7 +310,7 @@ def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
 
 def test_every_pattern_of_split_sides_keeps_the_surface() -> None:
     V = np.array([[0.0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -1, 0], [3, 2, 0], [-1, 2, 0]])
-    for n in (2, 3, 4):  # one triangle with one to three ears
+    for n in (2, 3, 4):  # a triangle with one to three ears
         F = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]])[:n]
         W, G = split_chords(V[: F.max() + 1], F)
         assert len(G) == n + 2 * (n - 1)
@@ -328,7 +332,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
     refused(rf"sum to {m * np.pi:.6f} rad.* \({m} - 2\) pi = {(m - 2) * np.pi:.6f}: add {-2 * np.pi / m:.6f}")
     angles[loop[0]] = -0.5
     refused(r"angles of -0.5 rad at vertices .*positive")
-    angles[loop[:2]] = np.nan  # the others leave -pi for these two
+    angles[loop[:2]] = np.nan  # the other vertices leave -pi for these two
     angles[loop[2:]] = np.pi * (1 + 1 / (m - 2))
     refused(r"which leaves -3.14\d* for these")
     angles[loop] = np.nan
@@ -350,7 +354,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
 
 
 def test_the_guarantee_keeps_the_shape() -> None:
-    V, F = grid(80, 3)  # on a circle its ends are below double precision
+    V, F = grid(80, 3)  # on a circle, its ends are too small for double precision
     result = flatten(V, F, LinABF(guarantee="injective"), boundary="circle")
     assert quality(V, F, result.uv).flips == 0
     assert result.layout == "embedding"

@@ -1,4 +1,4 @@
-"""One table for all methods: the right figures in the right rows, and other programs where they are."""
+"""The comparison table: figures of all methods, and other programs if they are installed."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_what_it_does_not_know_is_refused() -> None:
 
 @pytest.mark.parametrize("name", peers.PEERS)
 def test_another_programs_map_joins_where_it_is_installed(name: str) -> None:
-    if name not in peers.installed():
+    if name not in peers.installed_programs():
         pytest.skip(f"{peers.PEERS[name][0]} is not installed")
     V, F = load("bumps")
     entry = compare(V, F, ["lscm"], repeat=1).entries[name]
@@ -69,7 +69,7 @@ def test_another_programs_map_joins_where_it_is_installed(name: str) -> None:
 
 
 def test_another_program_that_fails_is_left_out_with_a_warning(monkeypatch) -> None:
-    monkeypatch.setattr(peers, "installed", lambda: ["Blender ABF"])
+    monkeypatch.setattr(peers, "installed_programs", lambda: ["Blender ABF"])
     monkeypatch.setattr("sys.executable", "/bin/false")
     with pytest.warns(FallbackWarning, match=r"Blender ABF failed: exit code 1: it is left out"):
         table = compare(*load("bumps"), ["lscm"], repeat=1)

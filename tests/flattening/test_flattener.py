@@ -1,4 +1,4 @@
-"""The same triangles again: `Flattener`."""
+"""`Flattener`: repeated flattening of the same triangles."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import igl_linabf as il
 
 
 def moved(V: np.ndarray, k: int) -> np.ndarray:
-    """The vertices a little elsewhere, and the whole stretched so that another loop may be the longest."""
+    """Return moved vertices; the surface is also stretched, so that another loop may be the longest."""
     return V * [1, 1 + 0.5 * k, 1] + 1e-3 * k * np.ptp(V) * np.sin(7 * V / np.ptp(V))
 
 

@@ -1,4 +1,4 @@
-"""Many meshes at once: what a loop of `flatten` returns, for each its own outcome."""
+"""Many meshes at once: the same results as a loop of `flatten`, with a separate outcome for each mesh."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def one_by_one(V: object, F: object, method: object = "linabf") -> il.Flattening
 
 
 def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
-    """Without the faces around an interior vertex, which is left out."""
+    """Return the mesh without an interior vertex and its faces."""
     inside = np.setdiff1d(np.arange(len(V)), igl.boundary_loop(F))
     kept = F[~(inside[np.argmin(np.linalg.norm(V[inside, :2], axis=1))] == F).any(axis=1)]
     used, index = np.unique(kept, return_inverse=True)
@@ -43,7 +43,7 @@ def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
 
 
 def varied() -> dict[str, Surface]:
-    """Disks that end in every way, and what is no disk."""
+    """Return disks with every outcome, and surfaces that are not disks."""
     sphere, faces = igl.icosahedron()
     for _ in range(3):
         sphere, faces = igl.upsample(sphere, faces)
@@ -51,7 +51,7 @@ def varied() -> dict[str, Surface]:
     V, F = bumps(150)
     stretched = sphere * [1, 1, 6]
     made = {f"bumps {k}": bumps(60 + 40 * k, k, 0.1 * k) for k in range(8)}
-    made["open"] = bumps(80, 0, 1.3)  # whose boundary does not close after a step and a chord
+    made["open"] = bumps(80, 0, 1.3)  # its boundary does not close after a step and a chord
     made["flat"] = (V * [1, 1, 0], F)
     made["triangle"] = (np.eye(3), np.array([[0, 1, 2]]))
     made["square"] = (
@@ -80,7 +80,7 @@ def varied() -> dict[str, Surface]:
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
 def test_the_same_as_a_loop(method: object) -> None:
-    meshes = dict(reversed(varied().items()))  # what is no disk comes first
+    meshes = dict(reversed(varied().items()))  # surfaces that are not disks come first
     together = il.flatten_many(list(meshes.values()), method)
     assert len(together) == len(meshes)
     for (name, mesh), made in zip(meshes.items(), together, strict=True):
@@ -96,7 +96,7 @@ def test_the_same_as_a_loop(method: object) -> None:
             name
         )
         told, expected = (re.sub(r"residual \S+", "", result.message) for result in (made, alone))
-        assert told == expected, name  # the residual may be of rounding
+        assert told == expected, name  # the residual may consist of rounding errors
         for part in ("outcome", "method", "layout", "solver", "layout_solver", "inner_steps"):
             assert getattr(made, part) == getattr(alone, part), (name, part)
         for part in ("before", "after"):
@@ -128,7 +128,7 @@ def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
 def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
     thin = bumps(300)
-    meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])  # with slivers, which go together
+    meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])  # with slivers, in a common system
     monkeypatch.setattr("igl_linabf.flattening.many_meshes.TOGETHER", 1000)
     made = []
     for threads in "1", "3":
@@ -142,7 +142,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     def work(k: int) -> int:
         if k == 2:
             raise MemoryError
-        time.sleep(1e-3)  # on a busy machine, all would be done before the error is seen
+        time.sleep(1e-3)  # on a busy machine, all work could end before the error is noticed
         done.append(k)
         return k
 
@@ -194,7 +194,7 @@ def leaf(rng: np.random.Generator) -> Surface:
 
 
 def body(rng: np.random.Generator, holes: int) -> Surface:
-    """A convex body of some 20 vertices, some faces without a common vertex taken out."""
+    """Return a convex body of about 20 vertices, without some faces that share no vertex."""
     points = rng.normal(size=(20, 3)) * rng.uniform(0.3, 2, 3)
     hull = ConvexHull(points)
     a, b, c = points[hull.simplices.T]
@@ -227,7 +227,7 @@ def test_an_atlas_of_many_pieces_is_what_its_charts_are_alone() -> None:
         alone, here = map(dataclasses.asdict, (il.quality(*surface, atlas.TC[corners]), chart.quality))
         assert alone.pop("distance_error") is here.pop("distance_error") is None
         assert here == pytest.approx(alone, rel=1e-9, abs=1e-12)
-    boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]  # each has an exact net
+    boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]  # each box has an exact net
     assert max(quality.stretch_l2 for quality in boxes) < 1 + 1e-9
 
 

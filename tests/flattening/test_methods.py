@@ -1,4 +1,4 @@
-"""What linear ABF must show on real meshes."""
+"""Linear ABF on real meshes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ ONE_ITERATION = {
     "disk__igl_lilium.obj": 5.56e-5,
     "cortex": 2.54e-3,
 }
-HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map spans more than double precision
+HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map exceeds the range of double precision
 
 
 @pytest.mark.parametrize("name", ONE_ITERATION)
@@ -96,7 +96,7 @@ def test_residuals_are_those_of_the_full_system_at_the_angles_that_are_returned(
     expected = Residuals(vertex=vertex, triangle=np.abs(triangle).max(), wheel=wheel)
     assert astuple(result.after) == pytest.approx(astuple(expected), rel=1e-6, abs=1e-13)
     assert expected.triangle < 1e-12 < 1e-6 < min(vertex, wheel)
-    assert vertex != pytest.approx(wheel, rel=0.01)  # none stands for another
+    assert vertex != pytest.approx(wheel, rel=0.01)  # the two residuals are not mixed up
 
 
 def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
@@ -107,7 +107,7 @@ def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
     V, F = load("bumps")
     three = flatten(V, F, "linabf", [0, 1, 2], [[0, 0], [1, 0], [1e-3, 0]])
     assert three.outcome is Outcome.FLIPPED
-    assert "as 3 pins may ask for: pin fewer vertices" in three.message
+    assert "which 3 pins may require: pin fewer vertices" in three.message
 
 
 @pytest.mark.parametrize("name", [HOLDS_FLIPS, "limb"])
@@ -121,7 +121,7 @@ def test_what_double_precision_cannot_hold_is_said(name: str) -> None:
     assert np.isfinite(result.uv).all()
     with pytest.warns(OutcomeWarning, match=f"face.*{result.flipped[0]}"):
         linabf(V, F)
-    for function in (linabf_angles, abf)[: 2 if name == HOLDS_FLIPS else 1]:  # limb takes abf a minute
+    for function in (linabf_angles, abf)[: 2 if name == HOLDS_FLIPS else 1]:  # abf takes a minute for limb
         with pytest.warns(OutcomeWarning, match="faces .* flipped or collapsed"):
             function(V, F)
 
@@ -129,7 +129,7 @@ def test_what_double_precision_cannot_hold_is_said(name: str) -> None:
 @pytest.mark.parametrize("method", ["linabf", "abf", "lscm", "dncp"])
 def test_flipped_are_the_faces_of_no_positive_area_collapsed_ones_too(method: str) -> None:
     V, F = load("bumps")
-    # three pins in a row collapse a face, which igl does not count
+    # three collinear pins collapse a face, which igl does not count
     result = flatten(V, F, method, F[7], [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
     assert 7 in result.flipped
     assert np.array_equal(result.flipped, exactly_flipped(result.uv, F))

@@ -1,4 +1,4 @@
-"""A valid map that is of no use keeps its outcome; a warning names the stretch and what helps."""
+"""A useless valid map keeps its outcome; a warning states the stretch and a remedy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from igl_linabf.cli import main
 
 
 def tube(length: float, sides: int = 24, closed: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Of radius 1, open above, and closed below by a disk if it is to be."""
+    """Return a tube of radius 1, open at the top, and closed at the bottom by a disk if `closed`."""
     rows = int(4 * length) + 1
     a, z = 2 * np.pi * np.arange(sides) / sides, np.linspace(0, length, rows)
     ring = np.column_stack((np.cos(a), np.sin(a)))

@@ -1,4 +1,4 @@
-"""From angles to coordinates."""
+"""Layouts: from angles to coordinates."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
 from igl_linabf.angles import Iterate, constraints_of
 from igl_linabf.layouts import develop_boundary
 from igl_linabf.layouts.boundary import harmonic
-from igl_linabf.layouts.conformal_energy import far_apart
-from igl_linabf.layouts.greedy import one_by_one
+from igl_linabf.layouts.conformal_energy import find_far_points
+from igl_linabf.layouts.greedy import place_triangles
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import coordinates, planar_mesh
 
@@ -24,7 +24,7 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
     V, F = load(name)
     angles = linabf_angles(V, F, iterations=12, tol=1e-12)
     maps = [layout(F, angles, method=method) for method in METHODS]
-    # greedy adds up rounding over the longest way between triangles, relative to the smallest of them
+    # greedy accumulates rounding errors over the longest path, relative to the smallest triangle
     for uv, tolerance in zip(maps[1:], (1e-6, 1e-5), strict=True):
         assert best_fit_distance(uv, maps[0]) <= tolerance
     assert np.allclose(layout(F, angles), maps[0])
@@ -41,8 +41,8 @@ def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> Non
         angles[:, 1] -= off
         at = Iterate.of(constraints, np.ascontiguousarray(angles.T))
         drawn = develop_boundary(constraints, at.residual)
-        exact = one_by_one(drawn, at, mesh.topology)
-        thin = "lion_o" in name  # ways to its triangles differ by more
+        exact = place_triangles(drawn, at, mesh.topology)
+        thin = "lion_o" in name  # its paths differ more
         assert (exact is None) == (falls or thin)
         if exact is not None:
             z, _ = harmonic(drawn, at, constraints, None, Solvers())
@@ -60,7 +60,7 @@ def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
     assert result.iterations == 0
     corners = V[:, :2][F[0]], result.uv[F[0]]
     lengths = [np.linalg.norm(c - np.roll(c, 1, axis=0), axis=1) for c in corners]
-    assert np.allclose(*lengths, rtol=1e-6)  # in the mesh's own units
+    assert np.allclose(*lengths, rtol=1e-6)  # in the units of the mesh
 
 
 def test_map_without_pins_has_the_area_of_the_surface_and_lies_centred() -> None:
@@ -80,12 +80,12 @@ def test_map_without_pins_has_its_principal_axes_along_x_and_y(name: str, method
     xx, xy, yy = second_moments(uv, F)
     assert abs(xy) <= 1e-9 * (xx + yy)
     assert xx >= yy
-    # of the two directions of x, the one of a positive third moment (of the triangles' centres)
+    # the direction of x has a positive third moment (of the triangle centres)
     assert igl.doublearea(uv, F) @ uv[F].mean(axis=1)[:, 0] ** 3 > 0
 
 
 def second_moments(uv: np.ndarray, F: np.ndarray) -> tuple[float, float, float]:
-    """Integrals of x x, x y, y y over the map: exact by the midpoints of the triangles' sides."""
+    """Integrate x x, x y and y y over the map, exactly by the midpoints of the triangle sides."""
     middle = (uv[F] + uv[np.roll(F, 1, axis=1)]) / 2
     weight = np.abs(igl.doublearea(uv, F)) / 6
     xx, xy, yy = (
@@ -100,10 +100,10 @@ def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_fa
     points = V[igl.boundary_loop(F)]
     length = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     arc = np.cumsum(length) - length
-    i, j = far_apart(points)
+    i, j = find_far_points(points)
     apart = abs(arc[i] - arc[j])
     assert abs(apart / length.sum() - 0.5) <= length.max() / length.sum()
-    # of all pairs that are half the loop apart, to an edge, none is more than an edge farther
+    # no other pair half the loop apart is farther by more than an edge
     around = np.abs(arc[:, None] - arc)
     half = np.abs(around - length.sum() / 2) <= length.min() / 2
     distance = np.linalg.norm(points[:, None] - points, axis=2)

@@ -1,4 +1,4 @@
-"""Pins: any number of them, met where that can be, and told where it cannot."""
+"""Pins: any number of pins, met if possible, and otherwise reported."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ def test_pins_out_of_reach_are_told() -> None:
     free = flatten(V, F, "isometric").uv
     b = np.array([*F[400], *some_vertices(V, 6)])
     bc = free[b]
-    bc[:2] = bc[1::-1]  # a triangle turned over
+    bc[:2] = bc[1::-1]  # a reversed triangle
     held, isometric = flatten(V, F, "linabf", b, bc), flatten(V, F, "isometric", b, bc)
     assert held.outcome is Outcome.FLIPPED
-    assert "pins may ask for" in held.message
+    assert "pins may require" in held.message
     assert isometric.outcome is Outcome.NOT_CONVERGED
     assert "pins are missed by up to" in isometric.message
     assert exactly_flipped(isometric.uv, F) == 0

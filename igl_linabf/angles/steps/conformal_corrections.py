@@ -1,4 +1,4 @@
-"""Steps that end in corrections in the conformal metric, which have no inner steps."""
+"""Steps that end in corrections in the conformal metric, which need no inner iterations."""
 
 from __future__ import annotations
 
@@ -12,31 +12,29 @@ from ..._runtime import timed
 from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
 from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
-from .constants import (
-    CORRECTABLE,
-    CORRECTABLE_PRESCRIBED,
-    FEW_INNER_STEPS,
-    GROWING_STEPS,
-    IN_VAIN,
-    MAX_CORRECTIONS,
-    ROUGH_RTOL,
-    SLOW_CORRECTION,
-)
+from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
-from .linearisation import Linearised, errors, exact_direction, linearise, solve
+from .linearisation import Linearisation, errors, exact_direction, linearise, solve
+
+FEW_INNER_STEPS = 8  # keep the factor for the next step after at most this many inner steps
+GROWING_STEPS = 4  # consecutive steps with growing residuals after which the angles diverge
+MAX_CORRECTIONS = 12  # consecutive corrections before the next step
+INEFFECTIVE_CORRECTION = 0.5  # a correction is rejected if it leaves this share of the residual
+SLOW_CORRECTION = 0.2  # the next correction factors again if this share of the residual remains
 
 
 def iterate_with_corrections(
     state: State, rtol: float | None, tol: float, most: int, largest: float = ROUGH_RTOL
 ) -> State:
-    """Active-set steps until the residual is at most `tol`, the last of them corrections.
+    """Take active-set steps, followed by conformal corrections, until the residual is at most `tol`.
 
-    A step leaves about the square of the residual, so each is solved no further than that, but to a relative
-    residual of `largest` at least. A small residual is corrected in the conformal metric, unless `rtol`, the
-    relative residual of all steps, is given. What is missing along closed paths is spread over all triangles,
-    too smoothly for conjugate gradients: corrections close the paths, and steps only where these do not help.
+    A step reduces the residual to about its square. Therefore each system is solved no further than that, and
+    at least to a relative residual of `largest`. Small residuals are corrected in the conformal metric,
+    unless `rtol`, the relative residual of all steps, is given. Residuals along closed paths are spread over
+    all triangles, too smoothly for conjugate gradients. Therefore corrections close the paths, and steps
+    close them only if corrections fail.
     """
-    paths, turned = state.problem.constraints.paths, _prescribes_turning(state)
+    paths, turned = state.problem.constraints.paths, _has_prescribed_turning(state)
     for _ in range(most):
         limited = any(step.limited for step in state.steps)
         if turned and not limited:
@@ -51,33 +49,34 @@ def iterate_with_corrections(
             state = correct_conformally(state, tol, np.inf if paths else CORRECTABLE)
             close = close or state.at is before
         residual = state.at.residual.largest
-        if residual <= tol or diverges(state):
+        if residual <= tol or is_diverging(state):
             break
         enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
         state = step_with_known_factor(state, enough, close=close)
     return state
 
 
-def diverges(state: State) -> bool:
-    """Whether steps that close paths lead away from all solutions."""
+def is_diverging(state: State) -> bool:
+    """Return True if steps that close paths move away from all solutions."""
     last = [step.residual for step in state.steps[-1 - GROWING_STEPS :]]
     growing = len(last) > GROWING_STEPS and all(after > before for before, after in pairwise(last))
     return growing and len(state.problem.constraints.paths) > 0
 
 
-def _prescribes_turning(state: State) -> bool:
-    """Whether the turning is prescribed along some paths."""
+def _has_prescribed_turning(state: State) -> bool:
+    """Return True if the turning of some path is prescribed."""
     return any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
 
 
 def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """A step with the factor that is known, unless the last step was limited; `close`: also of paths.
+    """Take a step with the known factor, unless the last step was limited.
 
-    The factor that the first step began with serves on if that took few inner steps. Where turnings are
-    prescribed, a step is limited near cones alone. So its factor serves on, too, if it took half as many. But
-    on a large surface the slivers that it left there are looked for.
+    With `close`, the step also closes the paths. The factor of the first step is kept if the step took few
+    inner steps. If turnings are prescribed, only triangles near cones are limited, and the factor is also
+    kept after a limited step that took half as many. On large surfaces, each of these steps searches for
+    slivers again.
     """
-    turned = _prescribes_turning(state)
+    turned = _has_prescribed_turning(state)
     last = state.steps[-1] if state.steps else None
     same = last is None or last.kind != "step" or not last.limited
     if last is not None and turned:
@@ -92,33 +91,33 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         same_factor=same,
         same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
-    return state.advanced(solve(lin, state.at, rtol), "step")
+    return state.take_step(solve(lin, state.at, rtol), "step")
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
-    """A step that also closes paths, to the angles of least change from those of the `surface`, (3, #F).
+    """Take a step that closes paths, to the angles closest to the angles of the `surface`, (3, #F).
 
-    It uses the factor that is known. Where that takes many inner steps, later steps do without it.
+    The step uses the known factor. If it takes many inner steps, later steps do not use this factor.
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = state.advanced(direction, "step")
+    state = state.take_step(direction, "step")
     return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
 
 
 def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) -> State:
-    """Correct the angles until their residual is at most `tol`, or corrections are in vain.
+    """Correct the angles until the residual is at most `tol` or corrections become ineffective.
 
-    A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
-    Then M K M^T is diag(L+, L), of which there is a factor: e = K M^T x satisfies the linearised constraints
-    after one solve. This e is least in another norm, which does not matter where it is small.
+    A least-norm step is e = P M^T x with (M P M^T) x = r. If the cotangent element matrices K replace P, then
+    M K M^T is diag(L+, L), whose factor is known. Therefore e = K M^T x satisfies the linearised constraints
+    after a single solve. This e is minimal in another norm, which does not matter if e is small.
 
     Parameters
     ----------
     state : State
-        After a step.
+        A state after at least one step.
     tol : float
-        Largest residual.
+        Largest residual to reach.
     below : float
         Residual below which corrections begin.
     """
@@ -136,7 +135,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             break
         made = _correct_once(state, conformal)
         left = made.at.residual.largest / missing
-        if left < IN_VAIN and not made.steps[-1].limited:
+        if left < INEFFECTIVE_CORRECTION and not made.steps[-1].limited:
             state = made
         elif fresh:
             break
@@ -145,24 +144,24 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     return replace(state, lin=least_norm)
 
 
-def _correct_once(state: State, conformal: Linearised) -> State:
-    """The state after a correction with a `_conformal_system`."""
+def _correct_once(state: State, conformal: Linearisation) -> State:
+    """Return the state after one correction with the system of `_conformal_system`."""
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
-    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
+    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, the angles of each triangle sum to pi
     if holonomy is not None:
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with timed("solve"):
         x = conformal.precondition(rhs)
     with timed("assembly"):
         direction = exact_direction(errors(conformal, x, conformal=True), x, conformal)
-    return state.advanced(direction, "conformal")
+    return state.take_step(direction, "conformal")
 
 
-def _conformal_system(state: State) -> Linearised | None:
-    """The constraints linearised at the present angles, with the inverse in the conformal metric.
+def _conformal_system(state: State) -> Linearisation | None:
+    """Linearise the constraints at the current angles, with the inverse in the conformal metric.
 
-    None if that is singular, or where no Laplacian preconditions.
+    Return None if the Laplacian is singular, or if the last system was not preconditioned by a Laplacian.
     """
     lin, at, constraints = state.lin, state.at, state.problem.constraints
     if lin is None or lin.laplacian is None:

@@ -1,4 +1,4 @@
-"""The problem in angles, where an iteration stands, and how far a step may go."""
+"""The problem in angles, the iterates, and the steps between them."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoratio
 
 @dataclass(frozen=True, eq=False)
 class DiskBlocks:
-    """The disks of a problem side by side, or its only one.
+    """The blocks of disks that are solved side by side, or of a single disk.
 
     Attributes
     ----------
     rows, faces : Ragged
-        Those of each disk.
+        Rows and faces of each disk.
     """
 
     rows: Ragged
@@ -32,19 +32,19 @@ class DiskBlocks:
 
     @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
-        """Disks side by side: rows are those of interior vertices, which come in their order."""
+        """Return the blocks of disks side by side; each interior vertex has one row, in order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
 
     def residuals(self, b: Residual) -> FloatArray:
-        """The largest absolute residual of each disk: of vertices, triangles and wheels, (3, #disks)."""
+        """Return the largest vertex, triangle and wheel residual of each disk, (3, #disks)."""
         vertex, wheel = self.rows.max(np.abs(b.vertex)), self.rows.max(np.abs(b.wheel))
         return np.stack((vertex, self.faces.max(np.abs(b.triangle)), wheel))
 
 
 @dataclass(frozen=True, eq=False)
 class AngleProblem:
-    """The problem: find the angles of a flat mesh near an initial estimate.
+    """The problem of finding the angles of a flat mesh near an initial estimate.
 
     Attributes
     ----------
@@ -53,9 +53,10 @@ class AngleProblem:
         The initial estimate alpha_0, radians.
     solvers : Solvers
     safeguard : bool
-        Limit each triangle's step so that its angles stay positive; False is the paper's bare scheme.
-    side_by_side : Blocks or None
-        Several disks, whose linear systems have steps and ends of their own.
+        Whether the step of each triangle is limited so that its angles stay positive; False is the unmodified
+        scheme of the paper.
+    side_by_side : DiskBlocks or None
+        Several disks, each with its own steps and its own end of the linear solver.
     """
 
     constraints: Constraints
@@ -66,7 +67,7 @@ class AngleProblem:
 
     @cached_property
     def disks(self) -> DiskBlocks:
-        """Those side by side, or the only one."""
+        """The disks side by side, or the only disk."""
         if self.side_by_side is not None:
             return self.side_by_side
         m = self.constraints.topology.corner.shape[1]
@@ -78,11 +79,11 @@ class AngleProblem:
         return self.at(self.estimate)
 
     def at(self, alpha: FloatArray) -> Iterate:
-        """The iterate at given angles, (3, #F) radians."""
+        """Return the iterate at given angles, (3, #F) radians."""
         return Iterate.of(self.constraints, alpha)
 
     def invalid(self, at: Iterate) -> BoolArray:
-        """(#F,) bool: triangles with an angle outside (0, pi); none with the safeguard."""
+        """Return a mask, (#F,), of triangles with an angle outside (0, pi); all False with the safeguard."""
         if self.safeguard:
             return np.zeros(at.alpha.shape[1], dtype=bool)
         return np.asarray(~((at.alpha > 0) & (at.alpha < np.pi)).all(axis=0))
@@ -90,7 +91,7 @@ class AngleProblem:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Present angles, (3, #F) radians, their cotangents, and their residuals."""
+    """The current angles, (3, #F) radians, with their cotangents and residuals."""
 
     alpha: FloatArray
     cot: FloatArray
@@ -104,18 +105,18 @@ class Iterate:
 
 @dataclass(frozen=True)
 class Step:
-    """One linear solve, and the step along its solution.
+    """A linear solve and the step along its solution.
 
     Attributes
     ----------
     kind : str
-        "step": the system and the weights are those of the angles before the step. "chord": the
-        system of the last step, as in a simplified Newton step. "conformal": a correction in the conformal
+        "step": the system and the weights belong to the angles before the step. "chord": the system of the
+        previous step is reused, as in a simplified Newton step. "conformal": a correction in the conformal
         metric. "anchored", "feasible", "restoration": steps of converged ABF.
     inner_steps : int
         Conjugate gradient steps; 0 if the system was factored.
     limited : int
-        Triangles whose step was limited because the full step would have made an angle zero or
+        Number of triangles whose step was limited because the full step would have made an angle zero or
         negative.
     residual : float
         Largest residual of the constraints after the step.

@@ -1,4 +1,4 @@
-"""Sequences of steps: the chord, the paper's active-set iterations (section 6)."""
+"""Sequences of steps: the linear step with its chord, and the active set of the paper (section 6)."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
-from .linearisation import Closed, Direction, Linearised, advance, linearise, solve
+from .linearisation import Closed, Direction, Linearisation, advance, linearise, solve
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The present angles and the steps so far.
+    """The current angles and the steps that led to them.
 
     Attributes
     ----------
     problem : AngleProblem
     at : Iterate
     steps : tuple of Step
-        The linear solves so far.
-    lin : Linearised or None
+        All linear solves in order.
+    lin : Linearisation or None
         The last system; the next one reuses its analyses.
     """
 
     problem: AngleProblem
     at: Iterate
     steps: tuple[Step, ...] = ()
-    lin: Linearised | None = None
+    lin: Linearisation | None = None
 
     @property
     def how(self) -> str:
@@ -39,15 +39,15 @@ class State:
         return "none" if self.lin is None else self.lin.how
 
     def without_factors(self) -> State:
-        """The same state with the analyses, but without the factors, which take most of the memory."""
+        """Return the state without factors, which take most of the memory; analyses are kept."""
         return self if self.lin is None else replace(self, lin=replace(self.lin.without_matrix, inverse=None))
 
     def back_to_start(self) -> State:
-        """The state at the initial estimate, with the steps and analyses so far."""
+        """Return the state at the initial estimate, with all steps and analyses."""
         return replace(self, at=self.problem.start)
 
-    def advanced(self, direction: Direction, kind: Kind) -> State:
-        """The state after a step along a direction."""
+    def take_step(self, direction: Direction, kind: Kind) -> State:
+        """Return the state after a step along a direction."""
         at, step, _ = advance(self.problem, self.at, direction, kind)
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
@@ -60,29 +60,30 @@ def linear_step(
     same_factor: bool = False,
     first_rtol: float | None = None,
 ) -> State:
-    """One step with the system at the present angles; with `close` it also closes the holes' loops.
+    """Take one step with the system at the current angles.
 
-    With `same_factor`, the factor of the last system is the preconditioner. `first_rtol` as of `solve`.
+    With `close`, the step also closes the loops of holes. With `same_factor`, the factor of the last system
+    preconditions the new one. `first_rtol` is passed to `solve`.
     """
     closed: Closed = "all" if close else "paths"
     lin = linearise(state.problem, state.at, reuse=state.lin, close=closed, same_factor=same_factor)
-    return state.advanced(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
+    return state.take_step(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
 
 
 @dataclass(frozen=True, eq=False)
 class StepAndChord:
-    """Where the angles of disks side by side are after the linear step and its chord.
+    """The angles of disks side by side after the linear step and its chord.
 
     Attributes
     ----------
     state : State
-        All of them, after the last solve.
+        All disks, after the last solve.
     good : (#disks,) bool
-        Those whose solves came to an end with no triangle's step limited.
+        Whether the solver converged for the disk without a limited step of any triangle.
     inner_steps : (2, #disks) int64
-        Of the step and of the chord.
+        Conjugate gradient steps of the step and of the chord.
     residuals : (3, 3, #disks) float64
-        By `Blocks.residuals` at the start, after the step, and after the chord.
+        Results of `DiskBlocks.residuals` at the start, after the step, and after the chord.
     """
 
     state: State
@@ -92,12 +93,13 @@ class StepAndChord:
 
 
 def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
-    """The linear step and its chord for each disk of the problem whose residual is above `tol`.
+    """Take the linear step and its chord for each disk with a residual above `tol`.
 
     The chord is a second solve with the same system, without assembly or factorisation: a simplified Newton
-    step. Both are solved to the relative residual `rtol`. On a nearly developable surface a single inner
-    step may reach that and leave most of the distortion, so one alone has to reach the square of it.
-    After limited steps there is no chord: it would end with far smaller angles than another step.
+    step. Both are solved to the relative residual `rtol`. On a nearly developable surface, a single inner
+    step may reach `rtol` and leave most of the distortion. Therefore a single inner step has to reach `rtol`
+    squared. There is no chord after limited steps, because it would lead to far smaller angles than another
+    step.
 
     Raises
     ------
@@ -130,10 +132,10 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
 
 
 def active_set(state: State, rtol: float, tol: float, most: int) -> State:
-    """Steps, each with the system at the present angles, until the residual is at most `tol` (section 6).
+    """Take steps with the system at the current angles until the residual is at most `tol` (section 6).
 
-    The very first step lets the loops of holes turn by -2 pi and come back to their scale. Later ones also
-    close them.
+    The first step only makes the loops of holes turn by -2 pi and return to their scale. Later steps also
+    close the loops.
     """
     for _ in range(most):
         if state.at.residual.largest <= tol or state.problem.invalid(state.at).any():

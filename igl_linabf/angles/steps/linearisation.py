@@ -1,10 +1,11 @@
 """One step of linear ABF: linearise the constraints, solve for the angle errors, add them.
 
-    lin = linearise(problem, at)            # the system at the angles, factored
-    direction = solve(lin, at, rtol)        # the errors e
-    at, step = advance(problem, at, direction, "step")
+    lin = linearise(problem, at)                                   # the system at the angles, factored
+    direction = solve(lin, at, rtol)                               # the errors e
+    at, step, limited = advance(problem, at, direction, "step")    # the angles after the step
 
-All of these are immutable. A chord, a simplified Newton step, is another `solve` with the same `lin`.
+All of these objects are immutable. A chord, or simplified Newton step, is another `solve` with the same
+`lin`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Literal
 import numpy as np
 
 from ... import _core
-from ..._runtime import advance as tell_progress
+from ..._runtime import advance as report_progress
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray, Solve
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
@@ -32,16 +33,17 @@ from ..system import (
     laplacian_inverse,
     solve_pairs,
 )
-from .constants import LONGEST_WAY
 from .iterates import AngleProblem, Iterate, Kind, Step
 
 Closed = Literal["all", "paths", "none"]
+
+MAX_SHARE_TO_ZERO = 0.7  # of the way to a vanishing angle that a step may take
 
 EMPTY_MATRIX = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
 @dataclass(frozen=True, eq=False)
-class Linearised:
+class Linearisation:
     """The constraints linearised at some angles, with a solver.
 
     Attributes
@@ -51,23 +53,23 @@ class Linearised:
     S : Symmetric
         The reduced matrix.
     holonomy : HolonomyConstraints or None
-        Those that close the loops of holes, and closed paths.
+        Constraints that close the loops of holes and the closed paths.
     laplacian : Analysis or None
-        Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
+        Analysis of the Laplacians over the pattern of the problem; the layout uses it, too.
     inverse : Factor or None
-        The preconditioner's diag(L_s+, L_s)^-1, as `laplacian_inverse` has it.
+        The preconditioner diag(L_s+, L_s)^-1 of `laplacian_inverse`.
     columns : SchurColumns or None
-        Of the holonomy constraints, by `inverse`.
+        Schur columns of the holonomy constraints, computed with `inverse`.
     slivers : Slivers or None
-        For the correction of the preconditioner.
+        Slivers with a correction of the preconditioner.
     precondition : callable or None
-        The whole preconditioner: `inverse`, bordered and corrected.
+        The complete preconditioner: `inverse` with the border and the correction at slivers.
     whole : Factor or None
-        The factor of S, if it was factored as a whole.
+        The factor of S, if S was factored.
     how : str
         Name of the solver.
     fallback : str
-        Why S was factored as a fallback, here or earlier; "" if it was not.
+        Why S was factored as a fallback, in this or an earlier system; "" if it was not.
     """
 
     problem: AngleProblem
@@ -84,32 +86,32 @@ class Linearised:
     fallback: str = ""
 
     @classmethod
-    def preconditioned(
+    def with_factor(
         cls,
         problem: AngleProblem,
         system: System,
         laplacian: Analysis,
         inverse: Factor,
         columns: SchurColumns | None = None,
-    ) -> Linearised:
-        """A factor and Schur columns for the preconditioner of a first step; this is not solved itself."""
+    ) -> Linearisation:
+        """Return a factor and Schur columns that can precondition the first step."""
         return cls(problem, system, EMPTY_MATRIX, None, laplacian=laplacian, inverse=inverse, columns=columns)
 
     @property
-    def without_matrix(self) -> Linearised:
-        """The same without what only its own solves need; the preconditioner's factor stays."""
+    def without_matrix(self) -> Linearisation:
+        """The linearisation with the factor of the preconditioner only, for the next system."""
         return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
-        """The system's matrix times x."""
+        """Multiply the matrix of the system by x."""
         return self.S.matvec(x) if self.holonomy is None else self.holonomy.matvec(self.S.matvec, x)
 
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
+        """Return the multipliers of the vertex and wheel constraints of each corner's fan, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
         at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
         of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.rows.at_sites(x[n:])
-        # far faster than by an index
+        # `take` is much faster than indexing
         at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.holonomy is not None:
             flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
@@ -127,23 +129,23 @@ class Direction:
     e : (3, #F) float64
     x : (2 #rows + #holonomy constraints,) float64
         The multipliers.
-    lin : Linearised
-        The system, with any fallback of its solver, for the next solve.
+    lin : Linearisation
+        The system for the next solve, including any fallback of its solver.
     each : (#disks,) int64
-        The inner steps of each disk of the problem.
+        Inner steps of each disk of the problem.
     converged : (#disks,) bool
-        Whose inner steps came to an end; all, where there is one disk.
+        Whether conjugate gradients converged for the disk.
     """
 
     e: FloatArray
     x: FloatArray
-    lin: Linearised
+    lin: Linearisation
     each: IntArray
     converged: BoolArray
 
     @property
     def inner_steps(self) -> int:
-        """Those that were taken at all."""
+        """The largest number of inner steps of a disk."""
         return int(self.each.max(initial=0))
 
 
@@ -151,24 +153,24 @@ def linearise(
     problem: AngleProblem,
     at: Iterate,
     weights: FloatArray | None = None,
-    reuse: Linearised | None = None,
+    reuse: Linearisation | None = None,
     *,
     close: Closed = "all",
     same_factor: bool = False,
     same_slivers: bool = True,
-) -> Linearised:
-    """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
+) -> Linearisation:
+    """Linearise the constraints at some angles, and prepare to solve for errors weighted by `weights`.
 
     Parameters
     ----------
     problem : AngleProblem
     at : Iterate
     weights : (3, #F) float64, optional
-        The w of sum e^2 / w; by default alpha^2 (eq. 11).
-    reuse : Linearised, optional
-        An earlier system, whose analyses are reused.
+        The weights w in sum e^2 / w; alpha^2 by default (eq. 11).
+    reuse : Linearisation, optional
+        An earlier system whose analyses are reused.
     close : {"all", "paths", "none"}
-        Which holonomy constraints there are: of loops of holes and of closed paths, of paths alone, or none.
+        The holonomy constraints to include: loops of holes and closed paths, paths only, or none.
     same_factor : bool
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
@@ -178,8 +180,8 @@ def linearise(
     ------
     SingularSystemError
     NotPositiveDefiniteError
-        The preconditioner of one of several disks is singular. That of a single disk falls back to the factor
-        of the whole system.
+        The preconditioner of one of several disks is singular. For a single disk, the whole system is
+        factored instead.
     """
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
@@ -188,7 +190,7 @@ def linearise(
         if close != "all" and len(open_by.constrained):
             open_by = open_by.of_paths(len(paths) if close == "paths" else 0)
         holonomy = HolonomyConstraints(system, open_by) if open_by.constrained.any() else None
-    lin = Linearised(problem, system, S, holonomy)
+    lin = Linearisation(problem, system, S, holonomy)
     if not problem.constraints.n and not paths:
         return lin  # the estimate is flat
     if reuse is not None:
@@ -202,17 +204,17 @@ def linearise(
             fallback=reuse.fallback,
         )
     if problem.solvers.solver == "direct":
-        return _factored(lin, at)
+        return _add_factor(lin, at)
     try:
-        return _preconditioned(lin)
+        return _add_preconditioner(lin)
     except NotPositiveDefiniteError:
         if len(problem.disks.faces) > 1:
             raise
-        return _fallen_back(lin, at, "the preconditioner is singular in double precision")
+        return _fall_back_to_factor(lin, at, "the preconditioner is singular in double precision")
 
 
-def _preconditioned(lin: Linearised) -> Linearised:
-    """Add the preconditioner: diag(L_s, L_s)^-1, bordered by holonomy constraints, corrected at slivers."""
+def _add_preconditioner(lin: Linearisation) -> Linearisation:
+    """Add the preconditioner: diag(L_s, L_s)^-1 with the holonomy border, corrected at slivers."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if inverse is None:
         with timed("assembly"):
@@ -239,7 +241,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
     )
 
 
-def _factored(lin: Linearised, at: Iterate) -> Linearised:
+def _add_factor(lin: Linearisation, at: Iterate) -> Linearisation:
     """Add the factor of S."""
     with timed("analysis"):
         analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
@@ -247,21 +249,22 @@ def _factored(lin: Linearised, at: Iterate) -> Linearised:
         with timed("factor"):
             whole = analysis.factor(lin.S.values())
     except NotPositiveDefiniteError as error:
-        raise _singular(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
+        raise _singular_system_error(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
     return replace(lin, whole=whole, how=f"direct, {whole.name}")
 
 
-def _fallen_back(lin: Linearised, at: Iterate, reason: str) -> Linearised:
+def _fall_back_to_factor(lin: Linearisation, at: Iterate, reason: str) -> Linearisation:
+    """Factor the whole system because the preconditioned solver failed, and warn once."""
     if not lin.fallback:
         warnings.warn(
             f"{reason}: the whole system is factored instead", FallbackWarning, stacklevel=stack_level()
         )
-    lin = _factored(replace(lin, fallback=reason), at)
+    lin = _add_factor(replace(lin, fallback=reason), at)
     return replace(lin, how=f"{lin.how}, after {reason}")
 
 
-def _singular(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
-    """The error for a system that is singular at some vertices in double precision."""
+def _singular_system_error(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
+    """Return the error for a system that is singular at some vertices in double precision."""
     faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
     thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
     return SingularSystemError(
@@ -271,7 +274,7 @@ def _singular(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> Singul
 
 
 def solve(
-    lin: Linearised,
+    lin: Linearisation,
     at: Iterate,
     rtol: float,
     gradient: FloatArray | None = None,
@@ -280,26 +283,26 @@ def solve(
 ) -> Direction:
     """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
 
-    They minimise sum e^2 / (2 w) + gradient e under A e = b (eq. 11-16, reduced):
-    S x = r - M e0, e = e0 + P M^T x.
+    The errors minimise sum e^2 / (2 w) + gradient e subject to A e = b. The reduced form of this problem (eq.
+    11-16) is S x = r - M e0, e = e0 + P M^T x.
 
     Parameters
     ----------
-    lin : Linearised
+    lin : Linearisation
     at : Iterate
     rtol : float
         Relative residual of conjugate gradients.
     gradient : (3, #F) float64, optional
     start : float64 array, optional
-        Multipliers to start from; `rtol` is then relative to the residual there.
+        Initial multipliers; `rtol` is then relative to the residual of these.
     first_rtol : float, optional
-        Relative residual that is enough after a single one.
+        Relative residual that a single inner step has to reach.
     """
     if lin.precondition is None and lin.whole is None:
         return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
-        e0 = _particular(system, at, gradient)
+        e0 = _particular_errors(system, at, gradient)
         rows = system.rows(e0)
         for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
             np.subtract(sums, own, out=own)
@@ -309,28 +312,28 @@ def solve(
                 (rhs, -lin.holonomy.rows.gap(b.holonomy, b.vertex) - lin.holonomy.rows.times(e0))
             )
         if start is not None:
-            start = np.append(start, np.zeros(len(rhs) - len(start)))  # where holonomy constraints are new
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # for new holonomy constraints
             rhs -= lin.product(start)
-        del e0  # its memory is for conjugate gradients
+        del e0  # free the memory for conjugate gradients
     with timed("solve"):
-        made = _multipliers(lin, at, rhs, rtol, first_rtol)
+        made = _solve_for_multipliers(lin, at, rhs, rtol, first_rtol)
     with timed("assembly"):
         x = made.x if start is None else start + made.x
         e = errors(made.lin, x)
-        e += _particular(system, at, gradient)
+        e += _particular_errors(system, at, gradient)
     return replace(made, e=e, x=x)
 
 
-def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
-    """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
+def _particular_errors(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
+    """Return the errors e0 that satisfy the triangle constraints alone, (3, #F)."""
     e0: FloatArray = system.w * (at.residual.triangle / system.d)
     if gradient is not None:
-        e0 -= system.projected(gradient)
+        e0 -= system.project(gradient)
     return e0
 
 
-def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
-    """The errors P M^T x of the multipliers x; in the `conformal` metric K M^T x."""
+def errors(lin: Linearisation, x: FloatArray, *, conformal: bool = False) -> FloatArray:
+    """Return the errors P M^T x of the multipliers x, or K M^T x in the `conformal` metric."""
     system = lin.system
     n = 2 * system.constraints.n
     own = system.at_vertices(x[:n].reshape(-1, 2))
@@ -341,16 +344,16 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
     return e
 
 
-def exact_direction(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
-    """A direction that took no inner steps, as the system was factored."""
+def exact_direction(e: FloatArray, x: FloatArray, lin: Linearisation) -> Direction:
+    """Return a direction without inner steps, as found with a factored system."""
     disks = len(lin.problem.disks.faces)
     return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
 
 
-def _multipliers(
-    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, first_rtol: float | None
+def _solve_for_multipliers(
+    lin: Linearisation, at: Iterate, rhs: FloatArray, rtol: float, first_rtol: float | None
 ) -> Direction:
-    """The multipliers that solve a linearised system, as a direction without errors yet."""
+    """Solve the linearised system for the multipliers; return a direction whose errors are not set."""
     none, rows = np.empty((3, 0)), lin.problem.disks.rows
     if lin.whole is None:
         assert lin.precondition is not None
@@ -365,26 +368,31 @@ def _multipliers(
         finite = np.isfinite(x).all()
         if len(rows) > 1 or (finite and converged.all()):
             return Direction(none, x, lin, each, converged)
-        lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
+        lin = _fall_back_to_factor(
+            lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps"
+        )
         assert lin.whole is not None
     by_factor = lin.whole.solve
     if lin.holonomy is not None:
         try:
             by_factor = lin.holonomy.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            raise _singular(lin.problem, at, lin.holonomy.rows.vertices) from None
+            raise _singular_system_error(lin.problem, at, lin.holonomy.rows.vertices) from None
     return exact_direction(none, by_factor(rhs), lin)
 
 
 def advance(
     problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 ) -> tuple[Iterate, Step, BoolArray]:
-    """Add the errors, limited in each triangle so that its angles stay positive; which were limited."""
+    """Add the errors, limited in each triangle so that its angles stay positive.
+
+    Return the iterate, the step, and a mask of the limited triangles, (#F,).
+    """
     e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
     with timed("assembly"):
         if problem.safeguard:
-            e, limited = _core.limit_step(at.alpha, e, LONGEST_WAY)
+            e, limited = _core.limit_step(at.alpha, e, MAX_SHARE_TO_ZERO)
         at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
-    tell_progress(kind, 0.2)
+    report_progress(kind, 0.2)
     step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)
     return at, step, limited

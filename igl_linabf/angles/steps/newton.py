@@ -8,44 +8,48 @@ from ..._runtime import advance
 from ..._types import BoolArray, FloatArray
 from ...errors import SingularSystemError
 from ...surface import NEXT, PREV
-from .conformal_corrections import correct_conformally, diverges, iterate_with_corrections
-from .constants import (
-    ANCHORED_RTOL,
-    ANGLE_BOUND,
-    AT_BOUND,
-    FEASIBLE_RTOL,
-    HELD_WEIGHT,
-    LEAST_ANCHORED_RTOL,
-    LEAST_CURVATURE,
-    LEAST_STEP,
-    LEFT_GAIN,
-    LEFT_TO_STEPS,
-    MAX_ANCHORED_STEPS,
-    MAX_FEASIBLE_WORK,
-    MAX_RESTORING_STEPS,
-    MAX_SLOW_STEPS,
-    MAX_START_STEPS,
-    NEARLY_LINEAR,
-    ROUNDING,
-    SLOW_STEP,
-    START_RESIDUAL,
-)
+from .conformal_corrections import correct_conformally, is_diverging, iterate_with_corrections
 from .iterates import Kind, Step
 from .iterations import State
 from .linearisation import Direction, linearise, solve
 
+# Anchored steps
+ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients
+SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change
+LEAST_ANCHORED_RTOL = 0.003  # smallest relative residual of conjugate gradients after slow steps
+NEARLY_LINEAR = 1.0  # relative change of an angle above which slow steps are not solved further
+MAX_ANCHORED_STEPS = 30  # feasible steps are limited to twice as many
+MAX_SLOW_STEPS = 9  # consecutive slow steps before the iterations end
+
+# Bounds of the angles
+ANGLE_BOUND = 0.01  # smallest ratio of an angle to its initial value
+AT_BOUND = 1 + 1e-6  # tolerance factor: angles up to this multiple of their bound are at the bound
+HELD_WEIGHT = 1e-12  # weight of a held angle, relative to a free one
+
+# Feasible steps
+FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
+LEAST_CURVATURE = 0.2  # smallest curvature along an angle, as a share of the curvature of the objective
+MAX_RESTORING_STEPS = 4  # changes of the held angles in a step, and restoration steps after it
+LEFT_GAIN = 1e-4  # times the tolerance: negligible relative gain of the objective
+LEFT_TO_STEPS = 4.0  # times the tolerance: negligible relative change of the angles
+MAX_FEASIBLE_WORK = 2e7  # number of triangles times the number of solves and inner steps
+ROUNDING = 1e-13  # relative rounding error of the objective
+LEAST_STEP = 1e-7  # shortest step of the line search, relative to the full step
+START_RESIDUAL = 1e-9  # residual before the first feasible step
+MAX_START_STEPS = 20  # steps to that residual
+
 
 @dataclass(frozen=True, eq=False)
 class AbfResult:
-    """Where the iterations of converged ABF ended.
+    """The end of the iterations of converged ABF.
 
     Attributes
     ----------
     state : State
     converged : bool
-        Whether the change of every angle and the residual are within the tolerance.
+        Whether the relative change of every angle and the residual are within the tolerance.
     held : (3, #F) bool
-        The angles at their lower bound; only the feasible form has one.
+        Angles at their lower bound; all False outside the bounded forms.
     """
 
     state: State
@@ -54,7 +58,7 @@ class AbfResult:
 
 
 def objective(state: State) -> float:
-    """sum ((alpha - alpha_0) / alpha_0)^2, eq. 1 with the paper's weights."""
+    """Return sum ((alpha - alpha_0) / alpha_0)^2, eq. 1 with the weights of the paper."""
     anchor = state.problem.estimate
     return float((((state.at.alpha - anchor) / anchor) ** 2).sum())
 
@@ -62,25 +66,28 @@ def objective(state: State) -> float:
 def converge(state: State, tol: float) -> AbfResult:
     """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the angles of flat meshes, by anchored steps.
 
-    That is the objective of Sheffer and de Sturler under their constraints (eq. 1-4), with the wheel
-    constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
-    the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
-    point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers.
+    This is the objective of Sheffer and de Sturler under their constraints (eq. 1-4), with the nonlinear
+    wheel constraint. An *anchored* step is a step of linear ABF with weights alpha_0^2 and the change since
+    alpha_0 as its gradient. It is a Gauss-Newton step of the constraints, and its fixed point is the
+    minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients start from the
+    last multipliers.
 
     Parameters
     ----------
     state : State
         At the initial estimate alpha_0.
     tol : float
-        The iterations end when the largest relative change of an angle that another step would bring, and
-        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted.
+        The iterations end when the largest residual and the largest relative change of an angle by another
+        step are at most this. Changes decrease linearly, so the next change is predicted.
     """
-    return _anchored(state, tol)
+    return _iterate_anchored(state, tol)
 
 
-def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
-    """Anchored steps; with `bounded` an angle at its bound is held as long as a step would lower it."""
+def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
+    """Take anchored steps until they converge or become slow.
+
+    With `bounded`, an angle at its bound is held as long as a step would decrease it.
+    """
     start, problem, lin = state, state.problem, state.lin
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
@@ -92,16 +99,16 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
-            break  # it left what double precision solves; the feasible form keeps away from there
+            break  # too ill-conditioned for double precision; the feasible form avoids such angles
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
-        change = _change(e, state)
-        state, now = state.advanced(raw, kind), held
+        change = _largest_change(e, state)
+        state, now = state.take_step(raw, kind), held
         if bounded:
             state = _move_into_bounds(state)
             now = (state.at.alpha <= AT_BOUND * ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
         lin, x = raw.lin.without_matrix, raw.x
         state = replace(state, lin=lin)
-        del at, raw, e  # their memory is for the next matrix, and the last factor
+        del at, raw, e  # free the memory for the next matrix
         residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
@@ -113,20 +120,20 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
                 rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
-        ends = _work_since(start, state) > MAX_FEASIBLE_WORK if bounded else limited and k > 1
+        ends = _count_work(start, state) > MAX_FEASIBLE_WORK if bounded else limited and k > 1
         if ends or stalled > MAX_SLOW_STEPS:
             break
     return AbfResult(state.without_factors(), False, held)
 
 
-def _work_since(start: State, state: State) -> int:
-    """Triangles times solves and inner steps after `start`."""
+def _count_work(start: State, state: State) -> int:
+    """Return the number of triangles times the number of solves and inner steps since `start`."""
     made = state.steps[len(start.steps) :]
     return int(state.at.alpha.shape[1]) * sum(1 + step.inner_steps for step in made)
 
 
 def _move_into_bounds(state: State) -> State:
-    """The state with no angle below its bound: the others of its triangle make up for it."""
+    """Raise angles to their bounds, and scale the other angles of the same triangles to compensate."""
     alpha, least = state.at.alpha, ANGLE_BOUND * state.problem.estimate
     low = alpha < least
     faces = np.flatnonzero(low.any(axis=0))
@@ -143,32 +150,32 @@ def _move_into_bounds(state: State) -> State:
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """The same minimum (eq. 1-4) with bounds, for when anchored steps do not converge.
+    """Find the minimum of `converge` (eq. 1-4) under lower bounds, if anchored steps do not converge.
 
-    First anchored steps hold the angles that come to their bound. If these do not
-    converge, feasible steps start from a converged active set.
+    First, anchored steps hold the angles that reach their bounds. If these do not converge either, feasible
+    steps start from a converged active set.
 
-    The weights include the curvature of the wheel constraints, which is diagonal:
-    |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
-    angle. Each step is followed by corrections that restore the constraints, and halved until the
-    objective falls. They end where their gains, predicted as a geometric series, are too small to matter.
-    Angles are bounded below by a hundredth of alpha_0, since some angles vanish at the minimum on hard
-    meshes. On large meshes the steps end after a fixed amount of work, and have then not converged.
+    The weights include the curvature of the wheel constraints, which is diagonal: |1 / alpha_0^2 + (x_right -
+    x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an angle. Each step is followed by
+    corrections that restore the constraints, and halved until the objective decreases. The steps end when
+    their gains, predicted as a geometric series, become negligible. Every angle is bounded below by a
+    hundredth of alpha_0, because some angles vanish at the minimum on hard meshes. On large meshes, the steps
+    end without convergence after a fixed amount of work.
 
     Parameters
     ----------
     state, tol
-        As for `converge`.
+        As in `converge`.
     """
     start = state
-    result = _anchored(state.back_to_start(), tol, bounded=True)
+    result = _iterate_anchored(state.back_to_start(), tol, bounded=True)
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
     state = iterate_with_corrections(
         state.back_to_start(), None, START_RESIDUAL, MAX_START_STEPS, ANCHORED_RTOL
     )
-    if diverges(state):
+    if is_diverging(state):
         return AbfResult(state.without_factors(), False, held)
     x: FloatArray | None = None
     scale, value, gain = 1.0, objective(state), np.inf
@@ -176,36 +183,41 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         last = gain
         direction, inner_steps, held = _feasible_direction(state, x, held)
         state, x = replace(state, lin=direction.lin), direction.x
-        change = _change(np.where(held, 0.0, direction.e), state)
+        change = _largest_change(np.where(held, 0.0, direction.e), state)
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.without_factors(), True, held)
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         after = objective(state)
         gain = value - after
-        # the gains fall like a geometric series
+        # the gains decrease like a geometric series
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if gain_left <= max(LEFT_GAIN * tol, (LEFT_TO_STEPS * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
-        if scale < LEAST_STEP or _work_since(start, state) > MAX_FEASIBLE_WORK:
+        if scale < LEAST_STEP or _count_work(start, state) > MAX_FEASIBLE_WORK:
             break
         value = after
     return AbfResult(state.without_factors(), False, held)
 
 
 def _gradient(state: State) -> FloatArray:
+    """Return half the gradient of the objective, (3, #F)."""
     anchor = state.problem.estimate
     return np.asarray((state.at.alpha - anchor) / anchor**2)
 
 
-def _change(e: FloatArray, state: State) -> float:
-    """Largest relative change of an angle by errors `e`."""
+def _largest_change(e: FloatArray, state: State) -> float:
+    """Return the largest relative change of an angle by the errors `e`."""
     return float(np.abs(e / state.at.alpha).max())
 
 
 def _feasible_direction(
     state: State, x: FloatArray | None, held: BoolArray
 ) -> tuple[Direction, int, BoolArray]:
-    """Direction at feasible angles; an angle at its bound is held if the direction would lower it."""
+    """Compute a direction at feasible angles.
+
+    An angle at its bound is held if the direction would decrease it. Also return the number of inner steps
+    and the held angles.
+    """
     anchor, alpha = state.problem.estimate, state.at.alpha
     gradient, inner_steps, lin = _gradient(state), 0, state.lin
     curvature = 1 / anchor**2
@@ -231,11 +243,11 @@ def _feasible_direction(
 def _line_search(
     state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
 ) -> tuple[State, float]:
-    """Line search: go along `e`, restore the constraints, until the objective falls."""
+    """Step along `e` and restore the constraints, with halved lengths until the objective decreases."""
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
-    # so exactly that what is missing does not hide the change of the objective
+    # small enough not to hide the change of the objective
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))
@@ -253,13 +265,13 @@ def _line_search(
 
 
 def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
-    """Corrections, and active-set steps where these do not serve, until the residual is at most `exact`."""
+    """Reduce the residual to at most `exact` by corrections, then by active-set steps if needed."""
     if not held.any():
-        state = correct_conformally(state, exact)  # they hold no angle
+        state = correct_conformally(state, exact)  # corrections cannot hold angles
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break
         weights = np.where(held, HELD_WEIGHT, 1.0) * state.at.alpha**2
         lin = linearise(state.problem, state.at, weights, state.lin, same_slivers=False)
-        state = state.advanced(solve(lin, state.at, FEASIBLE_RTOL), "restoration")
+        state = state.take_step(solve(lin, state.at, FEASIBLE_RTOL), "restoration")
     return state

@@ -5,20 +5,23 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .conformal_corrections import correct_conformally
-from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, LOOPS_CLOSED, MANY_INNER_STEPS, ROUGH_RTOL
+from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import linearise, solve
 
+LOOPS_CLOSED = 0.3  # edge lengths around holes are meaningful below this residual
+MANY_INNER_STEPS = 30  # the next step computes a new factor after this many inner steps
+
 
 def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int) -> State:
-    """Steps until the residual is at most `tol`, for sums prescribed at the boundary.
+    """Take steps to the angle sums prescribed at the boundary, until the residual is at most `tol`.
 
-    These change angles more than a free boundary does, so there are more steps. They keep the first one's
-    factor as the preconditioner, and end in conformal corrections. The sums of circles depend on the present
-    lengths, and each step is to those that are predicted.
+    Prescribed sums change the angles more than a free boundary does, and therefore need more steps. The steps
+    keep the first factor as the preconditioner, and end in conformal corrections. The angle sums on circles
+    depend on the current edge lengths. Each step aims at the predicted sums.
     """
     constraints = state.problem.constraints
-    if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
+    if len(constraints.circles) > 1:  # lengths around a hole are meaningless before its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
             State(fixed, fixed.at(state.at.alpha), state.steps), LOOPS_CLOSED, LOOPS_CLOSED, most
@@ -41,5 +44,5 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
             same_factor=not (first or slow),
             same_slivers=False,
         )
-        state = state.advanced(solve(lin, at, ROUGH_RTOL if first else rtol), "step")
+        state = state.take_step(solve(lin, at, ROUGH_RTOL if first else rtol), "step")
     return state

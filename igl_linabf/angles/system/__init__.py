@@ -1,11 +1,12 @@
-"""The equations of a step: constraints, and the reduced system with its preconditioner.
+"""The equations of a step: the constraints, and the reduced system with its preconditioner.
 
-In: a topology and angles. Out: residuals (eq. 5-10); matrices whose solutions are the steps' multipliers.
+Input: a topology and angles. Output: residuals (eq. 5-10), and the matrices of the systems for the
+multipliers.
 """
 
 from .circles import central_angles, inscribed_sums
-from .constants import LARGE_SYSTEM, SMALLEST_SINE
 from .constraints import (
+    SMALLEST_SINE,
     ClosedPath,
     Constraints,
     HolonomyResidual,
@@ -17,6 +18,6 @@ from .constraints import (
 )
 from .holonomy import HolonomyConstraints, HolonomyRows
 from .patterns import Pattern, Symmetric, solve_pairs, with_identity
-from .preconditioner import Slivers, correct_at_slivers, laplacian_inverse
+from .preconditioner import LARGE_SYSTEM, Slivers, correct_at_slivers, laplacian_inverse
 from .reduced_system import System
 from .schur_columns import SchurColumns

@@ -1,4 +1,4 @@
-"""Polygons inscribed in circles: their angle sums, which depend on the lengths."""
+"""Polygons inscribed in circles, and their angle sums, which depend on the edge lengths."""
 
 from __future__ import annotations
 
@@ -6,31 +6,33 @@ import numpy as np
 import scipy
 
 from ..._types import FloatArray
-from .constants import MOST_WAVES, SIDES_PER_WAVE
+
+MOST_WAVES = 32  # number of predicted waves along a loop
+SIDES_PER_WAVE = 4  # smallest number of sides per predicted wave
 
 
 def central_angles(log_ratio: FloatArray) -> FloatArray:
-    """The angles at which the circle's centre sees the sides of an inscribed polygon; they sum to 2 pi.
+    """Return the angles subtended at the centre by the sides of an inscribed polygon; they sum to 2 pi.
 
     Parameters
     ----------
     log_ratio : (#P,) float64
-        The logarithm of the next side's length over the last one's, at each vertex. Side i leaves
-        vertex i.
+        At each vertex, the logarithm of the ratio of the next side's length to the previous one's. Side i
+        starts at vertex i.
     """
     log_length = np.cumsum(log_ratio - log_ratio.mean())
     side = np.exp(log_length - log_length.max())
     longest = int(np.argmax(side))
     others = np.delete(side, longest)
-    if others.sum() <= 1.0:  # no closed polygon has such sides: by their share of the length
+    if others.sum() <= 1.0:  # no closed polygon has such sides: use their shares of the length
         return np.asarray(2 * np.pi * side / side.sum())
     root = scipy.optimize.brentq
-    # the sides s see 2 arcsin(s / 2R); x = 1 / 2R, and the longest is 1
+    # a side s subtends 2 arcsin(s / 2R); x = 1 / 2R, and the longest side is 1
     if np.arcsin(others).sum() >= np.pi / 2:
         x = root(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
-    else:  # the centre is beyond the longest side
-        # divided by x, which is no root
+    else:  # the centre lies beyond the longest side
+        # dividing by x removes the root at 0
         x = root(lambda x: (np.arcsin(others * x).sum() - np.arcsin(x)) / x, 1e-9, 1.0, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
         angle[longest] = 2 * np.pi - np.delete(angle, longest).sum()
@@ -38,33 +40,37 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
 
 
 def inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
-    """Angle sums at the vertices of a loop that is inscribed in a circle, the mesh inside or around it."""
+    """Return the angle sums at the vertices of a loop inscribed in a circle.
+
+    With `hole`, the mesh lies outside the loop; otherwise inside.
+    """
     centre = central_angles(log_ratio)
     turning = (centre + np.roll(centre, 1)) / 2
     return np.asarray(np.pi + turning if hole else np.pi - turning)
 
 
-def predicted_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
-    """How much more the sums of a circle change while a loop's angles change to them.
+def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
+    """Predict the further change of a circle's angle sums while the angles of its loop approach them.
 
-    With the angles change the lengths, and with these the sums of the circle. In a conformal map of the unit
-    disk with the scale u, the sums change by -du/dn per length, which is -k u for the k-th wave along the
-    loop, and those of the circle by -u. So what is missing now is 1 - 1 / k of the change, and 1 + 1 / k
-    around a hole. The wave k = 1 is that of maps of the disk onto itself, and is not missing.
+    The edge lengths change with the angles, and the sums of the circle change with the lengths. In a
+    conformal map of the unit disk with scale u, the sums change by -du/dn per length. This is -k u for the
+    k-th wave along the loop, while the sums of the circle change by -u. Therefore the current difference is 1
+    - 1 / k of the required change, and 1 + 1 / k of it around a hole. The wave k = 1 belongs to maps of the
+    disk onto itself, and contributes nothing to the difference.
 
     Parameters
     ----------
     log_ratio, turning : (#P,) float64
-        At each vertex, as in `central_angles`, and the exterior angle.
+        At each vertex, the logarithm as in `central_angles`, and the exterior angle.
     hole : bool
-        The mesh is around it.
+        Whether the mesh lies outside the loop.
     """
     centre = central_angles(log_ratio)
     share, at = (centre + np.roll(centre, 1)) / 2, np.concatenate(([0.0], np.cumsum(centre)[:-1]))
     missing = turning + share if hole else turning - share
-    mean = (centre**2).sum() / (2 * np.pi)  # of the central angles, over the circle
+    mean = (centre**2).sum() / (2 * np.pi)  # mean central angle over the circle
     k = np.arange(1.0, 1 + min(MOST_WAVES, int(2 * np.pi / (SIDES_PER_WAVE * mean))))
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)
     more = share * ((gain * (wave.conj() @ missing)) @ wave).real / np.pi
-    return np.asarray(more - share * (more.sum() / share.sum()))  # the sums keep their total
+    return np.asarray(more - share * (more.sum() / share.sum()))  # keeps the total of the sums

@@ -1,6 +1,6 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals.
 
-Around a hole and along a closed path, edges that are drawn from the angles have to come back to their start.
+Around a hole and along a closed path, edges drawn from the angles have to return to their start.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ import numpy as np
 from ... import _core
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Topology
-from .circles import inscribed_sums, predicted_change
-from .constants import SMALLEST_SINE
+from .circles import inscribed_sums, predict_change
 from .patterns import Pattern
+
+SMALLEST_SINE = 1e-75  # stands in for the sine of a zero angle; the sums of the core use the same value
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedPath:
-    """A closed path of edges, along which scale and direction are to come back.
+    """A closed path of edges along which scale and direction have to return to their initial values.
 
-    The path's *left fans* are the corners to its left at its vertices. Over them the logarithms of the
-    next edge's length over the last one's sum to zero, so the path ends at the scale at which it
-    begins. The exterior angles, pi - the sum of the left fan, sum to `turning`.
+    The *left fans* of the path are the corners to its left at its vertices. Over them, the logarithms of the
+    ratios of successive edge lengths sum to zero, so that the path ends at the scale at which it starts. The
+    exterior angles, pi minus the sum of the left fan, sum to `turning`.
 
     Attributes
     ----------
@@ -34,7 +35,7 @@ class ClosedPath:
     size : int
         Number of the path's vertices.
     turning : float
-        Sum of the exterior angles, radians; NaN if it may be any.
+        Sum of the exterior angles, radians; NaN if it is free.
     """
 
     corner: IntArray
@@ -44,26 +45,25 @@ class ClosedPath:
 
 @dataclass(frozen=True, eq=False)
 class HolonomyResidual:
-    """By how much loops and closed paths drawn from the angles fail to close (docs/holes.md).
+    """The gaps of loops and closed paths that are drawn from the angles (docs/holes.md).
 
-    Before a hole's loop is drawn, its exterior angles are shifted to sum to -2 pi, and the logarithms of its
-    length ratios to sum to 0, evenly over the loop. The derivative is the mean over all starting vertices, so
-    it does not depend on the start.
+    Before the loop of a hole is drawn, its exterior angles are shifted evenly to sum to -2 pi, and the
+    logarithms of its length ratios to sum to 0. The derivative is the mean over all starting vertices, and
+    therefore independent of the start.
 
     Attributes
     ----------
     gap : (#holes + #paths,) complex128
-        Of each hole tau: the vector from the start to the end of its loop, over the loop's length. Of each
-        path: sum of the logarithms + i (sum of the exterior angles - `turning`).
+        For each hole tau: the vector from the start to the end of its loop, divided by the length of the
+        loop. For each path: the sum of the logarithms + i (sum of the exterior angles - `turning`).
     site, row : (#L,) int64
-        The *sites* of all loops and paths, and the entry of `gap` that each adds to. Site v is vertex v;
-        after the vertices come the paths, each a site.
+        The *sites* of all loops and paths, and the entry of `gap` to which each contributes. Site v is vertex
+        v; the sites after the vertices are the paths.
     q : (#L,) complex128
-        Derivative of the gap with respect to log_ratio + i turning at the site. At a hole's vertex it
-        is the vector from the vertex to the loop's end, minus its mean over the loop; at a path it
-        is 1.
+        Derivative of the gap with respect to log_ratio + i turning at the site. At a vertex of a hole, it is
+        the vector from the vertex to the end of the loop, minus its mean over the loop. At a path, it is 1.
     constrained : (#holes + #paths, 2) bool
-        Whether the real and the imaginary part of each gap is to vanish.
+        Whether the real and the imaginary part of each gap have to vanish.
     """
 
     gap: ComplexArray
@@ -73,7 +73,7 @@ class HolonomyResidual:
     constrained: BoolArray
 
     def of_paths(self, n: int) -> HolonomyResidual:
-        """The same with the last `n` gaps constrained alone, those of paths."""
+        """Return the residual with constraints on the last `n` gaps only, which belong to paths."""
         constrained = self.constrained.copy()
         constrained[: len(constrained) - n] = False
         return replace(self, constrained=constrained)
@@ -86,7 +86,7 @@ def holonomy_residual(
     paths: tuple[ClosedPath, ...] = (),
     fan_sums: ComplexArray | None = None,
 ) -> HolonomyResidual:
-    """Draw the loops of holes, and compare what paths come back with to what they are to.
+    """Draw the loops of holes, and compare the scale and turning of paths with their targets.
 
     Parameters
     ----------
@@ -118,33 +118,34 @@ def holonomy_residual(
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """The vertex and wheel constraints of a surface (eq. 5 and 10); a row has one of each.
+    """The vertex and wheel constraints of a surface (eq. 5 and 10), one of each per row.
 
-    The last rows have a vertex constraint only. On a closed surface, and where all sums of the outer loop are
-    prescribed, the constraints of a kind depend on each other. One of them is left out there: it holds with
-    the others.
+    The last rows have a vertex constraint only. On a closed surface, and if all sums of the outer loop are
+    prescribed, the constraints of one kind are linearly dependent. One of them is then omitted, because the
+    other constraints imply it.
 
     Attributes
     ----------
     topology : Topology
     row : (#V,) int64
-        The virtual-vertex map: the row of each vertex's constraints. An interior vertex has its own
-        row, and so has a boundary vertex with a prescribed angle sum. All vertices of a hole without
-        prescribed sums share one row. Other vertices have -1.
+        The virtual-vertex map: the row of the constraints of each vertex. Interior vertices and boundary
+        vertices with a prescribed angle sum have their own rows. All vertices of a hole without prescribed
+        sums share one row. The row of every other vertex is -1.
     target : (#rows,) float64
-        Target angle sum of each row: that prescribed at a vertex, (m + 2) pi around a hole of m
+        Target angle sum of each row: the prescribed sum of a vertex, or (m + 2) pi around a hole of m
         vertices.
     sums : (#V,) float64
-        The angle sum that is prescribed at each vertex, 2 pi inside by default; NaN where none is.
+        The prescribed angle sum of each vertex, 2 pi at interior vertices by default; NaN if it is free.
     wheels : int
-        The first so many rows have a wheel constraint, too.
+        Number of leading rows that have a wheel constraint.
     pattern : Pattern
         The graph of the rows.
     paths : tuple of ClosedPath
-        Closed paths whose scale, and maybe turning, is to come back: one constraint or two each.
+        Closed paths along which the scale has to return, and optionally the turning: one or two constraints
+        each.
     circles : tuple of int
-        The boundary loops that are to lie on circles. Their sums are those of the inscribed polygon with
-        the lengths that the present angles give; `target` and `sums` have those of the surface's lengths.
+        Boundary loops that have to lie on circles. Their sums are the angle sums of the inscribed polygon
+        with the lengths given by the current angles; `target` and `sums` use the lengths on the surface.
     """
 
     topology: Topology
@@ -163,13 +164,14 @@ class Constraints:
 
     @property
     def prescribes_sums(self) -> bool:
-        """Whether other sums are prescribed than 2 pi inside."""
+        """Whether angle sums other than 2 pi inside are prescribed."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
-    def with_prescribed(
-        self, sums: FloatArray | None = None, turnings: FloatArray | None = None
-    ) -> Constraints:
-        """The same rows with other angle sums, (#V,), and other turnings; no hole has a row."""
+    def prescribe(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
+        """Return the same rows with other angle sums, (#V,), and other turnings.
+
+        No row may belong to a hole.
+        """
         made, inside = self, self.row >= 0
         if sums is not None:
             target = self.target.copy()
@@ -188,7 +190,7 @@ class Constraints:
 
     @cached_property
     def _vertex(self) -> IntArray | None:
-        """The vertex of each row; None where a row has several, as a hole's has."""
+        """The vertex of each row; None if a row has several vertices, as the row of a hole has."""
         inside = np.flatnonzero(self.row >= 0)
         if len(inside) != self.n:
             return None
@@ -196,8 +198,8 @@ class Constraints:
         vertex[self.row[inside]] = inside
         return vertex
 
-    def target_at(self, log_ratio: FloatArray) -> FloatArray:
-        """Target angle sum of each row where the loops' edges have the ratios `log_ratio`, (#V,)."""
+    def target_sums(self, log_ratio: FloatArray) -> FloatArray:
+        """Return the target angle sum of each row for loops with the length ratios `log_ratio`, (#V,)."""
         if not self.circles:
             return self.target
         target = self.target.copy()
@@ -208,14 +210,14 @@ class Constraints:
         return target
 
     def predict(self, b: Residual) -> Residual:
-        """The residual to the sums that circles will have after the step: they change with the lengths."""
+        """Return the residual with respect to the sums that circles will have after the step."""
         if not self.circles:
             return b
         vertex = b.vertex.copy()
         for i in self.circles:
             loop = self.topology.loops[i]
             has_row = self.row[loop] >= 0
-            change = predicted_change(b.log_ratio[loop], b.turning[loop], i > 0)[has_row]
+            change = predict_change(b.log_ratio[loop], b.turning[loop], i > 0)[has_row]
             vertex[self.row[loop[has_row]]] += change
         return replace(b, vertex=vertex)
 
@@ -227,24 +229,24 @@ def constraints_of(
     circles: Sequence[int] = (),
     left_out: int | None = None,
 ) -> Constraints:
-    """A row for each interior vertex, one for each hole as a virtual vertex, and one for each prescribed sum.
+    """Return one row for each interior vertex, each hole (a virtual vertex) and each prescribed sum.
 
-    Around a hole of m vertices the angles sum to (m + 2) pi; m = 0 is an interior vertex. A hole with
-    prescribed sums at some of its vertices is no virtual vertex but a closed path: it turns by -2 pi and
-    comes back to its scale.
+    Around a hole of m vertices, the angles sum to (m + 2) pi; an interior vertex is the case m = 0. A hole
+    with prescribed sums at some of its vertices is a closed path instead of a virtual vertex: it turns by -2
+    pi and returns to its scale.
 
     Parameters
     ----------
     topology : Topology
-        Of a connected surface, which may be closed and may have handles.
+        Topology of a connected surface, which may be closed and may have handles.
     sums : (#V,) float64, optional
-        Angle sum at each vertex, radians. NaN is 2 pi inside, and nothing at the boundary.
+        Angle sum at each vertex, radians. NaN means 2 pi at interior vertices, and free at the boundary.
     paths : sequence of ClosedPath
-        Further paths that are to close.
+        Further paths that have to close.
     circles : sequence of int
-        Loops of which all sums are given, those of inscribed polygons.
+        Loops on circles; the sums at all of their vertices are given.
     left_out : int, optional
-        On a closed surface, the vertex whose rows are left out; by default the one of most curvature.
+        On a closed surface, the vertex whose rows are omitted; by default the vertex of largest curvature.
     """
     if sums is None and not paths:
         return topology.once("constraints", partial(_constraints, topology))
@@ -266,15 +268,15 @@ def _constraints(
     around: list[ClosedPath] = []
     for loop in topology.holes:
         if given[loop].any():
-            around.append(_path_of(topology, loop, given))
+            around.append(_hole_path(topology, loop, given))
         else:
             virtual.append(loop)
     left_out = np.zeros(topology.n, dtype=bool)
     if not topology.loops:
-        # the wheel constraints sum to zero, angle by angle; the vertex constraints as below
+        # the wheel constraints sum to zero at each angle; for the vertex constraints see the next case
         left_out[np.argmax(np.abs(sums - 2 * np.pi)) if ground is None else ground] = True
     elif given[topology.loops[0]].all() and topology.n_outer == 1:
-        # the angles of all vertices sum to those of all triangles (Gauss-Bonnet); holes turn anyway
+        # the angle sums of all vertices add up to those of all triangles (Gauss-Bonnet)
         left_out[topology.loops[0][0]] = True
     inner, rim = inside & ~left_out, given & ~inside & ~left_out
     row = np.where(inner, np.cumsum(inner) - 1, -1)
@@ -291,8 +293,8 @@ def _constraints(
     return Constraints(topology, row, target, sums, wheels, pattern, (*around, *paths), tuple(circles))
 
 
-def _path_of(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
-    """A hole's loop; it turns by itself where all its sums are given."""
+def _hole_path(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
+    """Return the closed path along the loop of a hole; its turning is free if all sums are prescribed."""
     on_loop = np.zeros(topology.n, dtype=bool)
     on_loop[loop] = True
     turning = np.nan if given[loop].all() else -2 * np.pi
@@ -301,7 +303,7 @@ def _path_of(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """Residuals of the constraints: the right-hand sides b of eq. 5, 6 and 10.
+    """The residuals of the constraints: the right-hand sides b of eq. 5, 6 and 10.
 
     Attributes
     ----------
@@ -310,10 +312,10 @@ class Residual:
     triangle : (#F,) float64
         pi - sum alpha.
     turning, log_ratio : (#V,) float64
-        At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
-        logarithm of the next edge's length over the last one's.
+        At a vertex of a boundary loop with the mesh on its left: the exterior angle, and the logarithm of the
+        ratio of the next edge's length to the previous one's.
     holonomy : HolonomyResidual
-        Of the holes' loops drawn from these, and of the closed paths.
+        Gaps of the loops of holes and of the closed paths.
     """
 
     vertex: FloatArray
@@ -325,23 +327,23 @@ class Residual:
 
     @cached_property
     def largest(self) -> float:
-        """Largest absolute value: radians, logarithms, relative gaps of holes."""
+        """Largest absolute value: radians, logarithms, and relative gaps of holes."""
         return max(self.at_vertices, largest_magnitude(np.abs(self.holonomy.gap)))
 
     @cached_property
     def at_vertices(self) -> float:
-        """The largest of the vertex, wheel and triangle constraints alone."""
+        """Largest absolute residual of the vertex, wheel and triangle constraints."""
         families = (self.vertex, self.wheel, self.triangle)
         return max(map(largest_magnitude, families))
 
 
 def largest_magnitude(values: FloatArray) -> float:
-    """The largest absolute value; 0 of none."""
-    return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # no array of absolute values
+    """Return the largest absolute value, or 0 for an empty array."""
+    return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # avoids an array of absolute values
 
 
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
-    """Residuals of the angle constraints at `alpha`, (3, #F) radians, whose cotangents may be known."""
+    """Return the residuals of the constraints at `alpha`, (3, #F) radians, with known cotangents if given."""
     topology, paths = constraints.topology, constraints.paths
     cot = _core.cotangents(alpha) if cot is None else cot
     total, log_ratio = _core.angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
@@ -357,7 +359,7 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     wheel = constraints.sum_at_rows(log_ratio)  # eq. 8-10
     wheel[constraints.wheels :] = 0.0
     return Residual(
-        vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
+        vertex=constraints.target_sums(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
         wheel=wheel,
         triangle=triangle,  # eq. 6
         turning=turning,

@@ -1,4 +1,4 @@
-"""Holonomy constraints: loops of holes close, closed paths come back to their scale and direction."""
+"""Holonomy constraints: the loops of holes close, and closed paths keep their scale and direction."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ class HolonomyRows:
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
     where wheel_v and vertex_v are the rows of a single vertex of the loop (docs/holes.md), or of all left
-    fans of a path. So T^T y has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). A part of a
-    gap that is not constrained has no row. Where vertex_v is a row of M, too, as its sum is prescribed, T
-    leaves it out, and what it is to be goes to the right-hand side.
+    fans of a path. Therefore T^T y combines the vertex rows with coefficients Im(q conj(y)) and the wheel
+    rows with coefficients -Re(q conj(y)). A part of a gap that is not constrained has no row. If vertex_v is
+    also a row of M because its sum is prescribed, it is omitted from T, and its contribution moves to the
+    right-hand side.
 
     Attributes
     ----------
@@ -37,11 +38,11 @@ class HolonomyRows:
     drawn : HolonomyResidual
         The loops and paths at these angles.
     faces : (#f,) int64
-        Those where T is not zero.
+        Faces where T is not zero.
     transposed : (3 #f, #T) matrix
-        T^T, errors numbered 3 t + k over these faces.
+        T^T, with errors numbered 3 t + k over these faces.
     pairs : (#p,) int64
-        Rows 2 r and 2 r + 1 of M are not zero there for these r; ascending.
+        Indices r of the rows 2 r and 2 r + 1 of M that are not zero on these faces; ascending.
     row_pairs : (2 #p, 3 #f) sparse array
         These rows of M.
     """
@@ -55,7 +56,7 @@ class HolonomyRows:
 
     @classmethod
     def of(cls, system: System, drawn: HolonomyResidual) -> HolonomyRows:
-        """The rows at the angles of a system."""
+        """Return the rows at the angles of a system."""
         topology, constraints, cot = system.topology, system.constraints, system.cot
         paths, n_faces = constraints.paths, topology.corner.shape[1]
         touched: BoolArray = np.zeros(n_faces, dtype=bool)
@@ -70,7 +71,7 @@ class HolonomyRows:
         corner, cot_here = topology.corner[:, faces], cot[:, faces]
         m = len(faces)
         error = np.tile((3 * np.arange(m) + np.arange(3)[:, None]).ravel(), 3)
-        # vertex row of the corner's own vertex; wheel rows of those whose left or right angle it is
+        # the vertex row of the corner's vertex; the wheel rows of the next and the previous vertex
         site = np.concatenate((corner, corner[PREV], corner[NEXT])).ravel()
         wheel = np.repeat([False, True], [3 * m, 6 * m])
         value = np.concatenate((np.ones_like(cot_here), cot_here, -cot_here)).ravel()
@@ -79,7 +80,7 @@ class HolonomyRows:
         pairs, place = np.unique(row[has_row], return_inverse=True)
         entries = value[has_row], (2 * place + wheel[has_row], error[has_row])
         row_pairs = sparse.csr_array(entries, shape=(2 * len(pairs), 3 * m))
-        for i, path in enumerate(paths):  # likewise, the path's left fans being one site
+        for i, path in enumerate(paths):  # likewise; the left fans of a path form one site
             k, t = np.divmod(path.corner, n_faces)
             t, left, right = 3 * np.searchsorted(faces, t), (k + 1) % 3, (k + 2) % 3
             error = np.concatenate((error, t + k, t + left, t + right))
@@ -97,7 +98,7 @@ class HolonomyRows:
 
     @property
     def vertices(self) -> BoolArray:
-        """(#V,) bool: the vertices whose fans the rows sum over."""
+        """Mask, (#V,), of the vertices whose fans the rows sum over."""
         corner = self.constraints.topology.corner
         summed = np.zeros(self.constraints.topology.n, dtype=bool)
         summed[self.drawn.site[self.drawn.site < len(summed)]] = True
@@ -106,7 +107,10 @@ class HolonomyRows:
         return summed
 
     def gap(self, drawn: HolonomyResidual, vertex: FloatArray) -> FloatArray:
-        """What the rows are to close, (#T,), at other angles, with their residuals of vertex constraints."""
+        """Return the gaps that the rows have to close, (#T,), at other angles.
+
+        `vertex` are the residuals of the vertex constraints at these angles.
+        """
         prescribed = prescribed_sites(self.constraints, self.drawn)
         rows = self.constraints.row[self.drawn.site[prescribed]]
         gap = drawn.gap.copy()
@@ -114,11 +118,11 @@ class HolonomyRows:
         return np.column_stack((gap.real, gap.imag)).ravel()[self.drawn.constrained.ravel()]
 
     def times(self, e: FloatArray) -> FloatArray:
-        """T e, (#T,), of (3, #F) errors."""
+        """Return T e, (#T,), for (3, #F) errors."""
         return np.asarray(self.transposed.T @ e[:, self.faces].T.ravel())
 
     def at_sites(self, y: FloatArray) -> FloatArray:
-        """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
+        """Return the multipliers of the vertex and wheel rows of each site, (#V + #paths, 2), in T^T y."""
         drawn, both = self.drawn, np.zeros(self.drawn.constrained.size)
         both[drawn.constrained.ravel()] = y
         product = drawn.q * (both[0::2] - 1j * both[1::2])[drawn.row]
@@ -128,7 +132,10 @@ class HolonomyRows:
         return x
 
     def in_metric(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, NarrowMatrix]:
-        """M P T^T, T P T^T, and P T^T on these faces, in a metric P that is given as element matrices."""
+        """Return M P T^T, T P T^T, and P T^T on these faces, for a metric P.
+
+        `metric` returns the element matrices of P.
+        """
         blocks, i = metric(self.faces), np.arange(len(self.faces) + 1)
         product = sparse.bsr_array((blocks, i[:-1], i), shape=(3 * len(blocks),) * 2) @ self.transposed
         D = self.transposed.T @ product
@@ -137,7 +144,7 @@ class HolonomyRows:
 
 
 def prescribed_sites(constraints: Constraints, drawn: HolonomyResidual) -> BoolArray:
-    """The sites with a vertex row of their own in M, as their angle sum is prescribed."""
+    """Return a mask of the sites whose vertex row is a row of M because their angle sum is prescribed."""
     row = np.append(constraints.row, np.full(len(constraints.paths), -1))
     return np.asarray(row[drawn.site] >= constraints.wheels)
 
@@ -148,7 +155,10 @@ def _transposed_rows(
     n_faces: int,
     single: tuple[IntArray, IntArray, BoolArray, FloatArray],
 ) -> NarrowMatrix:
-    """T^T from the entries of single sites' rows: their errors, sites, whether of a wheel row, and values."""
+    """Return T^T from the entries of the rows of single sites.
+
+    `single` contains the error, the site, a flag for wheel rows and the value of each entry.
+    """
     error, site, wheel, value = single
     index = np.full(constraints.topology.n + len(constraints.paths), -1)
     index[drawn.site] = np.arange(len(drawn.site))
@@ -173,8 +183,9 @@ class HolonomyConstraints:
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
 
-    In the conformal metric, with s_t K_t for P_t, S is close to diag(L_s, L_s); it is equal if all s_t
-    are equal. So the factor of L_s and a dense matrix of the border's size precondition the system.
+    In the conformal metric, where s_t K_t replaces P_t, S is close to diag(L_s, L_s), and equal to it if all
+    s_t are equal. Therefore the factor of L_s and a dense matrix of the size of the border precondition the
+    system.
 
     Attributes
     ----------
@@ -184,50 +195,50 @@ class HolonomyConstraints:
     """
 
     def __init__(self, system: System, drawn: HolonomyResidual, *, conformal: bool = False) -> None:
-        """With `conformal`, P is the conformal metric s K itself."""
+        """Set up the border; with `conformal`, P is the conformal metric s K."""
         self.rows = HolonomyRows.of(system, drawn)
         metric = system.conformal if conformal else system.projection
         self.B, self.D, self._errors = self.rows.in_metric(metric)
         self._n = 2 * system.constraints.n
 
     def matvec(self, S: Solve, z: FloatArray) -> FloatArray:
-        """The bordered matrix times z, from S's product."""
+        """Multiply the bordered matrix by z, given the product with S."""
         x, y = z[: self._n], z[self._n :]
         product = np.concatenate((S(x), self.B.transposed_times(x) + self.D @ y))
         product[self.B.rows] += self.B.values @ y
         return product
 
     def errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The faces where P T^T y is not zero, and its values there, (3, #faces)."""
+        """Return the faces where P T^T y is not zero, and its values there, (3, #faces)."""
         return self.rows.faces, (self._errors @ y).reshape(-1, 3).T
 
     def solver(self, inner: Solve) -> Solve:
-        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k).
+        """Return a solver of the bordered system, given a solver `inner` of its first block, (2 #rows, k).
 
         Raises
         ------
         NotPositiveDefiniteError
-            The rows depend on each other.
+            The rows are linearly dependent.
         """
         columns = solve_border(inner, self.B, self.rows.constraints.n, self.rows.drawn, self.D)
-        return self._bordered(inner, columns, columns.schur)
+        return self._bordered_solver(inner, columns, columns.schur)
 
     def preconditioner(
         self, system: System, inverse: Solve, S: Symmetric | None, known: SchurColumns | None = None
     ) -> tuple[Solve, SchurColumns]:
-        """Solve the bordered system approximately, with the `inverse` of `laplacian_inverse`.
+        """Return a preconditioner of the bordered system, given the `inverse` of `laplacian_inverse`, and C.
 
-        With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same loops, and in
-        that metric they are orthogonal to M. So they are solved for separately, in their own metric: by
-        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Where the turning of closed paths
-        is free, D - C^T B of the conformal metric is as good. Without `S`, the metric is the
-        conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact. With `S`,
-        columns that are `known` of an earlier system may serve as C. Returns C, too.
+        C = diag(L_s, L_s)^-1 B of the conformal metric. The rows T - C^T M close the same loops, and are
+        orthogonal to M in this metric. They are solved separately with the matrix D - C^T B - B^T C + C^T S
+        C, which is positive definite for any C. If the turning of all closed paths is free, D - C^T B of the
+        conformal metric serves as well. Without `S`, the metric is the conformal metric of these rows. If it
+        is K, then S is diag(L, L), and the result is exact. With `S`, the columns `known` of an earlier
+        system may serve as C.
 
         Raises
         ------
         NotPositiveDefiniteError
-            The rows depend on each other.
+            The rows are linearly dependent.
         """
 
         def inner(r: FloatArray) -> FloatArray:
@@ -236,24 +247,25 @@ class HolonomyConstraints:
         constraints, drawn = self.rows.constraints, self.rows.drawn
         if S is None:
             columns = self.conformal_columns(inverse)
-            return self._bordered(inner, columns, columns.schur), columns
+            return self._bordered_solver(inner, columns, columns.schur), columns
         if known is not None and known.serves(drawn):
             columns = known
         else:
             columns = solve_columns(inverse, constraints, drawn, *self.rows.in_metric(system.conformal)[:2])
         if not drawn.constrained[len(drawn.constrained) - len(constraints.paths) :, 1].any():
             try:
-                return self._bordered(inner, columns, columns.schur), columns
+                return self._bordered_solver(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
-                pass  # the inverse is not exact, or the scales s_t differ too much
+                pass  # the inverse is inexact, or the scales s_t differ too much
         mixed = columns.transposed_times_border(self.B)
-        return self._bordered(inner, columns, self.D - mixed - mixed.T + columns.galerkin(S)), columns
+        return self._bordered_solver(inner, columns, self.D - mixed - mixed.T + columns.galerkin(S)), columns
 
     def conformal_columns(self, inverse: Solve) -> SchurColumns:
-        """C = diag(L, L)^-1 B with D - B^T C, where these rows are in the conformal metric."""
+        """Return C = diag(L, L)^-1 B with D - B^T C, if these rows use the conformal metric."""
         return solve_columns(inverse, self.rows.constraints, self.rows.drawn, self.B, self.D)
 
-    def _bordered(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
+    def _bordered_solver(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
+        """Return a solver of the bordered system from its Schur complement."""
         try:
             factor = scipy.linalg.cho_factor((schur + schur.T) / 2)
         except scipy.linalg.LinAlgError:

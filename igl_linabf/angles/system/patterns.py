@@ -1,4 +1,4 @@
-"""Symmetric sparse matrices over a mesh's rows: the pattern is made once, and filled many times."""
+"""Symmetric sparse matrices over the rows of a mesh; the pattern is computed once and filled many times."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from ... import _core
 from ..._types import Array, FloatArray, IntArray, Solve
 from ...linalg import Analysis, Solvers
 from ...surface import Topology, sum_by
-from .constants import PRODUCT_ROWS
+
+PRODUCT_ROWS = 1024  # rows per batch in products with the columns of paths
 
 
 @dataclass(frozen=True, eq=False)
 class Symmetric:
-    """The matrix U + U^T of 2 by 2 blocks; only U, its upper triangle with half the diagonal, is kept.
+    """The matrix U + U^T of 2 by 2 blocks, where U is its upper triangle with half the diagonal.
 
     Attributes
     ----------
@@ -33,11 +34,14 @@ class Symmetric:
         return 2 * len(self.blocks[0]) - 2
 
     def matvec(self, x: FloatArray) -> FloatArray:
-        """The matrix times x."""
+        """Multiply the matrix by x."""
         return _core.block_product(*self.blocks, x)
 
     def upper_galerkin(self, C: FloatArray) -> FloatArray:
-        """C^T U_ab C, (2, k, 2, k), where U_ab has entry (a, b) of each block of U, and C is (n / 2, k)."""
+        """Return C^T U_ab C, (2, k, 2, k), for C of shape (n / 2, k).
+
+        U_ab consists of entry (a, b) of each block of U.
+        """
         n, k = C.shape
         made = np.zeros((k, 4 * k))
         for first in range(0, n, PRODUCT_ROWS):
@@ -46,7 +50,7 @@ class Symmetric:
         return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
     def values(self) -> FloatArray:
-        """The blocks as they are factored, (#blocks, 4): whole on the diagonal."""
+        """Return the blocks for a factorisation, (#blocks, 4), with complete diagonal blocks."""
         indptr, _, block = self.blocks
         made = block.copy()
         own = block[indptr[:-1]]
@@ -54,7 +58,7 @@ class Symmetric:
         return made
 
     def whole(self) -> sparse.csr_array:
-        """All entries."""
+        """Return the matrix with all entries."""
         indptr, indices, block = self.blocks
         upper = sparse.bsr_array(
             (block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size)
@@ -63,7 +67,7 @@ class Symmetric:
 
 
 def with_identity(lower: sparse.csc_array, first: int) -> sparse.csc_array:
-    """The lower triangle with the identity in the rows and columns from `first` on, in the same pattern."""
+    """Replace the rows and columns from `first` on by the identity, in the same pattern."""
     if first == lower.shape[0]:
         return lower
     data = np.where(lower.indices >= first, 0.0, lower.data)
@@ -74,34 +78,34 @@ def with_identity(lower: sparse.csc_array, first: int) -> sparse.csc_array:
 
 
 def solve_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
-    """diag(L+, L)^-1 r, (2 #rows, k), where the two rows of a vertex are next to each other."""
-    if not len(r):  # no vertex is inside
+    """Return diag(L+, L)^-1 r, (2 #rows, k), where the two rows of a vertex are adjacent."""
+    if not len(r):  # there are no interior vertices
         return r
     return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
 
 
 class Pattern:
-    """The graph of the symmetric matrices over some rows of a mesh's vertices.
+    """The graph of the symmetric matrices over some rows of the vertices of a mesh.
 
     Parameters
     ----------
     topology : Topology
     row : (#V,) int64
-        The row of each vertex, -1 where it has none. An edge between vertices of one row belongs
-        to its diagonal.
+        The row of each vertex, -1 if it has none. An edge between vertices of the same row contributes to the
+        diagonal.
     n : int
         Number of rows.
 
     Attributes
     ----------
     indptr, indices : int arrays
-        The lower triangle in CSC, the diagonal first in each column.
+        The lower triangle in CSC, with the diagonal first in each column.
     slot : (#E,) int64
-        The place among a matrix's entries of each edge; -1 where it joins a row to itself, or to none.
+        Index of each edge among the entries of a matrix; -1 if the edge joins a row to itself or to no row.
     """
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
-        self._kept: dict[tuple[Solvers, int], Analysis] = {}
+        self._analyses: dict[tuple[Solvers, int], Analysis] = {}
         self.n, self.topology, self.row = n, topology, row
         # the lower triangle in CSC order is the upper one in CSR order
         indptr, indices, self.slot = _core.entries(self.ends, n)
@@ -109,23 +113,26 @@ class Pattern:
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
         self.indices: IntArray = indices.astype(index)
-        # SciPy checks the pattern here, once
+        # SciPy checks the pattern only here
         self._zero = sparse.csc_array((np.zeros(len(indices)), self.indices, self.indptr), shape=(n, n))
 
     @property
     def ends(self) -> IntArray:
-        """(2, #E) int64: rows of the ends of each edge."""
+        """Rows of the ends of each edge, (2, #E) int64."""
         return self.row[self.topology.edges.T]
 
     def analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
-        """Of the Laplacians of this pattern, or of matrices of `block` by `block` blocks; made once."""
-        asked = solvers, block
-        if asked not in self._kept:
-            self._kept[asked] = solvers.analyse(self.indptr, self.indices, block)
-        return self._kept[asked]
+        """Return the cached analysis of matrices with `block` by `block` blocks in this pattern."""
+        key = solvers, block
+        if key not in self._analyses:
+            self._analyses[key] = solvers.analyse(self.indptr, self.indices, block)
+        return self._analyses[key]
 
     def hermitian(self, entry: Array, diagonal: Array) -> sparse.csc_array:
-        """Lower triangle of the Hermitian matrix with `entry`, (#E,), from first to second end of edges."""
+        """Return the lower triangle of a Hermitian matrix.
+
+        `entry`, (#E,), is the entry from the first to the second end of each edge.
+        """
         pairs = np.flatnonzero(self.slot >= 0)
         (i, j), entry = self.ends[:, pairs], entry[pairs]
         made = copy(self._zero)
@@ -135,39 +142,42 @@ class Pattern:
         return made
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
-        """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
+        """Return the lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2.
+
+        x is 0 at ends without a row.
+        """
         made = copy(self._zero)
         made.data = _core.laplacian_entries(self.indptr, self.slot, self.ends, weight)
         return made
 
     def pull(self, weight: FloatArray, z: Array) -> FloatArray:
-        """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).
+        """Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over edges to them.
 
-        z has the complex positions of vertices, zero at free ones.
+        z contains the complex positions of the fixed vertices, and zeros for free vertices.
         """
         return _core.pulled(self.ends, self.topology.edges, weight, z, self.n)
 
     def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
-        """Sum `values` over their `rows`, leaving out row -1."""
+        """Sum `values` over their `rows`, ignoring row -1."""
         return sum_by(rows + 1, values, self.n + 1)[1:]
 
 
 class RowSubset:
-    """Some pairs of rows of the symmetric matrices of one pattern: found once, filled many times.
+    """Some pairs of rows of the matrices of a pattern; found once and filled many times.
 
     Parameters
     ----------
     matrix : Symmetric
-        One of these matrices.
+        A matrix with the pattern.
     pairs : (#p,) int64
-        Rows 2 r and 2 r + 1 of these r; ascending.
+        Indices r of the pairs of rows 2 r and 2 r + 1; ascending.
 
     Attributes
     ----------
     start, column : int64 arrays
         The columns of the blocks of each pair, as indptr and indices in CSR.
     indptr, indices : int64 arrays
-        The upper triangle of the matrix that these rows have with the same columns, in CSR.
+        The upper triangle of the principal submatrix of these rows, in CSR.
     """
 
     def __init__(self, matrix: Symmetric, pairs: IntArray) -> None:
@@ -183,7 +193,7 @@ class RowSubset:
         self.indptr = np.append(0, np.cumsum(np.bincount(at[self.upper], minlength=len(pairs))))
 
     def of(self, matrix: Symmetric) -> SubsetBlocks:
-        """The blocks of `matrix` in these rows."""
+        """Return the blocks of `matrix` in these rows."""
         return SubsetBlocks(
             self, _core.blocks_of_rows(matrix.blocks[2], self.column, self._place, self._pair)
         )
@@ -203,13 +213,13 @@ class SubsetBlocks:
     block: FloatArray
 
     def values(self) -> FloatArray:
-        """The blocks that these rows have with the same columns, as they are factored."""
+        """Return the blocks of the principal submatrix for a factorisation."""
         return self.block[self.rows.upper]
 
-    def minus_transposed(self, r: FloatArray, x: FloatArray) -> FloatArray:
-        """r - R^T x; r may be longer than the rows."""
+    def subtract_transposed(self, r: FloatArray, x: FloatArray) -> FloatArray:
+        """Return r - R^T x; r may have additional entries."""
         return _core.without_rows(self.rows.start, self.rows.column, self.block, x, r)
 
     def residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
-        """r - R z in these rows."""
+        """Return r - R z in these rows."""
         return _core.left_at_rows(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

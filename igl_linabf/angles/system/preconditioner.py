@@ -10,17 +10,21 @@ from scipy import sparse
 from ... import _core
 from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
-from .constants import LARGE_SYSTEM, SLIVER, SLIVER_OF_SMALL_SYSTEM
 from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
+SLIVER = 10.0  # ratio of the eigenvalues of P_t and s_t K_t of a sliver, at least
+SLIVER_OF_SMALL_SYSTEM = 1000.0  # the same ratio in small systems, where inner steps are cheap
+LARGE_SYSTEM = 5_000  # rows of a disk's system up to which it is small
+
 
 def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
-    """diag(L_s+, L_s)^-1 of (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
+    """Return diag(L_s+, L_s)^-1 for (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
 
-    L_s+ is over all rows, L_s over those with a wheel constraint. Where each row has one, the two are one.
-    Else L_s has the identity on the others, so that the pattern and its `laplacian` analysis serve both.
+    L_s+ covers all rows, L_s only rows with a wheel constraint. If every row has one, both are equal.
+    Otherwise L_s contains the identity for the other rows, so that its pattern and the `laplacian` analysis
+    are shared.
     """
     vertex = laplacian.factor(lower.data)
     if system.constraints.wheels == system.constraints.n:
@@ -36,7 +40,7 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
 
 @dataclass(frozen=True, eq=False)
 class Slivers:
-    """The rows of S at slivers, where P_t and s_t K_t differ a lot, and the analysis of their small system.
+    """The rows of S at slivers, where P_t and s_t K_t differ strongly, with the analysis of their system.
 
     Attributes
     ----------
@@ -50,17 +54,17 @@ class Slivers:
 
     @classmethod
     def of(cls, system: System, S: Symmetric, solvers: Solvers) -> Slivers:
-        """The slivers that it pays to correct for.
+        """Find the slivers of a system.
 
-        A triangle is one where the ratio of the eigenvalues of P_t and s_t K_t is large: the more inner steps
-        there are to save, the smaller.
+        A triangle is a sliver if the ratio of the eigenvalues of P_t and s_t K_t is large. The limit is lower
+        where a correction saves more inner steps.
         """
         constraints, corner = system.constraints, system.topology.corner
         largest = SLIVER
         if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
             largest = SLIVER_OF_SMALL_SYSTEM
         elif constraints.prescribes_sums:
-            largest = SLIVER / 2  # many steps reach such sums, with one correction
+            largest = SLIVER / 2  # many steps lead to such sums, with one correction
         faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > largest + 1 / largest)
         rows = constraints.row[corner[:, faces]]
         pairs = np.unique(rows[rows >= 0])
@@ -73,20 +77,20 @@ class Slivers:
 def correct_at_slivers(
     conformal: Solve, slivers: Slivers, S: Symmetric, holonomy: HolonomyConstraints | None
 ) -> Solve:
-    """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it.
+    """Apply S^-1 on the rows of slivers before and after the `conformal` preconditioner.
 
-    That is a symmetric multiplicative Schwarz method of two subspaces.
+    This is a symmetric multiplicative Schwarz method with two subspaces.
     """
     if slivers.rows is None or slivers.analysis is None:
         return conformal
-    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
+    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: these are also its columns
     local = slivers.analysis.factor(blocks.values()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
     border = None if holonomy is None else holonomy.B.row_subset(index)
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        left = blocks.minus_transposed(r, first)
+        left = blocks.subtract_transposed(r, first)
         if border is not None:
             left[n:] -= border.T @ first
         z = conformal(left)

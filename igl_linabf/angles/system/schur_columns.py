@@ -10,9 +10,12 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray, Solve
-from .constants import FEW_COLUMNS, GAPS_AT_A_TIME, LOOP_CHANGE
 from .constraints import Constraints, HolonomyResidual
 from .patterns import Symmetric, solve_pairs
+
+LOOP_CHANGE = 0.1  # columns are reused up to this relative change of the loops
+FEW_COLUMNS = 64  # matrices with more columns are sparse
+GAPS_AT_A_TIME = 8  # gaps per batch of right-hand sides
 
 NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"
 
@@ -20,7 +23,7 @@ NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"
 def narrow_matrix(
     values: FloatArray, row: IntArray, column: IntArray, shape: tuple[int, int]
 ) -> NarrowMatrix:
-    """A matrix from its entries, dense if it has few columns; entries of the same place are added."""
+    """Return a matrix from its entries, dense if it has few columns; duplicate entries are added."""
     if shape[1] > FEW_COLUMNS:
         return sparse.csr_array((values, (row, column)), shape=shape)
     return np.bincount(row * shape[1] + column, values, shape[0] * shape[1]).reshape(shape)
@@ -28,12 +31,12 @@ def narrow_matrix(
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """A matrix B of 2 n rows, of which few are not zero.
+    """A matrix B with 2 n rows, most of them zero.
 
     Attributes
     ----------
     pairs : (#p,) int64
-        Rows 2 r and 2 r + 1 of these r may have entries; ascending.
+        Indices r of the rows 2 r and 2 r + 1 that may have entries; ascending.
     values : (2 #p, size) matrix
         These rows.
     """
@@ -52,24 +55,24 @@ class Border:
         return self.values.T
 
     def transposed_times(self, x: FloatArray) -> FloatArray:
-        """B^T x."""
+        """Return B^T x."""
         return np.asarray(self.transposed @ x[self.rows])
 
     def dense(self, n: int) -> FloatArray:
-        """All 2 n rows."""
+        """Return all 2 n rows."""
         made = np.zeros((2 * n, self.values.shape[1]))
         made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
         return made
 
     def wheel_rows(self, n: int, columns: IntArray) -> FloatArray:
-        """The second row of each of the n pairs, dense, in some columns."""
+        """Return the second row of each of the n pairs, dense, for some columns."""
         made = np.zeros((n, len(columns)))
         own = self.values[1::2][:, columns]
         made[self.pairs] = own if isinstance(own, np.ndarray) else own.toarray()
         return made
 
     def row_subset(self, index: IntArray) -> sparse.csr_array:
-        """Rows by their indices."""
+        """Return the rows with the given indices."""
         place = np.minimum(np.searchsorted(self.rows, index), len(self.rows) - 1)
         found = np.flatnonzero(self.rows[place] == index)
         shape = len(index), len(self.rows)
@@ -86,7 +89,7 @@ class DenseColumns:
     columns : (size, 2 #rows) float64
         The columns of C.
     drawn : HolonomyResidual
-        The loops and paths of their constraints.
+        The loops and paths of the constraints.
     schur : (size, size) float64
         D - B^T C in the metric of C.
     """
@@ -96,36 +99,37 @@ class DenseColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Whether the columns also serve for these loops."""
-        return nearly_same_loops(drawn, self.drawn)
+        """Return True if the columns can also precondition a system with these loops."""
+        return has_nearly_same_loops(drawn, self.drawn)
 
     def times(self, y: FloatArray) -> FloatArray:
-        """C y."""
+        """Return C y."""
         return np.asarray(y @ self.columns)
 
     def transposed_times(self, r: FloatArray) -> FloatArray:
-        """C^T r."""
+        """Return C^T r."""
         return np.asarray(self.columns @ r)
 
     def transposed_times_border(self, B: Border) -> FloatArray:
-        """C^T B."""
+        """Return C^T B."""
         return np.asarray((B.transposed @ self.columns[:, B.rows].T).T)
 
     def galerkin(self, S: Symmetric) -> FloatArray:
-        """C^T S C."""
+        """Return C^T S C."""
         return np.array([self.transposed_times(S.matvec(column)) for column in self.columns])
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
-        """The rows of C of some vertex constraints, (#rows, size)."""
+        """Return the rows of C of some vertex constraints, (#rows, size)."""
         return self.columns[:, 2 * rows].T
 
 
 @dataclass(frozen=True, eq=False)
 class ComplexColumns:
-    """`DenseColumns` where vertex rows and wheel rows have one inverse: two columns are a complex one.
+    """Complex form of `DenseColumns` for vertex and wheel rows with the same inverse.
 
-    A column has vertex rows for its real parts, and wheel rows for its imaginary ones. That of a gap's
-    imaginary part is in `of_gap`, and that of its real part is i times it.
+    The real part of a complex column contains the vertex rows, and its imaginary part the wheel rows.
+    `of_gap` contains the column of the imaginary part of each gap. The column of the real part is i times
+    this column.
 
     Attributes
     ----------
@@ -139,26 +143,26 @@ class ComplexColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Whether the columns also serve for these loops."""
-        return nearly_same_loops(drawn, self.drawn)
+        """Return True if the columns can also precondition a system with these loops."""
+        return has_nearly_same_loops(drawn, self.drawn)
 
     def times(self, y: FloatArray) -> FloatArray:
-        """C y."""
+        """Return C y."""
         both = np.zeros(self.drawn.constrained.size)
         both[self.drawn.constrained.ravel()] = y
         return np.asarray((both[1::2] + 1j * both[0::2]) @ self.of_gap).view(np.float64)
 
     def transposed_times(self, r: FloatArray) -> FloatArray:
-        """C^T r."""
+        """Return C^T r."""
         return self._constrained_parts((self.of_gap @ r.view(np.complex128).conj()).conj())
 
     def transposed_times_border(self, B: Border) -> FloatArray:
-        """C^T B."""
+        """Return C^T B."""
         border = B.values[0::2] + 1j * B.values[1::2]
         return self._constrained_parts(np.asarray((border.T @ self.of_gap[:, B.pairs].conj().T).T))
 
     def galerkin(self, S: Symmetric) -> FloatArray:
-        """C^T S C."""
+        """Return C^T S C."""
         products = []
         for column, constrained in zip(self.of_gap, self.drawn.constrained, strict=True):
             for part in np.flatnonzero(constrained):
@@ -167,26 +171,28 @@ class ComplexColumns:
         return np.array(products)
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
-        """The rows of C of some vertex constraints, (#rows, size)."""
+        """Return the rows of C of some vertex constraints, (#rows, size)."""
         chosen = self.of_gap[:, rows]
         both = np.stack((-chosen.imag, chosen.real), axis=1).reshape(-1, len(rows))
         return both[self.drawn.constrained.ravel()].T
 
     def _constrained_parts(self, products: ComplexArray) -> FloatArray:
-        """Products with all columns, (size, ...), from the conjugate ones with `of_gap`, (#gaps, ...)."""
+        """Return products with all columns, (size, ...), from conjugate ones with `of_gap`, (#gaps, ...)."""
         both = np.stack((products.imag, products.real), axis=1)
         return np.asarray(both.reshape(-1, *products.shape[1:])[self.drawn.constrained.ravel()])
 
 
 @dataclass(frozen=True, eq=False)
 class PathColumns:
-    """`DenseColumns` of closed paths alone: a column for the scale of a path is one for its turning, too.
+    """Compact form of `DenseColumns` for closed paths only.
+
+    The column for the scale of a path also serves for its turning.
 
     Attributes
     ----------
     scale : (#rows, #paths) float64
     path, kind : (size,) int64
-        Of each column the path, and 0 if it has vertex rows, 1 if it has wheel rows.
+        For each column, its path, and 0 if it has vertex rows or 1 if it has wheel rows.
     schur : (size, size) float64
         D - B^T C in the conformal metric of C.
     """
@@ -197,47 +203,47 @@ class PathColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Whether these are the columns of all that is constrained."""
+        """Return True if these are the columns of all constraints."""
         path, part = np.nonzero(drawn.constrained)
         return np.array_equal(path, self.path) and np.array_equal(1 - part, self.kind)
 
     def times(self, y: FloatArray) -> FloatArray:
-        """C y."""
+        """Return C y."""
         both = np.zeros((self.scale.shape[1], 2))
         both[self.path, self.kind] = y
         return np.asarray(self.scale @ both).ravel()
 
     def transposed_times(self, r: FloatArray) -> FloatArray:
-        """C^T r."""
+        """Return C^T r."""
         return np.asarray((self.scale.T @ r.reshape(-1, 2))[self.path, self.kind])
 
     def transposed_times_border(self, B: Border) -> FloatArray:
-        """C^T B."""
+        """Return C^T B."""
         scale = self.scale[B.pairs]
         both = np.stack([np.asarray(B.values[k::2].T @ scale).T for k in range(2)], axis=1)
         return np.asarray(both[self.path, self.kind])
 
     def galerkin(self, S: Symmetric) -> FloatArray:
-        """C^T S C."""
+        """Return C^T S C."""
         upper = S.upper_galerkin(self.scale)[self.kind[:, None], self.path[:, None], self.kind, self.path]
         return np.asarray(upper + upper.T)
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
-        """The rows of C of some vertex constraints, (#rows, size)."""
+        """Return the rows of C of some vertex constraints, (#rows, size)."""
         return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
 
 
 SchurColumns = DenseColumns | ComplexColumns | PathColumns
 
 
-def nearly_same_loops(drawn: HolonomyResidual, known: HolonomyResidual) -> bool:
-    """Whether two residuals have the same constraints, of loops that are drawn nearly alike."""
+def has_nearly_same_loops(drawn: HolonomyResidual, known: HolonomyResidual) -> bool:
+    """Return True if both residuals have the same constraints and nearly the same loops."""
     same = np.array_equal(drawn.constrained, known.constrained)
     return same and float(np.abs(drawn.q - known.q).max()) <= LOOP_CHANGE * float(np.abs(drawn.q).max())
 
 
 def solve_border(inner: Solve, B: Border, n: int, drawn: HolonomyResidual, D: FloatArray) -> DenseColumns:
-    """A^-1 B from the `inner` solve of A, both of 2 n rows."""
+    """Return A^-1 B from a solver `inner` of A, both with 2 n rows."""
     columns = DenseColumns(np.ascontiguousarray(inner(B.dense(n)).T), drawn, D)
     return replace(columns, schur=D - columns.transposed_times_border(B))
 
@@ -245,10 +251,10 @@ def solve_border(inner: Solve, B: Border, n: int, drawn: HolonomyResidual, D: Fl
 def solve_columns(
     inverse: Solve, constraints: Constraints, drawn: HolonomyResidual, B: Border, D: FloatArray
 ) -> SchurColumns:
-    """diag(L_s, L_s)^-1 B in the conformal metric, by one right-hand side a column.
+    """Return diag(L_s, L_s)^-1 B in the conformal metric, with one right-hand side per column.
 
-    What a column has in vertex rows and in wheel rows are real and imaginary part of one complex number, and
-    the other part of the gap has i times that.
+    The vertex rows and wheel rows of a column are the real and imaginary parts of one complex column. The
+    column of the other part of the gap is i times this column.
     """
     n, constrained = constraints.n, drawn.constrained
     columns: SchurColumns

@@ -1,6 +1,6 @@
-"""Attempts at a map, of increasing cost, until one has no flipped triangle.
+"""Attempts at a map, of increasing cost, until a map has no flipped triangles.
 
-In: a problem at its initial estimate. Out: the attempts that were made, and the best as a `Flattening`.
+Input: a problem at its initial estimate. Output: the attempts, and the best map as a `Flattening`.
 """
 
 from .attempts import (
@@ -13,15 +13,17 @@ from .attempts import (
     initial_problem,
     run_stages,
 )
-from .constants import ACTIVE_SET_RTOL, LARGEST_FOR_ABF, MAX_ACTIVE_SET_STEPS, STEP_AND_CHORD_RTOL
-from .injective import by_newton, injective_map, isometric_map
+from .injective import describe_newton, injective_map, isometric_map
 from .stages import (
-    anchored,
-    continued,
-    feasible,
-    iterated,
-    linear_fallback,
-    one_system,
-    prescribed,
-    with_layout,
+    ACTIVE_SET_RTOL,
+    MAX_ACTIVE_SET_STEPS,
+    STEP_AND_CHORD_RTOL,
+    add_layout,
+    continue_active_set,
+    fall_back_to_linear,
+    iterate_active_set,
+    reach_prescribed_sums,
+    run_anchored_abf,
+    run_feasible_abf,
+    solve_one_system,
 )

@@ -1,4 +1,4 @@
-"""Attempts at a map: the problem, what each stage makes of it, and the best map as a `Flattening`."""
+"""Attempts at a map: the problem, the results of its stages, and the best map as a `Flattening`."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ from ...errors import MeshWarning, SingularSystemError, some, stack_level
 from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
 from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces, shape_is_pinned
-from ..boundary_shapes import FREE, Shape, shape_of
+from ..boundary_shapes import FREE, Shape, resolve_shape
 from ..result import NO_INDICES, Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
 from .ears import Ears
 
@@ -39,24 +39,25 @@ class ProblemOptions:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A checked mesh, and the initial estimate of its angles.
+    """A checked mesh with the initial estimate of its angles.
 
     Attributes
     ----------
     mesh : Mesh
     pinned : Pins or None
     layout : str
-        How angles become coordinates.
+        The method that turns angles into coordinates.
     angles : AngleProblem
-        With the initial estimate. Its constraints are `own`, or those of the surface before `mesh` was cut.
+        The problem in angles with the initial estimate. Its constraints are `own`, or the constraints of the
+        surface before `mesh` was cut.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
     own : Constraints
-        Of `mesh`.
+        Constraints of `mesh`.
     shape : Shape
-        What is asked of the boundary.
+        The prescribed shape of the boundary.
     ears : Ears or None
-        Those that `mesh` is without.
+        Ears that were removed from `mesh`.
     """
 
     mesh: Mesh
@@ -76,24 +77,24 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class StageResult:
-    """What a stage made.
+    """The result of a stage.
 
     Attributes
     ----------
     stage : str
     state : State
-        Its angles, and all steps so far.
+        The angles of the stage, with all steps so far.
     status : Status
     detail : str
         The status in words; "" if it is good.
     converged : bool
-        Whether its angles satisfy the constraints to the method's tolerance.
+        Whether the angles satisfy the constraints to the tolerance of the method.
     note : str
         Why the iterations did not help, for the message.
     remark : str
         A further remark on the map, for the message.
     layout : Layout or None
-        None if the stage stopped before its layout.
+        None if the stage stopped before the layout.
     flipped : (#flips,) int64
     """
 
@@ -110,7 +111,7 @@ class StageResult:
 
 StageResults = tuple[StageResult, ...]
 Stage = Callable[[Problem, StageResults], StageResult | None]
-"""From the problem and the results of the stages before; None if there is nothing for it to do."""
+"""Takes the problem and the results of earlier stages; returns None if the stage does not apply."""
 
 
 def initial_problem(
@@ -120,19 +121,19 @@ def initial_problem(
     shape: Shape = FREE,
     uncut: Constraints | None = None,
 ) -> Problem:
-    """The problem at its initial estimate (section 4.2).
+    """Return the problem at its initial estimate (section 4.2).
 
-    `uncut` are the constraints of the surface that the mesh was cut from, if its angles are to be found.
+    `uncut` are the constraints of the uncut surface, if its angles are to be found.
 
     Raises
     ------
     MemoryLimitError
-        The mesh would not fit into memory.
+        The computation would not fit into memory.
 
     Warns
     -----
     MeshWarning
-        Some faces have an angle too near pi.
+        Some faces have an angle too close to pi.
     """
     ears = None
     with timed("estimate"):
@@ -141,7 +142,7 @@ def initial_problem(
             ears = Ears.of(mesh, pinned)
         if ears is not None:
             mesh, pinned = ears.rest, None
-            shape = shape_of(mesh, shape.name, None)
+            shape = resolve_shape(mesh, shape.name, None)
         least_squares = (
             options.layout == "least-squares" or len(mesh.topology.loops) > 1 or shape_is_pinned(pinned)
         )
@@ -179,13 +180,13 @@ def run_stages(problem: Problem, stages: Sequence[Stage]) -> StageResults:
     return results
 
 
-def best_of(results: StageResults) -> tuple[StageResult, Layout]:
-    """The map with the fewest flips; among equals the latest, which has the smallest residual.
+def select_best(results: StageResults) -> tuple[StageResult, Layout]:
+    """Return the map with the fewest flips; among equals the latest, which has the smallest residual.
 
     Raises
     ------
     SingularSystemError
-        There is none.
+        No stage made a map.
     """
     best: tuple[StageResult, Layout] | None = None
     for made in results:
@@ -199,8 +200,8 @@ def best_of(results: StageResults) -> tuple[StageResult, Layout]:
 def build_result(
     problem: Problem, method: str, results: StageResults, seconds: dict[str, float]
 ) -> Flattening:
-    """The best map with its residuals, steps and outcome, and all attempts."""
-    best, layout = best_of(results)
+    """Return the best map with its residuals, steps, outcome, and all attempts."""
+    best, layout = select_best(results)
     at, angles, ears = best.state.at, problem.angles, problem.ears
     mesh, z, alpha, flipped = problem.mesh, layout.z, at.alpha, best.flipped
     if ears is not None:
@@ -210,7 +211,7 @@ def build_result(
     for made in results:
         flips = None if made.layout is None else len(made.flipped)
         attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
-        if best.stage not in ("injective", "isometric"):  # where these start from does not matter
+        if best.stage not in ("injective", "isometric"):  # these do not depend on earlier angles
             note = note or made.note
     outcome, message = judge(
         Findings(

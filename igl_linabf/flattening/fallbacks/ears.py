@@ -1,4 +1,4 @@
-"""Ears of a disk on a circle: the map is found without them, and they are laid on arcs over their chords."""
+"""Ears of a disk on a circle: the map is computed without ears, which are added on arcs over their chords."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True, eq=False)
 class Ears:
-    """The faces of a disk with one vertex inside their boundary edges, and the disk without them.
+    """The ears of a disk, which are faces with two boundary edges, and the disk without them.
 
-    On a circle an ear has the shape that the arc over its chord gives it, whatever its angles were. With
-    it, the angles at its chord would have to be found to many more digits than those of other triangles.
+    On a circle, the arc over the chord determines the shape of an ear, independent of its angles. If ears
+    were part of the system, the angles at their chords would need many more digits than other angles.
 
     Attributes
     ----------
     whole, rest : Mesh
         The disk with the ears, and without them.
     vertices, faces : (#rest V,), (#rest F,) int64
-        Those of `whole` that `rest` has.
+        Vertices and faces of `whole` that belong to `rest`.
     layers : tuple of (#ears, 3) int64 arrays
-        The vertices of the ears that were taken off at a time, the apex second and the chord from the third
-        to the first.
+        The vertices of the ears that were removed in the same round, with the apex second and the chord from
+        the third to the first.
     pinned : Pins or None
-        At vertices of `whole`.
+        Pins at vertices of `whole`.
     """
 
     whole: Mesh
@@ -43,9 +43,9 @@ class Ears:
 
     @classmethod
     def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
-        """The ears at the outer loop, and those that come up below them; None if there are none.
+        """Return the ears at the outer loop, including ears of the remaining disk; None without ears.
 
-        A disk whose faces all have three boundary vertices would be all ears, and keeps them.
+        If all faces of a disk have three boundary vertices, its ears are kept.
         """
         faces, layers = mesh.topology.once("without ears", lambda: _layers(mesh.topology))
         if not layers:
@@ -68,10 +68,10 @@ class Ears:
         return cls(mesh, rest, vertices, faces, layers, pinned)
 
     def add_to_map(self, rest: ComplexArray) -> ComplexArray:
-        """The map of all vertices from that of the rest, (#rest V,), whose outer loop is on a circle.
+        """Return the map of all vertices from the map of the rest, (#rest V,), with its rim on a circle.
 
-        An apex divides the arc such that its two edges have the ratio of lengths that they have on the
-        surface. Where the arc is too flat for double precision, it is moved outwards by some roundings.
+        An apex divides the arc so that its two edges have the same length ratio as on the surface. If the arc
+        is too flat for double precision, the apex is moved outwards by a few units of rounding.
         """
         V = self.whole.V
         z = np.zeros(self.whole.topology.n, dtype=np.complex128)
@@ -97,7 +97,7 @@ class Ears:
         return z
 
     def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
-        """The angles of all faces, (3, #F): those of the rest, and of the ears as they are in the map."""
+        """Return the angles of all faces, (3, #F), with given angles of the rest and the map's at ears."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)
@@ -106,7 +106,7 @@ class Ears:
 
 
 def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
-    """The faces that are left, and the ears that are taken off until there are none."""
+    """Return the remaining faces, and the ears removed in each round until no ears remain."""
     on_rim = np.zeros(topology.n, dtype=bool)
     on_rim[topology.loops[0]] = True
     left, layers = np.ones(topology.corner.shape[1], dtype=bool), list[IntArray]()
@@ -127,7 +127,7 @@ def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
 
 
 def _circle(z: ComplexArray) -> tuple[complex, float]:
-    """Centre and radius of the circle that is nearest to some points."""
+    """Return the centre and the radius of the circle that best fits some points."""
     A = np.column_stack((z.real, z.imag, np.ones(len(z))))
     x, y, c = np.linalg.lstsq(A, np.abs(z) ** 2, rcond=None)[0]
     centre = complex(x, y) / 2

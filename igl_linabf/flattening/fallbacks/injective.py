@@ -1,20 +1,20 @@
-"""The stages that let no triangle flip: the guarantee's map, and the isometric one."""
+"""The stages that cannot flip triangles: the guarantee, and the isometric map."""
 
 from dataclasses import replace
 from typing import Any
 
 from ..._runtime import timed
 from ..._types import ComplexArray
-from ...layouts import at_pins, embedded_inside, injective, isometric, place_map
+from ...layouts import draw_to_pins, embed_in_boundary, injective, isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
-from .attempts import Problem, StageResult, StageResults, best_of
+from .attempts import Problem, StageResult, StageResults, select_best
 
 
 def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
-    """A map without flipped triangles from the best one so far, by SLIM."""
+    """Make a map without flipped triangles from the best map so far, by SLIM."""
     mesh, last, pinned = problem.mesh, earlier[-1], problem.pinned
-    _, layout = best_of(earlier)
+    _, layout = select_best(earlier)
     held = shape_is_pinned(pinned)
 
     def place(z: ComplexArray) -> ComplexArray:
@@ -23,7 +23,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     if problem.shape.sums is not None:
         circle, solvers = problem.shape.name == "circle", problem.angles.solvers
         with timed("injective"):
-            found = embedded_inside(mesh, layout.z, circle, place, solvers)
+            found = embed_in_boundary(mesh, layout.z, circle, place, solvers)
         if found is None:
             detail = "no embedding without flipped triangles inside this boundary was found"
             return StageResult("injective", last.state, Status.NO_VALID_START, detail)
@@ -38,26 +38,26 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
         return StageResult("injective", last.state, Status.NO_VALID_START, detail)
     z, missed = made.z, 0.0
     if pinned is not None and held:
-        z, missed = at_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
+        z, missed = draw_to_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
     how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
     state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
     slim = replace(layout, z=z, method="SLIM", solver=how)
-    return replace(StageResult("injective", state, layout=slim), **_missed(missed))
+    return replace(StageResult("injective", state, layout=slim), **_report_missed_pins(missed))
 
 
 def isometric_map(
     problem: Problem, earlier: StageResults, weight: float, tol: float, pinned: Pins | None
 ) -> StageResult | None:
-    """The isometric map from the best one so far; None if that has flipped triangles."""
+    """Make the isometric map from the best map so far; return None if that has flipped triangles."""
     mesh, last = problem.mesh, earlier[-1]
-    best, layout = best_of(earlier)
+    best, layout = select_best(earlier)
     if len(best.flipped):
         return None
     with timed("isometric"):
         made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
-    how = by_newton(made.steps, start, made.energy)
+    how = describe_newton(made.steps, start, made.energy)
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.steps} steps"
     placed = replace(layout, z=made.z, method="isometric", solver=how)
@@ -65,17 +65,17 @@ def isometric_map(
     if len(flipped):
         detail = f"{len(flipped)} triangles are too small for double precision"
         return replace(result, status=Status.FLIPPED, detail=detail)
-    return replace(result, **_missed(made.missed))
+    return replace(result, **_report_missed_pins(made.missed))
 
 
-def by_newton(steps: int, start: str, energy: float) -> str:
-    """What made an isometric map."""
+def describe_newton(steps: int, start: str, energy: float) -> str:
+    """Describe how an isometric map was made."""
     return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
 
 
-def _missed(missed: float) -> dict[str, Any]:
-    """What a result says of pins that it misses by so much of the map's size."""
+def _report_missed_pins(missed: float) -> dict[str, Any]:
+    """Return the fields of a result whose pins are missed by the given share of the size of the map."""
     if not missed:
         return {}
     detail = f"pins are missed by up to {missed:.1e} of the map's size"
-    return {"status": Status.PINS_MISSED, "detail": detail, "note": f"{detail}, for triangles would flip"}
+    return {"status": Status.PINS_MISSED, "detail": detail, "note": f"{detail}, because triangles would flip"}

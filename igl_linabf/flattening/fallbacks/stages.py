@@ -1,6 +1,6 @@
-"""The stages of linear and converged ABF, each of which makes a map from what the ones before have reached.
+"""The stages of linear and converged ABF; each stage starts from the results of earlier stages.
 
-Their first two arguments are those of a `Stage`; `functools.partial` gives the others.
+Their first two arguments are the arguments of a `Stage`; `functools.partial` sets the others.
 """
 
 import warnings
@@ -26,21 +26,20 @@ from ...surface import area_scale_ratio, chords_of, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
-from .attempts import Problem, Stage, StageResult, StageResults, best_of
-from .constants import (
-    ACTIVE_SET_RTOL,
-    CONTINUED_RTOL,
-    MAX_ACTIVE_SET_STEPS,
-    MAX_STEPS_TO_SUMS,
-    STEP_AND_CHORD_RTOL,
-    TWO_DIGIT_SPAN,
-)
+from .attempts import Problem, Stage, StageResult, StageResults, select_best
+
+STEP_AND_CHORD_RTOL = 0.1  # relative residual of the first step and its chord, and of steps to circles
+ACTIVE_SET_RTOL = 0.01  # relative residual of the steps of the active set
+CONTINUED_RTOL = 0.03  # relative residual of steps that are followed by conformal corrections
+MAX_ACTIVE_SET_STEPS = 12
+MAX_STEPS_TO_SUMS = 25  # steps to prescribed angle sums before converged ABF takes over
+TWO_DIGIT_SPAN = 1e28  # converged ABF is not tried at a larger ratio of area scales
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
 
-def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
-    """The result with a map of its angles; `boundary` is their outer loop, if known."""
+def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
+    """Lay out the angles of a result; `boundary` is their drawn outer loop, if known."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with timed("layout"):
@@ -63,14 +62,14 @@ def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None =
                     problem.pinned,
                     mesh.area,
                     problem.shape.corners[:2],
-                    one_by_one=cut,  # steps across the seam go on to convergence
+                    without_system=cut,  # steps across the seam run to convergence
                 ),
                 angles.solvers,
                 None if lin is None or cut else lin.laplacian,
                 boundary if same else None,
             )
         except SingularSystemError as error:
-            if problem.layout != "auto":  # a layout that is asked for is not replaced
+            if problem.layout != "auto":  # an explicitly requested layout is not replaced
                 raise
             return StageResult(made.stage, made.state, Status.SINGULAR, str(error))
     advance("layout", 0.5)
@@ -82,10 +81,10 @@ def with_layout(problem: Problem, made: StageResult, boundary: Boundary | None =
     return replace(made, status=status, detail=detail, layout=layout, flipped=flipped)
 
 
-def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
-    """The linear step and a second solve with its system; with holes, the second solve is a step.
+def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
+    """Take the linear step and a second solve with its system; with holes, the second solve is a step.
 
-    Both are to the relative residual `rtol`, by default 0.1.
+    Both are solved to the relative residual `rtol`, 0.1 by default.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
@@ -95,7 +94,7 @@ def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol:
             state = step_and_chord(state, enough, tol).state
         else:
             state = linear_step(state, enough, close=False, first_rtol=enough**2)
-            if not state.steps[-1].limited:  # least squares lays out, which draws no loop
+            if not state.steps[-1].limited:  # the least-squares layout draws no loops
                 state = linear_step(state, enough, same_factor=True)
         if state.steps and not state.steps[0].limited:
             if holes:
@@ -111,18 +110,22 @@ def one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol:
             detail = f"a full step would make an angle of {limited} triangles zero or negative"
             return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
     reached = state.at.residual.largest <= tol
-    return with_layout(problem, StageResult("linear step", state, converged=reached), boundary)
+    return add_layout(problem, StageResult("linear step", state, converged=reached), boundary)
 
 
-def iterated(problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int) -> StageResult:
-    """Active-set iterations from the start (section 6)."""
+def iterate_active_set(
+    problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int
+) -> StageResult:
+    """Take active-set steps from the start (section 6)."""
     state = active_set(problem.start, rtol, tol, max_steps).without_factors()
     name: StageName = "active set" if len(state.steps) > 1 else "linear step"
-    return with_layout(problem, StageResult(name, state, converged=state.at.residual.largest <= tol))
+    return add_layout(problem, StageResult(name, state, converged=state.at.residual.largest <= tol))
 
 
-def continued(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
-    """Active-set iterations from where the last stage ended; without an `rtol`, the last are corrections."""
+def continue_active_set(
+    problem: Problem, earlier: StageResults, rtol: float | None, tol: float
+) -> StageResult:
+    """Continue the last stage by active-set steps; without `rtol`, they end in conformal corrections."""
     state, most = earlier[-1].state, MAX_ACTIVE_SET_STEPS
     if problem.angles.safeguard:
         state = iterate_with_corrections(state, rtol, tol, most, CONTINUED_RTOL)
@@ -132,12 +135,12 @@ def continued(problem: Problem, earlier: StageResults, rtol: float | None, tol: 
     reached = state.at.residual.largest <= tol
     failed = f"the iterations did not converge within {most} steps"
     note = "further iterations flip more triangles" if reached else failed
-    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
+    return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 
-def prescribed(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
-    """Steps to the angle sums that are prescribed at the boundary."""
-    # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
+def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
+    """Take steps to the angle sums that are prescribed at the boundary."""
+    # the outer loop is always drawn on its circle, but the loops of holes are sensitive to small errors
     enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
     state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
     reached = state.at.residual.largest <= enough
@@ -145,21 +148,21 @@ def prescribed(problem: Problem, earlier: StageResults, rtol: float, tol: float)
     whole = problem.mesh if problem.ears is None else problem.ears.whole
     if not reached and len(chords := chords_of(whole.topology)):
         note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
-    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
+    return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 
-def anchored(
+def run_anchored_abf(
     problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0, largest: float = np.inf
 ) -> StageResult | None:
-    """Converged ABF by anchored steps; None for meshes of more than `largest` triangles."""
+    """Run converged ABF by anchored steps; return None for meshes with more than `largest` triangles."""
     if not problem.angles.safeguard or len(problem.mesh.double_area) > largest:
         return None
     if (
         earlier
         and earlier[-1].converged
-        and area_scale_ratio(problem.mesh, best_of(earlier)[1].z) > TWO_DIGIT_SPAN
+        and area_scale_ratio(problem.mesh, select_best(earlier)[1].z) > TWO_DIGIT_SPAN
     ):
-        return None  # no angles help where lengths differ by nearly all digits
+        return None  # no angles help if lengths differ by nearly all digits
     result = converge(earlier[-1].state.back_to_start() if earlier else problem.start, tol)
     if not result.converged:
         failed = "the iterations do not converge"
@@ -167,11 +170,11 @@ def anchored(
     return _with_abf_layout(problem, "converged ABF", result, residual_tol)
 
 
-def feasible(
+def run_feasible_abf(
     problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
 ) -> StageResult | None:
-    """Converged ABF in its feasible form, where anchored steps diverged."""
-    # flips of converged angles are those of rounding
+    """Run converged ABF in its feasible form if anchored steps diverged."""
+    # flips with converged angles are due to rounding
     if earlier[-1].status is not Status.DIVERGED or any(made.converged for made in earlier):
         return None
     state = earlier[-1].state
@@ -182,11 +185,11 @@ def feasible(
     return _with_abf_layout(problem, "feasible ABF", result, residual_tol)
 
 
-def linear_fallback(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:
-    """The map of a stage of linear ABF, where no stage of converged ABF has one in double precision.
+def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:
+    """Run a stage of linear ABF if no stage of converged ABF has a map in double precision.
 
-    Prescribed angle sums can press triangles so flat that the system of their minimum is singular. Steps of
-    linear ABF also end there, at angles that can be laid out.
+    Prescribed angle sums can flatten triangles so much that the system at the minimum is singular. Steps of
+    linear ABF end there, too, but at angles that can be laid out.
     """
     if any(made.layout is not None for made in earlier):
         return None
@@ -197,6 +200,7 @@ def linear_fallback(problem: Problem, earlier: StageResults, linear: Stage) -> S
 def _with_abf_layout(
     problem: Problem, stage: StageName, result: AbfResult, residual_tol: float
 ) -> StageResult:
+    """Lay out the angles of converged ABF, with a remark on held angles."""
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     made = StageResult(
@@ -206,4 +210,4 @@ def _with_abf_layout(
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
     )
-    return with_layout(problem, made)
+    return add_layout(problem, made)

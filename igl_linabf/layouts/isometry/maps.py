@@ -1,4 +1,4 @@
-"""The isometric layout: from a map without flipped triangles to one that keeps lengths as well as it can."""
+"""The isometric layout: lengths are preserved as well as possible, from a map without flipped triangles."""
 
 from __future__ import annotations
 
@@ -11,27 +11,32 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import place_map
-from .constants import MAX_PINNED_STEPS, PINS_MET, STALLED_FALL, STIFFNESSES, UNWEIGHTED_TOL, WEAK_FIT
 from .energy import Rest
-from .newton import Hessians, IsometricEnergy, Springs, descend
-from .slim import upright
+from .newton import STALLED_FALL, Hessians, IsometricEnergy, Springs, descend
+from .slim import is_upright
+
+UNWEIGHTED_TOL = 0.05  # relative gain left to the unweighted energy when the weighted one takes over
+STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # of the springs to the pins, in turn; the surface has energy 1
+MAX_PINNED_STEPS = 40  # Newton steps for each stiffness
+PINS_MET = 1e-6  # distance to a pin, for a surface of area 1; closer vertices are moved onto their pins
+WEAK_FIT = 0.3  # with a lower correlation of the free map and its pins, the pins determine the size
 
 
 @dataclass(frozen=True, eq=False)
 class IsometricMap:
-    """A map without flipped triangles, lowered in energy.
+    """A map without flipped triangles that has nearly minimal energy.
 
     Attributes
     ----------
     z : (#V,) complex128
     steps : int
-        Of Newton's method.
+        Number of Newton steps.
     stalled : bool
-        Whether the energy has stalled within the steps allowed.
+        Whether the energy stalled within the allowed steps.
     energy : float
-        1 for an isometry.
+        Isometric energy; 1 for an isometry.
     missed : float
-        The largest distance of a vertex from its pin, relative to the map's size; 0 if all are met.
+        Largest distance of a vertex from its pin, relative to the size of the map; 0 if all pins are met.
     """
 
     z: ComplexArray
@@ -49,17 +54,17 @@ def isometric(
     solvers: Solvers,
     tol: float = STALLED_FALL,
 ) -> IsometricMap:
-    """Lower the isometric energy from a map without flipped triangles, until it stalls.
+    """Reduce the isometric energy of a map without flipped triangles until it stalls.
 
-    It has stalled where further steps lower it by less than `tol` of it. Two pins are met by a similarity, as
-    in the layouts of angles. With more of them the surface has the scale at which the free map fits the
-    pins best, and stiffer and stiffer springs draw the vertices to their pins.
+    The energy has stalled if further steps would reduce it by less than the share `tol`. Two pins are met by
+    a similarity, as in the layouts of angles. With more pins, the surface is scaled so that the free map fits
+    the pins best, and springs of increasing stiffness pull the vertices to their pins.
     """
-    energy, hessians = _energy_of(mesh, weight, solvers)
-    z, (steps,), (stalled,) = _lowered(energy, start, hessians, tol)
+    energy, hessians = _single_chart_energy(mesh, weight, solvers)
+    z, (steps,), (stalled,) = _lower_energy(energy, start, hessians, tol)
     missed = 0.0
     if shape_is_pinned(pinned):
-        made, z, more, missed = _drawn_to_pins(energy, hessians, z, pinned)
+        made, z, more, missed = _draw_to_pins(energy, hessians, z, pinned)
         steps += more
     else:
         made = place_map(mesh.topology, z, mesh.area, pinned)
@@ -69,15 +74,16 @@ def isometric(
 def isometric_together(
     disks: Disks, z: ComplexArray, weight: float, solvers: Solvers, tol: float
 ) -> tuple[ComplexArray, FloatArray, IntArray, BoolArray]:
-    """Lower the energy of disks side by side, by one system.
+    """Reduce the energy of disks side by side with a single system.
 
-    Returns the map, each disk of its area, centred and turned; energies; steps; and which are to be taken:
-    those that stalled.
+    Returns the map, the energies, the steps, and a mask of the valid disks. Each disk of the map has its own
+    area, and is centred and turned to its principal axes. A disk is valid if its energy stalled and no
+    triangle is flipped.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
     rest = Rest.of(corner, disks.double_area, disks.dot, faces)
     energy = IsometricEnergy(rest, vertices, faces, weight)
-    z, steps, stalled = _lowered(energy, z, Hessians(corner, len(z), solvers), tol)
+    z, steps, stalled = _lower_energy(energy, z, Hessians(corner, len(z), solvers), tol)
     value = energy.of_charts(z)
     double = np.abs(signed_double_areas(z, corner))
     z = centred(z, corner, double, disks.area, vertices.start, faces.start)
@@ -85,30 +91,31 @@ def isometric_together(
     return z, value, steps, sound & stalled
 
 
-def at_pins(
+def draw_to_pins(
     mesh: Mesh, start: ComplexArray, weight: float, pinned: Pins, solvers: Solvers
 ) -> tuple[ComplexArray, float]:
-    """A map without flipped triangles drawn to more than two pins, and how far it misses them."""
+    """Pull a map without flipped triangles to more than two pins; return it and the largest distance."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
-    energy, hessians = _energy_of(mesh, weight, solvers)
-    made, _, _, missed = _drawn_to_pins(energy, hessians, z, pinned)
+    energy, hessians = _single_chart_energy(mesh, weight, solvers)
+    made, _, _, missed = _draw_to_pins(energy, hessians, z, pinned)
     return made, missed
 
 
-def _energy_of(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEnergy, Hessians]:
-    """The energy of a single chart, and the pattern of its Hessian."""
+def _single_chart_energy(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEnergy, Hessians]:
+    """Return the energy of a single chart, and the pattern of its Hessian."""
     corner, n = mesh.topology.corner, mesh.topology.n
     faces = Ragged.of_sizes([corner.shape[1]])
     rest = Rest.of(corner, mesh.double_area, mesh.dot, faces)
     return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight), Hessians(corner, n, solvers)
 
 
-def _lowered(
+def _lower_energy(
     energy: IsometricEnergy, start: ComplexArray, hessians: Hessians, tol: float
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
-    """What `descend` returns, from maps of any scale; by the unweighted energy first if the weight is more.
+    """Minimise the energy with `descend`, from maps of any scale.
 
-    Where areas are far from those of the surface, a weighted energy grows faster than its model.
+    If the weight is larger than 1, the unweighted energy is reduced first, because a weighted energy grows
+    faster than its model if areas are far from those of the surface.
     """
     size = energy.faces.sum(signed_double_areas(start, energy.rest.corner)) / 2
     z, first = start / energy.vertices.repeat(np.sqrt(size)), np.zeros(len(size), dtype=np.int64)
@@ -118,16 +125,19 @@ def _lowered(
     return z, first + steps, stalled
 
 
-def _drawn_to_pins(
+def _draw_to_pins(
     energy: IsometricEnergy, hessians: Hessians, z: ComplexArray, pinned: Pins
 ) -> tuple[ComplexArray, ComplexArray, int, float]:
-    """The map at its pins, the same where the surface has area one, steps, and the largest distance left."""
+    """Pull the map to its pins by springs of increasing stiffness.
+
+    Returns the map, the same map for a surface of area 1, the steps, and the largest distance to a pin.
+    """
     index, position = pinned[0], complex_positions(pinned[1])
     mean, middle = z[index].mean(), position.mean()
     own, wanted = z[index] - mean, position - middle
     scale = np.vdot(own, wanted) / np.vdot(own, own)
     whole = np.linalg.norm(wanted) / np.linalg.norm(own)
-    if abs(scale) < WEAK_FIT * whole:  # hardly a turn fits better than another: the best scale has no size
+    if abs(scale) < WEAK_FIT * whole:  # no rotation fits well, and the best scale is nearly 0
         scale = whole * (scale / abs(scale) if scale else 1 + 0j)
     to = z.copy()
     to[index] = wanted / scale + mean
@@ -140,13 +150,13 @@ def _drawn_to_pins(
         pulled = replace(energy, springs=Springs(pull, to))
         z, (more,), _ = descend(pulled, z, hessians, max_steps=MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
-        # out of reach: a spring stiffer than the first two, which the surface may resist, brings a tenth
+        # pins are out of reach if a spring stiffer than the first two does not halve the distance
         if stiffness > STIFFNESSES[1] and missed > before / 2:
             break
     made = (z - mean) * scale + middle
     if missed <= PINS_MET:
         exact = made.copy()
         exact[index] = position
-        if upright(exact, energy.rest.corner):
+        if is_upright(exact, energy.rest.corner):
             return exact, z, steps, 0.0
     return made, z, steps, missed

@@ -1,4 +1,4 @@
-"""Newton's method from a map without flipped triangles to the isometric map nearest to it."""
+"""Newton's method from a map without flipped triangles to the nearest isometric map."""
 
 from __future__ import annotations
 
@@ -11,14 +11,21 @@ from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
 from ...surface import NEXT, PREV, Ragged
-from ..constants import MAX_HALVINGS, SHORT_OF_COLLAPSE, SUFFICIENT_DECREASE
-from .constants import DAMPING, GROWTH, MAX_NEWTON_STEPS, NEGLIGIBLE_FALL, STALLED_FALL
 from .energy import Rest
+
+MAX_NEWTON_STEPS = 200
+STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
+NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
+GROWTH = 1.5  # factor of lengthened steps while the energy decreases
+DAMPING = 1e-9  # added to the Hessian as a share of its diagonal, because rigid motions are free
+SUFFICIENT_DECREASE = 1e-4  # share of the predicted decrease that a step has to reach (Armijo's rule)
+MAX_HALVINGS = 40  # halvings of a step before it is given up
+SHORT_OF_COLLAPSE = 0.9  # share of the step length to the first collapsed triangle
 
 
 @dataclass(frozen=True, eq=False)
 class Springs:
-    """What draws vertices to positions: the energy is the sum of `stiffness` |z - to|^2, (#V,) each."""
+    """Springs that pull vertices to positions, with the energy sum `stiffness` |z - to|^2, (#V,) each."""
 
     stiffness: FloatArray
     to: ComplexArray
@@ -30,16 +37,16 @@ class Springs:
 
 @dataclass(frozen=True, eq=False)
 class IsometricEnergy:
-    """The energy of charts side by side, which do not depend on each other.
+    """The energy of independent charts side by side.
 
     Attributes
     ----------
     rest : Rest
-        Their triangles.
+        The triangles on the surface.
     vertices, faces : Ragged
-        Those of each chart.
+        Vertices and faces of each chart.
     weight : float
-        Of areas against angles.
+        Weight of areas against angles.
     springs : Springs or None
     """
 
@@ -50,13 +57,13 @@ class IsometricEnergy:
     springs: Springs | None = None
 
     def of_charts(self, z: ComplexArray) -> FloatArray:
-        """(#charts,): 1 for an isometry, infinite where a triangle is not upright."""
+        """Return the energy of each chart: 1 for an isometry, infinite with a flipped triangle."""
         energy = np.asarray(self.faces.sum(self.rest.energy(z, self.weight)))
         return energy if self.springs is None else energy + self.vertices.sum(self.springs.energy(z))
 
 
 class Hessians:
-    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once."""
+    """The pattern of the energy's Hessian, with x and y of each vertex adjacent; analysed once."""
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
@@ -65,21 +72,21 @@ class Hessians:
         self._across = np.empty(corner.shape, dtype=np.int64)
         for side in sides:
             self._across.ravel()[side[side >= 0]] = slot[side >= 0]
-        self._across[corner[NEXT] > corner[PREV]] ^= -1  # ~, where the block is that of the lower triangle
+        self._across[corner[NEXT] > corner[PREV]] ^= -1  # bitwise complement for blocks of the lower triangle
         self._diagonal = indptr[:-1]
         self._own = self._diagonal[corner]
         self._entries = len(indices)
         self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
     def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
-        """The gradient, (2 #V,), from that of the triangles, (6, #F)."""
+        """Return the gradient, (2 #V,), from the gradients of the triangles, (6, #F)."""
         slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
         if springs is not None:
-            slope += _interleaved(2 * springs.stiffness * (z - springs.to))
+            slope += _interleave(2 * springs.stiffness * (z - springs.to))
         return slope
 
-    def factored(self, rows: FloatArray, springs: Springs | None) -> Factor:
-        """The factor of the sum of row row^T over the triangles, six `rows` for each, and the springs."""
+    def factor(self, rows: FloatArray, springs: Springs | None) -> Factor:
+        """Factor the sum of row row^T over the triangles, with six `rows` entries each, and the springs."""
         blocks = outer_products(rows, self._own, self._across, self._entries)
         own = blocks[self._diagonal][:, ::3]
         if springs is not None:
@@ -103,25 +110,25 @@ def descend(
     tol: float = STALLED_FALL,
     max_steps: int = MAX_NEWTON_STEPS,
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
-    """The map at which the energy of every chart stalls, its steps, and whether it does within them.
+    """Reduce the energy of every chart until it stalls; return the map, the steps, and which charts stalled.
 
-    Each chart has a step length of its own, and stays as it is from where further steps lower its energy by
-    less than `tol` of it: so the maps are those of one chart after the other. No triangle can flip: it would
-    collapse first, and a step is shorter than to the first collapse. A single chart ends where double
-    precision holds no further step.
+    Each chart has its own step length, and stops if further steps would reduce its energy by less than the
+    share `tol`. Therefore the maps are the same as for one chart at a time. No triangle can flip, because it
+    would have to collapse first, and a step ends before the first collapse. A single chart stops if no
+    further step is possible in double precision.
 
     Raises
     ------
     NotPositiveDefiniteError
-        Double precision holds no step of one of several charts.
+        No step is possible in double precision for one of several charts.
     """
     value, n = energy.of_charts(z), len(energy.faces)
     steps, moving, last = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool), np.full(n, np.inf)
     for _ in range(max_steps):
-        by_corner, rows = energy.rest.expanded(z, energy.weight)
+        by_corner, rows = energy.rest.expand(z, energy.weight)
         slope = hessians.slope(by_corner, energy.springs, z)
         try:
-            x = -hessians.factored(rows, energy.springs).solve(slope)
+            x = -hessians.factor(rows, energy.springs).solve(slope)
         except NotPositiveDefiniteError:
             if n > 1:
                 raise
@@ -135,7 +142,7 @@ def descend(
         advance("isometric", 0.1)
         steps[moving] += 1
         fall = value - reached
-        # the falls of whole steps are like a geometric series: what is left of it is foreseen
+        # the decreases of full steps are nearly a geometric series, whose remainder is predicted
         with np.errstate(divide="ignore", invalid="ignore"):
             left = np.where(fall < last, fall * np.maximum(fall / (last - fall), 1.0), np.inf)
         moving &= (fall > STALLED_FALL * value) & ((left > tol * value) | (length < 1))
@@ -147,14 +154,14 @@ def descend(
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A step of charts side by side, each of which has a length of its own.
+    """A line search for charts side by side, each with its own step length.
 
     Attributes
     ----------
     energy : IsometricEnergy
     z, direction : (#V,) complex128
     value, promised : (#charts,) float64
-        The energies at `z`, and how fast they fall from there.
+        Energies at `z`, and their predicted decrease per unit length.
     """
 
     energy: IsometricEnergy
@@ -164,7 +171,7 @@ class Line:
     promised: FloatArray
 
     def search(self, moving: BoolArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
-        """The map after a step of the charts that move, its energies, and the lengths of the steps."""
+        """Return the map after a step of the `moving` charts, its energies, and the step lengths."""
         first = self.energy.faces.min(self.energy.rest.collapse_lengths(self.z, self.direction))
         most = SHORT_OF_COLLAPSE * first
         length = np.where(moving, np.minimum(1.0, most), 0.0)
@@ -178,7 +185,7 @@ class Line:
             length[short] = 0.0
             reached = np.where(short, self.value, reached)
         growing = moving & ~short
-        while growing.any():  # the model's Hessian is too large where triangles grow
+        while growing.any():  # the Hessian of the model is too large for growing triangles
             tried = np.where(growing, np.minimum(GROWTH * length, most), length)
             after = self._energies(tried)
             growing &= (tried > length) & (after < reached)
@@ -192,5 +199,5 @@ class Line:
         return self.energy.of_charts(self._at(length))
 
 
-def _interleaved(z: ComplexArray) -> FloatArray:
+def _interleave(z: ComplexArray) -> FloatArray:
     return np.column_stack((z.real, z.imag)).ravel()

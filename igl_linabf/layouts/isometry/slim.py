@@ -1,4 +1,4 @@
-"""igl's SLIM (Rabinovich et al. 2017); by it, a map without flips from one that has some (the guarantee)."""
+"""Maps without flips from maps with flips (the guarantee), by the SLIM of igl (Rabinovich et al. 2017)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,8 +22,11 @@ from ...surface import (
     flat_angles,
     signed_double_areas,
 )
-from ..convex import on_circle, patched
-from .constants import MAX_SLIM_CHUNKS, SLIM_CHUNK, SLIM_STALLED_FALL
+from ..convex import embed_patches, on_circle
+
+SLIM_CHUNK = 5  # iterations of SLIM between two checks of the map
+MAX_SLIM_CHUNKS = 60
+SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if F/3nt decreases by a smaller share per chunk
 
 Place = Callable[[ComplexArray], ComplexArray]
 
@@ -36,11 +39,11 @@ class InjectiveMap:
     ----------
     z : (#V,) complex128
     start : str
-        What SLIM started from.
+        The map from which SLIM started.
     iterations : int
-        Its iterations up to this map.
+        Iterations of SLIM up to this map.
     distortion : float
-        Its F/3nt.
+        F/3nt of the map.
     """
 
     z: ComplexArray
@@ -50,59 +53,59 @@ class InjectiveMap:
 
 
 def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
-    """Make a map without flipped triangles from one that has some.
+    """Make a map without flipped triangles from a map with flips.
 
-    First a valid start is found. A patch around the flipped triangles is embedded anew, wider and
-    wider. If no patch helps, the whole surface is embedded in a circle, which is valid in exact
-    arithmetic. From there igl's SLIM (Rabinovich et al. 2017) lowers the conformal energy sum
-    A (s1^2 + s2^2) / (2 s1 s2). No triangle can flip in its line search. The map of the least
-    F/3nt is kept.
+    First, a valid start is found. Wider and wider patches around the flipped triangles are embedded again. If
+    no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic. From there,
+    the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2) / (2 s1 s2). Its
+    line search flips no triangle. The map with the least F/3nt is returned.
 
-    `place` moves maps to where the caller wants them. Flips are counted after `place`, since rounding
-    can flip very small triangles. Returns None if no start was valid.
+    `place` moves maps to their final position. Flips are counted after `place`, because rounding can flip
+    very small triangles. Returns None if no valid start was found.
     """
     corner = mesh.topology.corner
     best = None
     for name, starts in (
-        ("the map with its flipped triangles embedded anew", patched(mesh.topology, z, solvers)),
+        ("the map with its flipped triangles embedded again", embed_patches(mesh.topology, z, solvers)),
         ("an embedding in a circle", on_circle(mesh.topology, solvers)),
     ):
         for start in starts:
             at = place(start)
-            if upright(at, corner):
+            if is_upright(at, corner):
                 made = _lower_by_slim(mesh, start, InjectiveMap(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
-        # where the ratio is larger, rounding ends SLIM early
+        # with a larger ratio, rounding ends SLIM early
         if best is not None and area_scale_ratio(mesh, best.z) <= SAFE_AREA_RATIO:
             break
     return best
 
 
-def embedded_inside(
+def embed_in_boundary(
     mesh: Mesh, z: ComplexArray, circle: bool, place: Place, solvers: Solvers
 ) -> tuple[ComplexArray, str] | None:
-    """A map without flipped triangles that has the boundary of one with some, and how it was made.
+    """Make a map without flipped triangles that keeps the boundary of a map with flips.
 
-    As the first part of `injective`. If the boundary is convex, and no chord joins two of its vertices on
-    one straight side, the widest patch is valid in exact arithmetic (Tutte 1963). On a circle the
-    vertices may be too close for double precision; they are then spaced evenly.
+    Returns the map and a description, or None. It works like the first part of `injective`. The widest patch
+    is valid in exact arithmetic if the boundary is convex and no chord joins two vertices on the same
+    straight side (Tutte 1963). On a circle, vertices may be too close for double precision; they are then
+    spaced evenly.
     """
     hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
-    for made in () if hopeless else patched(mesh.topology, z, solvers):
-        if upright(made, mesh.topology.corner):
+    for made in () if hopeless else embed_patches(mesh.topology, z, solvers):
+        if is_upright(made, mesh.topology.corner):
             return made, "convex combinations around the flipped triangles"
     for made in on_circle(mesh.topology, solvers) if circle else ():
-        if upright(at := place(made), mesh.topology.corner):
+        if is_upright(at := place(made), mesh.topology.corner):
             return at, "an embedding in a circle, its vertices spaced evenly"
     return None
 
 
 def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place) -> InjectiveMap:
-    """SLIM from a valid map, until F/3nt no longer falls or rounding flips a triangle."""
+    """Run SLIM from a valid map until F/3nt stalls or rounding flips a triangle."""
     for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
         at = place(made)
-        if not upright(at, mesh.topology.corner):
+        if not is_upright(at, mesh.topology.corner):
             break
         reached, least = _distortion(mesh, at), best.distortion
         if reached < least:
@@ -115,7 +118,10 @@ def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: P
 def slim(
     mesh: Mesh, start: ComplexArray, energy: igl.MappingEnergyType, chunk: int
 ) -> Iterator[ComplexArray]:
-    """The maps after every `chunk` iterations of igl's SLIM from a valid map; surface and start of area 1."""
+    """Yield the map after every `chunk` iterations of the SLIM of igl from a valid map.
+
+    The surface and the start are scaled to area 1.
+    """
     size = float(np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2))
     data = igl.slim_precompute(
         np.asfortranarray(mesh.V / np.sqrt(mesh.area)),
@@ -133,11 +139,11 @@ def slim(
 
 
 def _distortion(mesh: Mesh, z: ComplexArray) -> float:
-    """F/3nt."""
+    """Return F/3nt of a map."""
     alpha = corner_angles(mesh)
     return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 
 
-def upright(z: ComplexArray, corner: IntArray) -> bool:
-    """Whether every triangle is positively oriented, seen from each of its corners."""
+def is_upright(z: ComplexArray, corner: IntArray) -> bool:
+    """Return True if every triangle is positively oriented, computed from each of its corners."""
     return all(bool((signed_double_areas(z, corner[turn]) > 0).all()) for turn in ([0, 1, 2], NEXT, PREV))

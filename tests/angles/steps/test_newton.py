@@ -1,4 +1,4 @@
-"""Converged ABF: flat, stationary, as good as its peers, and honest where it does not converge."""
+"""Converged ABF: flat maps at a stationary point, as good as other programs, with clear failures."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from igl_linabf.angles.steps.newton import _line_search, _move_into_bounds, obje
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 
-BENIGN = {  # per cent by which F/3nt of one linear step may be away from converged ABF's
+BENIGN = {  # largest difference in per cent between F/3nt of one linear step and of converged ABF
     name: 5.0
     for name in ("bumps", "cortex", *DISKS)
     if name not in ("disk__flipfree_camelhead_small.obj", "disk__oded_cube_no_bottom.obj")
@@ -32,16 +32,16 @@ BENIGN = {  # per cent by which F/3nt of one linear step may be away from conver
 
 
 def cone(height: float, radius: float = 0.25, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """A cone on a round plate of so many rings: its tip has an angle deficit of some 5."""
+    """Return a cone on a round plate of `around` rings, with an angle deficit of about 5 at its tip."""
     from high_curvature import rings, spike
 
     return rings(around, lambda z: spike(np.abs(z), height, radius))
 
 
 def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
-    """Share of the objective's gradient that no multipliers explain, in the metric alpha_0^2.
+    """Return the share of the objective's gradient outside the span of the constraints, metric alpha_0^2.
 
-    At angles held at their lower bound only a wish to fall is explained by it.
+    For angles at their lower bound, only a negative direction counts as explained.
     """
     mesh = planar_mesh(V, F)
     start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
@@ -87,8 +87,8 @@ def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(
     V, F = load(f"disk__igl_{name}")
     reached = quality(V, F, abf(V, F)).angle_distortion
     assert reached <= limit
-    assert reached <= blender  # of Blender's ABF, by benchmarks/table1.py
-    # one linear step is below the other programs' figures, too: converged ABF has to be better than that
+    assert reached <= blender  # ABF of Blender, from benchmarks/table1.py
+    # a single linear step already beats the other programs: converged ABF has to beat the step
     step = quality(V, F, linabf(V, F, iterations=1)).angle_distortion
     assert reached < 0.9985 * step
 
@@ -108,10 +108,10 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     if name.startswith("closed"):
         V, F, _ = cut(V, F, find_seams(V, F))
     alpha = igl.internal_angles(V, F)
-    # of the angles, since rounding moves those of a map whose scale varies as lion_o's does
+    # compare target angles: rounding moves the angles of a map if its scale varies as in lion_o
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     made = [flatten(V, F, method) for method in ("abf", ABF(tol=1e-10))]
-    # from the surface's angles, and from those that it minimises the change of
+    # relative to the angles of the surface, and to the estimate, whose change is minimised
     for start in (alpha, estimate):
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
         assert default == pytest.approx(exact, rel=5e-5, abs=1e-10)
@@ -125,7 +125,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     assert "held at a hundredth" in result.message
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert 0.9 * ANGLE_BOUND <= (result.angles / estimate).min() <= 1.01 * ANGLE_BOUND
-    assert ANGLE_BOUND == 0.01  # the hundredth that the message speaks of
+    assert ANGLE_BOUND == 0.01  # the hundredth in the message
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
@@ -163,7 +163,7 @@ def test_the_feasible_form_ends_after_a_fixed_amount_of_work(monkeypatch: pytest
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
-    """From the minimum every direction goes uphill, and a step that is too long must be cut to nothing."""
+    """At the minimum, every direction leads uphill, so that the line search has to shorten the step to 0."""
     mesh = planar_mesh(*load("bumps"))
     start = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(constraints_of(mesh.topology), start, Solvers("auto"), safeguard=True)
@@ -173,7 +173,7 @@ def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     free = np.zeros(start.shape, dtype=bool)
     for e in (uphill, -uphill):
         slope = ((at_minimum.at.alpha - start) / start**2 * e).sum()
-        if slope < 0:  # as a direction of descent has it
+        if slope < 0:  # only descent directions
             state, scale = _line_search(at_minimum, e, 0, free, 1.0)
             assert scale < 1e-3
             assert objective(state) <= least * (1 + 1e-6)

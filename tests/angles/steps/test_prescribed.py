@@ -1,4 +1,4 @@
-"""Angle sums to order: which rows there are, what preconditions them, where the steps end."""
+"""Prescribed angle sums: their rows, their preconditioner, and the convergence of their steps."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def topology_of(F: np.ndarray) -> Topology:
 
 
 def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
-    """Connectivity, angles (3, #F), and sums near those that the surface has, which obey Gauss-Bonnet."""
-    if kind == "closed":  # a ball with the cones of a cube
+    """Return connectivity, angles (3, #F), and sums that obey Gauss-Bonnet and are close to the surface's."""
+    if kind == "closed":  # a sphere with the cones of a cube
         V, F = igl.upsample(*igl.icosahedron(), 3)
         V = V / np.linalg.norm(V, axis=1)[:, None]
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / np.sqrt(3)
@@ -86,7 +86,7 @@ def state_of(kind: str, solver: str = "auto") -> State:
 
 
 def dense(constraints: Constraints, system: System) -> np.ndarray:
-    """The rows of the constraints, (2 #rows, 3 #F), errors numbered k #F + t."""
+    """Return the rows of the constraints, (2 #rows, 3 #F), with errors numbered k #F + t."""
     unit = np.eye(system.w.size).reshape(-1, *system.w.shape)
     return np.array([system.rows(e).ravel() for e in unit]).T
 
@@ -102,7 +102,7 @@ def test_the_rows_left_are_independent_and_the_sums_left_out_hold_with_the_other
     assert end.at.residual.largest <= 1e-10
     asked = ~np.isnan(constraints.sums)
     total = constraints.topology.sum_at_vertices(end.at.alpha)
-    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # also where the row is left out
+    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # also for omitted rows
     assert np.abs(end.at.residual.log_ratio[constraints.topology.interior]).max() < 1e-8
 
 
@@ -138,13 +138,13 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
     state = state_of(kind)
     end = active_set(state, 1e-2, 1e-10, 12)
     assert end.at.residual.largest <= 1e-10 and len(end.steps) <= 8
-    assert np.mean([step.inner_steps for step in end.steps]) <= 12  # the preconditioner's two Laplacians
+    assert np.mean([step.inner_steps for step in end.steps]) <= 12  # preconditioned by two Laplacians
     direct = active_set(state_of(kind, "direct"), 1e-2, 1e-10, 12)
-    assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3  # solved to 1e-2 a step
+    assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3  # each step is solved to 1e-2
     for loop in end.problem.constraints.topology.holes:
         b = end.at.residual
         assert abs(b.turning[loop].sum() + 2 * np.pi) < 1e-8 and abs(b.log_ratio[loop].sum()) < 1e-8
-    if kind == "closed":  # the sums rule the chord, too
+    if kind == "closed":  # the chord has to reach the sums as well
         chord = step_and_chord(state, 0.1, 1e-10).state
         assert [step.kind for step in chord.steps] == ["step", "chord"]
         assert chord.at.residual.largest < state.at.residual.largest / 3
@@ -152,7 +152,7 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_step_leaves_the_square_of_what_is_missing(kind: str) -> None:
-    """So that all of the linearised constraints are the derivatives of what is missing, and are solved."""
+    """The rows are the derivatives of all residuals, so that convergence is quadratic."""
     left = [step.residual for step in active_set(state_of(kind, "direct"), 1e-2, 1e-12, 12).steps]
     last = [(before, after) for before, after in pairwise(left[1:]) if before < 1e-2]
     assert last and all(after < max(30 * before**2, 1e-11) for before, after in last)
@@ -185,7 +185,7 @@ def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kin
 
 
 def with_free_loops(turning: float) -> State:
-    """A path around a hole comes back to its scale, and turns so if that is given; loops are free."""
+    """Return a state with free loops and a path around a hole, whose turning may be prescribed."""
     topology, alpha, sums = posed("part of a hole")
     (path,) = constraints_of(topology, sums).paths
     free = replace(topology, n_outer=len(topology.loops))
@@ -203,7 +203,7 @@ def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> 
     lin = linearise(state.problem, state.at, reuse=state.lin)
     z = np.random.default_rng(1).normal(size=2 * constraints.n + border.rows.size)
     z[2 * constraints.wheels + 1 : 2 * constraints.n : 2] = 0.0
-    e = system.conformally(system.at_corners(lin.at_corners(z)))
+    e = system.apply_conformal_metric(system.at_corners(lin.at_corners(z)))
     r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     inverse = laplacian_inverse(system, constraints.pattern.analysis(Solvers()), system.laplacian())
     solved, _ = border.preconditioner(system, inverse.solve, None)
@@ -216,7 +216,9 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
     problem, alpha = state.problem, state.at.alpha
     b = state.at.residual
     border = HolonomyConstraints(System(problem.constraints, alpha), b.holonomy.of_paths(1))
-    assert border.rows.size == (1 if kind == "one hole" else 2)  # turning follows from its vertices' sums
+    assert border.rows.size == (
+        1 if kind == "one hole" else 2
+    )  # the sums of the vertices determine the turning
     e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
     gap = [residual(problem.constraints, alpha + d * e).holonomy.gap[-1] for d in (h, -h)]
     numeric = (gap[0] - gap[1]) / (2 * h)
@@ -230,7 +232,7 @@ def test_the_bordered_system_is_its_definition(kind: str) -> None:
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * state.problem.constraints.n + border.rows.size)
     z[2 * state.problem.constraints.wheels + 1 : 2 * state.problem.constraints.n : 2] = 0.0
-    e = system.projected(system.at_corners(lin.at_corners(z)))
+    e = system.project(system.at_corners(lin.at_corners(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 

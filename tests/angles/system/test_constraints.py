@@ -1,4 +1,4 @@
-"""The linear system is the paper's; the angles it leads to are those of a flat mesh."""
+"""The linear system is equivalent to the paper's, and its angles belong to a flat mesh."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SURFACES = ("bumps", "cortex", *DISKS)
 
 
 def step_from(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
-    """The errors of one bare step of the reduced system."""
+    """Return the errors of one step of the reduced system without safeguard."""
     problem = AngleProblem(constraints_of(mesh.topology), alpha, Solvers(solver), safeguard=False)
     return linear_step(State(problem, problem.start), 1e-12, close=False).at.alpha - alpha
 
@@ -115,7 +115,7 @@ def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
     assert np.abs(sums[interior] - 2 * np.pi).max() <= 1e-8
     boundary = ~interior
     assert abs((np.pi - sums[boundary]).sum() - 2 * np.pi) <= 1e-8 * len(V)
-    # of triangles a millionth as wide as the map, coordinates in double precision still show angles
+    # double-precision coordinates still determine the angles of triangles a millionth of the map wide
     wide = np.ptp(result.uv[F], axis=1).max(axis=1) > 1e-6 * np.ptp(result.uv)
     assert np.abs(igl.internal_angles(result.uv, F) - angles)[wide].max() <= 1e-4
     assert (linabf_angles(V, F, iterations=12) == angles).all()

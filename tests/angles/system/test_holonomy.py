@@ -1,4 +1,4 @@
-"""Holes are flattened uncut: their loops turn once, keep their scale and close."""
+"""Holes without cuts: loops turn once, keep their scale, and close."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from igl_linabf import ABF, Flattening, LinABF, MeshError, Outcome, abf, flatten
 from igl_linabf.angles import (
     AngleProblem,
     HolonomyConstraints,
-    Linearised,
+    Linearisation,
     State,
     System,
     constraints_of,
@@ -33,7 +33,7 @@ CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 @cache
 def converged(name: str) -> Flattening:
-    """Return the map of twelve iterations at most, which several tests look at."""
+    """Return the map after at most twelve iterations, which several tests share."""
     return flatten(*surface(name), LinABF(iterations=12))
 
 
@@ -95,7 +95,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
     exact = border.rows.times(e).reshape(-1, 2) @ [1, 1j]
-    # they differ where the loop does not close: by its length's change, and by where drawing begins
+    # they differ if the loop does not close: by the change of its length, and by the starting vertex
     slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
     assert (slack < 0.3 * np.abs(exact)).any()
@@ -111,8 +111,8 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     assert np.allclose(np.abs(again.gap), np.abs(missing.holonomy.gap), atol=1e-12)
 
 
-def bordered() -> Linearised:
-    """The system of a wavy plate, past the first step."""
+def bordered() -> Linearisation:
+    """Return the system of a wavy plate after the first step."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(constraints_of(mesh.topology), estimate, Solvers("auto"))
@@ -124,7 +124,7 @@ def test_the_bordered_system_is_its_definition() -> None:
     lin = bordered()
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
-    e = system.projected(system.at_corners(lin.at_corners(z)))
+    e = system.project(system.at_corners(lin.at_corners(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 
@@ -168,7 +168,9 @@ def test_relaxed_loops_have_nearly_the_least_conformal_energy(name: str) -> None
     loops = layout(F, result.angles)
     assert result.layout == "least-squares"
     assert 0 < best_fit_distance(loops, pinned) <= 1e-2
-    assert energy(loops) <= (1.06 if name == "crown" else 1.4) * energy(pinned)  # 1.12 and 91 by fewer waves
+    assert energy(loops) <= (1.06 if name == "crown" else 1.4) * energy(
+        pinned
+    )  # 1.12 and 91 with fewer waves
     one, other = (quality(V, F, uv).angle_distortion for uv in (loops, pinned))
     assert one <= 1.001 * other
 

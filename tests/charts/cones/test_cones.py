@@ -31,7 +31,7 @@ from igl_linabf import (
     texture_seams,
     unwrap,
 )
-from igl_linabf.angles import constraints_of, rescaled, residual
+from igl_linabf.angles import constraints_of, rescale_triangles, residual
 from igl_linabf.charts.cones.seams import paths_across, seam_through
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.packing.spacing import Spacing
@@ -408,13 +408,13 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
-    alpha, impossible = rescaled(surface.topology, length, u)
+    alpha, impossible = rescale_triangles(surface.topology, length, u)
     assert len(paths) == 2 and not impossible.any()
     missing = residual(constraints_of(surface.topology, paths=paths), alpha)
     assert max(np.abs(missing.wheel).max(), np.abs(missing.holonomy.gap.real).max()) < 1e-10
     # far from flat, and from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01
-    assert np.abs(alpha - rescaled(surface.topology, length, 0 * u)[0]).max() > 0.01
+    assert np.abs(alpha - rescale_triangles(surface.topology, length, 0 * u)[0]).max() > 0.01
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # they are cut open

@@ -1,4 +1,4 @@
-"""The fallbacks: each attempt when the one before failed, and at the end a map without flipped triangles."""
+"""The fallbacks: each attempt follows a failed attempt, and the last one has no flipped triangles."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from own_measures import exactly_flipped
 from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
 from igl_linabf.flattening import methods
-from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, best_of, initial_problem
+from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, initial_problem, select_best
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import centred, planar_mesh, signed_double_areas
 
-DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
+DEER = "stress__flipfree_deer.obj"  # its conformal map exceeds the range of double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
 
 
@@ -60,7 +60,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
     lscm = quality(V, F, flatten(V, F, "lscm").uv)
     assert lscm.flips > 500
     if name == DEER:
-        assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
+        assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm has 0.33 with 692 flips
 
 
 @pytest.mark.parametrize(
@@ -76,9 +76,9 @@ def test_the_map_of_the_fewest_flips_is_returned_among_equals_the_latest(
         StageResult("linear step", state, layout=None if n is None else layout, flipped=np.arange(n or 0))
         for n in flips
     )
-    assert best_of(results)[0] is results[best]
+    assert select_best(results)[0] is results[best]
     with pytest.raises(SingularSystemError, match="why"):
-        best_of((StageResult("linear step", state, detail="why"),))
+        select_best((StageResult("linear step", state, detail="why"),))
 
 
 def sphere_cap() -> tuple[np.ndarray, np.ndarray]:
@@ -105,7 +105,7 @@ def test_each_attempt_follows_a_failed_one() -> None:
         assert result.attempts[-1].failed == ""
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # some angles are near pi
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # some angles are close to pi
 def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = Disk.random(np.random.default_rng(25)).build()
     small = flatten(V, F)
@@ -159,7 +159,7 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
         assert len(bare.flipped)
         assert exactly_flipped(sure.uv, F) == 0
         assert np.allclose(sure.uv[b], bc)
-        # the result's angles are its map's
+        # the angles of the result are the angles of its map
         assert sure.after.largest < 1e-6
         assert sure.attempts[-1].name == "injective"
     assert exactly_flipped(abf(V, F, guarantee="injective"), F) == 0
@@ -172,7 +172,7 @@ def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
     made = injective(mesh, nonsense, lambda z: centred(mesh.topology, z, mesh.area), Solvers())
     assert (signed_double_areas(made.z, mesh.topology.corner) > 0).all()
-    # not the same map from every start (benchmarks/claims.py starts), and not far from the best there is
+    # the map depends on the start (benchmarks/claims.py starts), but is close to the best one
     assert made.distortion < 30 * quality(mesh.V, mesh.faces, flatten(mesh.V, mesh.faces).uv).angle_distortion
 
 

@@ -1,4 +1,4 @@
-"""The isometric map: no flips, less energy than SLIM's, the same wherever the surface is."""
+"""The isometric map: no flips, less energy than SLIM, and independence of the position of the surface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNCUT = ("crown", "limb", "holes__igl_halftunnel.off", "stress__optcuts_golf.obj
 
 
 def symmetric_dirichlet(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
-    """A quarter of the mean of s1^2 + s2^2 + s1^-2 + s2^-2 over the area, at the best scale; by igl."""
+    """Return a quarter of the mean of s1^2 + s2^2 + s1^-2 + s2^-2 by igl, at the best scale."""
     e1, e2, _ = igl.local_basis(V, F)
     gradient = (igl.grad(V, F) @ uv).reshape(3, len(F), 2)
     jacobian = np.stack([np.einsum("kfi,fk->fi", gradient, e) for e in (e1, e2)], axis=1)
@@ -29,7 +29,7 @@ def symmetric_dirichlet(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
 
 
 def by_slim(V: np.ndarray, F: np.ndarray, start: np.ndarray, iterations: int) -> np.ndarray:
-    """igl's SLIM with the symmetric Dirichlet energy."""
+    """Return the map of igl's SLIM with the symmetric Dirichlet energy."""
     arrays = [np.asfortranarray(a) for a in (V, F.astype(np.int32), start)]
     nothing = np.zeros(0, dtype=np.int32), np.zeros((0, 2), order="F")
     energy = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
@@ -42,7 +42,7 @@ def edge_lengths(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def stretched_start(mesh: Mesh) -> np.ndarray:
-    """An embedding in a circle: valid, and far from an isometry."""
+    """Return an embedding in a circle, which is valid but far from an isometry."""
     return next(on_circle(mesh.topology, Solvers()))
 
 
