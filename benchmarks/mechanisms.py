@@ -28,7 +28,7 @@ from peers import relative_seams
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import charting, unwrapping
 from igl_linabf.charts import constants as limits
-from igl_linabf.charts.cut_graphs import constants as graphs
+from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.panels import Panels, RoundedPanels
 from igl_linabf.charts.seams import constants as seams
 from igl_linabf.charts.seams import search
@@ -49,7 +49,7 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "rounded panels": [(RoundedPanels, "made", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measured_cost", lambda *_: -np.inf)],
     "a tree beside panels": [(seams, "CHEAP_PANELS", 1e9)],
-    "clusters": [(graphs, "MAX_CLUSTERS", 10**9)],
+    "clusters": [(clusters, "MAX_CLUSTERS", 10**9)],
     "batches of small bodies": [(seams, "MIN_SMALL_BODIES", 10**9), (seams, "MIN_MEDIUM_BODIES", 10**9)],
     "pieces flattened together": [(limits, "MIN_PIECES_TOGETHER", 10**9), (limits, "MAX_FACES_TOGETHER", 0)],
     "seams for even texels": [(limits, "MAX_EVEN_ROUNDS", 0)],

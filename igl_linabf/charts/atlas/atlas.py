@@ -18,7 +18,7 @@ from ..cost import AtlasCost
 
 MAX_LISTED_CHARTS = 20  # number of charts that a notebook lists
 UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further, or reported
-STRETCH_ROUNDING = 1e-9  # relative rounding error by which a stretch may exceed `max_stretch`
+STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
 MAX_SEAM_MISMATCH = 1e-4  # `seam_mismatch` of an atlas with cones above which textures break at seams
 
 
@@ -29,7 +29,7 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces, as rows of the surface's F. A polygon has a row for each of its triangles.
+        Its faces: row indices into the surface's F. A polygon has a row for each of its triangles.
     result : Flattening
         Its flattening before packing. Vertices and faces are numbered within the chart.
     quality : Quality

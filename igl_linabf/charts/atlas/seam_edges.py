@@ -145,7 +145,7 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
 
 
 def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
-    """Return the `texture_seams` of a checked surface, as pairs of its vertices, and their mismatch.
+    """Return the `texture_seams` of a checked surface: pairs of its vertices, and their mismatch.
 
     The mismatch is the largest |log ratio| of the lengths of the two sides of a seam edge in the map.
     """
@@ -159,7 +159,7 @@ def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tup
 
 
 def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
-    """Return the seams of texture coordinates, (#F, 3), as rows of `topology.edges`."""
+    """Return the seams of texture coordinates, (#F, 3): row indices into `topology.edges`."""
     first, second = topology.sides_inside
     corner = np.ascontiguousarray(texture.T)
     start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # of each half-edge
@@ -167,7 +167,7 @@ def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
 
 
 def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the seams of texture coordinates, (#F, 3), as rows of the inner edges, and their prices."""
+    """Return the seams of texture coordinates, (#F, 3): indices of inner edges, and their prices."""
     topology = creased.surface.topology
     rows = np.searchsorted(topology.inside, rows_of_texture_seams(topology, texture))
     return rows, creased.price[rows]

@@ -59,10 +59,10 @@ class ConeScale:
         ground, bare = _ground(piece, first), -piece.curvature
         laplacian = piece.laplacian.dirichlet_of_cotangents
         try:
-            factored = laplacian.factored(ground)
+            factored = laplacian.factor(ground)
         except NotPositiveDefiniteError:
             laplacian = piece.laplacian.dirichlet
-            factored = laplacian.factored(ground)
+            factored = laplacian.factor(ground)
         bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
         return cls(

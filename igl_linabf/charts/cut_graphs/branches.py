@@ -1,4 +1,4 @@
-"""Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
+"""Arcs and branches of a seam: prune branches that cost more than they save, and move arcs in groups."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -8,27 +8,29 @@ import numpy as np
 
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
-from . import constants
+from .constants import MAX_MOVED_ARCS
 from .graph import SurfaceGraph
 
-Item = TypeVar("Item")  # of a seam: a branch point or an arc
-Cost = Callable[[IntArray], float]  # of a seam
-Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
-Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
-ArcArrays = tuple[IntArray, IntArray]  # the same as arrays
-EndedArc = tuple[IntArray, int]  # edges in a row, and the node at their end
+MAX_MOVED_GROUPS = 12  # groups of arcs or branch points that are tried together
+
+Item = TypeVar("Item")  # a branch point or an arc
+Cost = Callable[[IntArray], float]  # maps the edges of a seam to its cost
+Steps = dict[int, list[tuple[int, int]]]  # for each node: its seam edges, with the node at their other end
+Arc = tuple[list[int], list[int]]  # consecutive edges, and their nodes
+ArcArrays = tuple[IntArray, IntArray]  # an `Arc` of arrays
+EndedArc = tuple[IntArray, int]  # consecutive edges, and the last node
 
 
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Remove the branches without which `cost` is lower, the longest ones first.
+    """Remove the branches without which `cost` is lower, longest first.
 
-    A later branch may have taken over what a branch was grown for.
+    A branch becomes useless if another branch that was grown later serves the same purpose.
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
-    arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
+    arcs = [follow_arcs(graph, steps, tip)[0][0] for tip in tips]
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
-    for k in longest_first[: constants.MAX_MOVED_ARCS].tolist():
+    for k in longest_first[:MAX_MOVED_ARCS].tolist():
         rest = graph.difference(seam, arcs[k])
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
@@ -36,34 +38,40 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     return seam
 
 
-def lengths_at(
+def arc_lengths_at_nodes(
     graph: SurfaceGraph, arcs: list[ArcArrays], length: FloatArray, most: float = np.inf
 ) -> FloatArray:
-    """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
+    """Return the total length of the arcs that start or end at each node.
+
+    `length` has the lengths of all edges. Each arc counts at most `most`.
+    """
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
     return np.bincount(ends, np.repeat(own, 2), graph.n).astype(np.float64)
 
 
-def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """The longest items, in their order, so many as are moved; `length` is that of the k-th one."""
-    if len(items) <= constants.MAX_MOVED_ARCS:
+def select_longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
+    """Return the `MAX_MOVED_ARCS` longest items in order; `length(k)` is the length of the k-th item."""
+    if len(items) <= MAX_MOVED_ARCS:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
-    chosen = np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED_ARCS]
+    chosen = np.argsort(-lengths, kind="stable")[:MAX_MOVED_ARCS]
     return [items[k] for k in np.sort(chosen).tolist()]
 
 
 def move_in_groups(
-    items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
+    items: list[Item], seam: IntArray, move: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
-    """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
+    """Move all items of a seam together; if that is rejected, move halves of them, and so on.
+
+    `move` returns the new seam, or None if it rejects the move.
+    """
     waiting = [items]
-    for _ in range(constants.MAX_MOVED_GROUPS):
+    for _ in range(MAX_MOVED_GROUPS):
         if not waiting:
             break
         group = waiting.pop()
-        new = moved(group, seam)
+        new = move(group, seam)
         if new is not None:
             seam = new
         elif len(group) > 1:
@@ -72,7 +80,10 @@ def move_in_groups(
 
 
 def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
-    """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
+    """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
+
+    A loop without any of these is one arc.
+    """
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
     joint[: graph.n_holes] = True
@@ -83,7 +94,7 @@ def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) 
 
 
 def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
-    """From each node of the seam: its edges, and where they lead."""
+    """Return the edges of the seam at each of its nodes, with the node at their other end."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
@@ -92,7 +103,7 @@ def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
 
 
 def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArray) -> None:
-    """Change the steps along a seam to those of one with other edges."""
+    """Replace the steps along the edges `old` with the steps along the edges `new`."""
     for edge, (i, j) in zip(old.tolist(), graph.ends[old].tolist(), strict=True):
         for a, b in ((i, j), (j, i)):
             steps[a].remove((edge, b))
@@ -103,19 +114,19 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
-    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
+def follow_arcs(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
+    """Return the arcs that start at a node, with the branch point, leaf or hole where they end."""
     arcs = list[EndedArc]()
     for step in steps.get(branch, []):
-        edges, nodes = arc_from(graph, steps, set(), branch, step, np.inf)
+        edges, nodes = follow_arc(graph, steps, set(), branch, step, np.inf)
         arcs.append((np.array(edges), nodes[-1]))
     return arcs
 
 
-def arc_from(
+def follow_arc(
     graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
-    """The arc that begins with a step, up to a joint or so far."""
+    """Return the arc that starts with a step, up to its end or to a length of `reach`."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
     while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:

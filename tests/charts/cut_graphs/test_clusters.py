@@ -10,9 +10,9 @@ import pytest
 from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
-from igl_linabf.charts.cut_graphs import constants
+from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contracted, shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contraction, shortest_path_trees
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.seams.growth import grow_seam, seam_cost
 from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
@@ -37,7 +37,7 @@ def surface(name: str) -> Submesh:
 def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Subdivided until seams are sought on clusters."""
     V, F = load(name)
-    while len(V) <= constants.MAX_CLUSTERS:
+    while len(V) <= clusters.MAX_CLUSTERS:
         V, F = igl.upsample(V, F, 1)
     return V, F
 
@@ -46,7 +46,7 @@ def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    coarse = Contracted.of(piece, shortest_path_trees(piece, hops)).coarse
+    coarse = Contraction.of(piece, shortest_path_trees(piece, hops)).coarse
     assert coarse.graph.n < piece.graph.n / 2
     assert coarse.graph.n - len(coarse.graph.ends) + coarse.graph.n_faces == 2 - 2 * piece.graph.genus
     assert (coarse.graph.n_holes, coarse.graph.genus) == (piece.graph.n_holes, piece.graph.genus)
@@ -58,7 +58,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 @pytest.mark.parametrize("name", NAMES)
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
+    smaller = Contraction.of(piece, shortest_path_trees(piece, hops))
     seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
@@ -78,7 +78,7 @@ def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops:
 
 def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
     piece = ClosedSurface.of(surface("closed__optcuts_horse_f10000.obj"))
-    smaller = Contracted.of(piece, shortest_path_trees(piece, 1))
+    smaller = Contraction.of(piece, shortest_path_trees(piece, 1))
     fixed = np.array([0])
     u = piece.laplacian.dirichlet.solve(fixed, -piece.curvature)
     coarse = smaller.coarse.laplacian.dirichlet.solve(smaller.label[fixed], -smaller.coarse.curvature)
@@ -105,8 +105,8 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     piece, costs = ClosedSurface.of(part), []
     node = np.full(len(part.V), -1)
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
-    for most in (piece.graph.n, constants.MAX_CLUSTERS):
-        monkeypatch.setattr(constants, "MAX_CLUSTERS", most)
+    for most in (piece.graph.n, clusters.MAX_CLUSTERS):
+        monkeypatch.setattr(clusters, "MAX_CLUSTERS", most)
         edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), False, _PanelSeams.none(1), 0)
         costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
@@ -155,7 +155,7 @@ def test_large_bodies_of_many_handles_fall_into_sound_charts(
 ) -> None:
     V, F = level_set(body, reach, points)
     whole = Submesh.checked_manifold(V, F)
-    assert len(V) > constants.MAX_CLUSTERS
+    assert len(V) > clusters.MAX_CLUSTERS
     assert whole.topology.genus == handles
     assert bool(whole.topology.loops) == (body is schwarz)
     atlas = unwrap(V, F, strict=True, progress=False)

@@ -11,8 +11,8 @@ from conftest import bumps, load
 from scipy.ndimage import zoom
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
+from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.constants import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.stretch import expected
 from igl_linabf.charts.seams.growth import gain_of_leaves
 from igl_linabf.surface import Submesh
