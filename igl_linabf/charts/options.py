@@ -14,7 +14,7 @@ from . import constants
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
-from .packing import Packing, Wish
+from .packing import Packing, PackingRequest
 from .seams import TRADE, SeamSearch, check_trade
 
 
@@ -112,7 +112,7 @@ class Seams:
 
 def asked_for(
     seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
-) -> tuple[Seams, Cones | None, Wish]:
+) -> tuple[Seams, Cones | None, PackingRequest]:
     """The options of a call of `unwrap`, as objects.
 
     Raises
@@ -126,12 +126,12 @@ def asked_for(
         )
     asked = seams if isinstance(seams, Seams) else Seams(seams)
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
-    wish = Wish.of(packing)
-    if coned is not None and wish.unseen != 1:
+    request = PackingRequest.of(packing)
+    if coned is not None and request.unseen != 1:
         raise ValueError("unseen= and cones= do not go together, as cones match the texels across seams")
-    if coned is not None and coned.period is not None and wish.spacing.aspect != 1:
+    if coned is not None and coned.period is not None and request.spacing.aspect != 1:
         raise ValueError("period= is a share of a square page's side: give one number as the resolution")
-    return asked, coned, wish
+    return asked, coned, request
 
 
 @dataclass(frozen=True)

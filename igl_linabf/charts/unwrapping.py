@@ -47,7 +47,7 @@ from .packing import (
     MOST_TRIAL_CHARTS,
     PackedChart,
     Packing,
-    Wish,
+    PackingRequest,
     cut_for_fill,
     cut_to_fit,
     fill_of,
@@ -138,7 +138,7 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    asked, wanted, wish = asked_for(seams, cones, packing)
+    asked, wanted, request = asked_for(seams, cones, packing)
     given_seams = asked.at
     split = split_polygons(V, F)
     if split is not None:
@@ -175,16 +175,16 @@ def unwrap(
             made = charts_with_cones(surface, placed, options.method, ends)
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
-            wish = replace(wish.scaled(cleaned.power), upright=upright)
-            may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
-            charts = _scaled(surface, made.charts, wish.unseen)
-            charts = cut_to_fit(charts, wish) if may_cut and wish.side is not None else charts
-            if may_cut and wish.side is None:
-                atlas = _full(surface, charts, wish, options)
+            request = replace(request.scaled(cleaned.power), upright=upright)
+            may_cut = request.resolution is not None and options.may_find_seams and wanted is None
+            charts = _scaled(surface, made.charts, request.unseen)
+            charts = cut_to_fit(charts, request) if may_cut and request.side is not None else charts
+            if may_cut and request.side is None:
+                atlas = _full(surface, charts, request, options)
             elif period is None:
-                atlas = _packed(surface, charts, wish)
+                atlas = _packed(surface, charts, request)
             else:
-                atlas = _with_period(surface, charts, wish, period)
+                atlas = _with_period(surface, charts, request, period)
     atlas = replace(
         atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(surface, atlas, options)
     )
@@ -198,13 +198,15 @@ def unwrap(
     return atlas
 
 
-def _with_period(surface: Submesh, charts: list[tuple[Chart, Submesh]], wish: Wish, period: float) -> Atlas:
+def _with_period(
+    surface: Submesh, charts: list[tuple[Chart, Submesh]], request: PackingRequest, period: float
+) -> Atlas:
     """The atlas whose seams of cones match under shifts by multiples of a period."""
 
     def pack(room: float) -> Atlas:
-        return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
+        return _packed(surface, charts, replace(request, spacing=request.spacing.widen(room)))
 
-    return with_period(surface, pack, [piece for _, piece in charts], period, wish.spacing.gap)
+    return with_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
 
 
 def _scaled(
@@ -247,20 +249,22 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
         )
 
 
-def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
+def _full(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
+) -> Atlas:
     """The atlas, with charts of many limbs cut further if the fuller page is worth the seams.
 
     Many charts mostly fill each other's gaps: if their page is full, they are not cut.
     """
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
-        placed = _placed(done, wish)
+        placed = _placed(done, request)
         if fill_of(placed) > constants.MAX_SPARSE_FILL:
-            return _packed(surface, done, wish, placed)
-    parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
+            return _packed(surface, done, request, placed)
+    parts, whole = cut_for_fill(done, request, options.trade, options.most_stretch)
     if len(parts) == len(done):
-        return _packed(surface, done, wish, placed)
-    fuller = _placed(parts, wish)
+        return _packed(surface, done, request, placed)
+    fuller = _placed(parts, request)
     uncut = {id(piece) for _, piece in done}.intersection(id(piece) for _, piece in parts)
     longer, shorter = (
         _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
@@ -269,10 +273,10 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     # the size of the page on which uncut charts cost as much
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
     if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
-        placed, moves = pack_quickly(_maps(done), wish)
+        placed, moves = pack_quickly(_maps(done), request)
     if placed is None or 1 / fill_of(placed) > worth:
-        return _packed(surface, parts, wish, fuller)
-    return _packed(surface, done, wish, None if moves else placed)
+        return _packed(surface, parts, request, fuller)
+    return _packed(surface, done, request, None if moves else placed)
 
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
@@ -285,22 +289,27 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
     return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
+def _placed(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
     """Charts on pages, with margins that leave room for so many."""
     most = float(np.sqrt(constants.MAX_MARGIN_SHARE / len(done)))
-    closer = wish.spacing.at_most(most)
-    if closer != wish.spacing:
-        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+    closer = request.spacing.limit_gap(most)
+    if closer != request.spacing:
+        what = (
+            f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+        )
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-    return pack_maps(_maps(done), replace(wish, spacing=closer))
+    return pack_maps(_maps(done), replace(request, spacing=closer))
 
 
 def _packed(
-    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[PackedChart] | None = None
+    surface: Submesh,
+    done: list[tuple[Chart, Submesh]],
+    request: PackingRequest,
+    placed: list[PackedChart] | None = None,
 ) -> Atlas:
     """The atlas of charts on pages; `placed` are these, if they are known."""
     if placed is None:
-        placed = _placed(done, wish)
+        placed = _placed(done, request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
@@ -309,7 +318,7 @@ def _packed(
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
-    flat = TC * [1, wish.spacing.aspect]  # in page widths
+    flat = TC * [1, request.spacing.aspect]  # in page widths
     seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
@@ -330,7 +339,7 @@ def _packed(
         splits=len(done) - int(surface.label.max() + 1),
         fill=fill_of(placed),
         page=page,
-        aspect=wish.spacing.aspect,
+        aspect=request.spacing.aspect,
         scale=abs(placed[0].ratio),
         quality=quality,
     )

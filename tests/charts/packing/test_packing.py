@@ -16,7 +16,7 @@ from igl_linabf.charts import pack_charts
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.layout_search import largest_layout
 from igl_linabf.charts.packing.outlines import masks_of
-from igl_linabf.charts.packing.packing import PackedChart, Wish, _prepared
+from igl_linabf.charts.packing.packing import PackedChart, PackingRequest, _prepare_charts
 from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
@@ -192,9 +192,9 @@ def test_the_density_error_names_the_chart_that_does_not_fit_alone() -> None:
     with pytest.raises(MeshError, match=r"\(chart 3 takes 320 x 4\)|\(chart 3 takes 4 x 320\)"):
         pack_charts(strips, Packing(resolution=160, texel_density=40))
     assert len(pack_charts(strips[:3], Packing(resolution=160, texel_density=40))) == 3
-    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any; chart 3 takes"):
+    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any page; chart 3 takes"):
         pack_charts([*strips, rectangle(7, 1)], Packing(resolution=160, texel_density=40))
-    with pytest.raises(MeshError, match=r"each one does alone; together they cover 1.25 pages"):
+    with pytest.raises(MeshError, match=r"each one fits alone; together they cover 1.25 pages"):
         pack_charts([strips[0]] * 5, Packing(resolution=200, texel_density=100, pages=1))
 
 
@@ -228,11 +228,11 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
 
 def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
     charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
-    wish = Wish.of(Packing(resolution=1024, padding=2))
-    prepared = _prepared(charts, wish)[-1]
-    quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
+    request = PackingRequest.of(Packing(resolution=1024, padding=2))
+    prepared = _prepare_charts(charts, request)[-1]
+    quick, thorough = (largest_layout(prepared, request.spacing, 1, thorough=t) for t in (False, True))
     assert thorough.side <= quick.side
-    again = largest_layout(prepared, wish.spacing, 1, thorough=True)
+    again = largest_layout(prepared, request.spacing, 1, thorough=True)
     assert (again.corner == thorough.corner).all()
 
 
@@ -343,7 +343,7 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
         sides = np.array([groups.centre @ normal > at for normal, at in lines])
         for side, outlines in zip(sides, groups.outlines(sides), strict=True):
             parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.of])]
-            *_, packed = _prepared(parts, Wish.of(Packing(margin=MARGIN)))
+            *_, packed = _prepare_charts(parts, PackingRequest.of(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
                 assert outline.area == pytest.approx(other.area)
@@ -366,7 +366,7 @@ def test_charts_whose_gaps_leave_no_room_are_refused(number: int) -> None:
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
-    *_, charts = _prepared(SETS["thin"][:4], Wish.of(Packing(margin=MARGIN)))
+    *_, charts = _prepare_charts(SETS["thin"][:4], PackingRequest.of(Packing(margin=MARGIN)))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
     turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite ones are drawn once
     for outline, by, masks in zip(
