@@ -54,7 +54,7 @@ from .packing import (
     pack_maps,
     pack_quickly,
 )
-from .periodic import with_period
+from .periodic import shift_by_period
 
 
 def unwrap(
@@ -206,7 +206,7 @@ def _with_period(
     def pack(room: float) -> Atlas:
         return _packed(surface, charts, replace(request, spacing=request.spacing.widen(room)))
 
-    return with_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
+    return shift_by_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
 
 
 def _scaled(

@@ -77,9 +77,9 @@ class TrialPage:
     def sizes(
         self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:
-        """Yield a function for each of several lists of charts that returns its `size` together with `others`.
+        """Yield functions that return the `size` of each of several lists of charts together with `others`.
 
-        The function takes a limit, and returns infinity if the size is not below the limit. Low limits save time.
+        They take a limit, and return infinity if the size is not below the limit. Low limits save time.
         """
         charts = [*others, *(chart for own in several for chart in own)]
         masks = ChartMasks.of([chart.masks for chart in charts])

@@ -32,10 +32,10 @@ from igl_linabf import (
     unwrap,
 )
 from igl_linabf.angles import constraints_of, rescaled, residual
-from igl_linabf.charts.cones.seams import paths_across, seam_through
+from igl_linabf.charts.cones.seams import find_closed_paths, find_seam
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.packing.spacing import Spacing
-from igl_linabf.charts.periodic.lattice import nearest_whole
+from igl_linabf.charts.periodic.lattice import find_nearest_integers
 from igl_linabf.cli import main
 from igl_linabf.io import read_texture
 from igl_linabf.surface import Submesh
@@ -155,13 +155,13 @@ def test_whole_numbers_are_the_nearest_ones_of_a_form() -> None:
     for _ in range(50):
         A = np.eye(2) + rng.uniform(-0.4, 0.4, (2, 2, 2)) @ [1, 1j]
         wanted = rng.uniform(-0.5, 0.5, (2, 2)) @ [1, 1j]
-        off = (np.concatenate((even, nearest_whole(A.conj().T @ A, wanted)[None])) - wanted) @ A.T
+        off = (np.concatenate((even, find_nearest_integers(A.conj().T @ A, wanted)[None])) - wanted) @ A.T
         costs = (np.abs(off) ** 2).sum(axis=1)
         assert costs[-1] <= costs.min() + 1e-12
     # of many, far better than each alone
     A = rng.normal(size=(30, 30, 2)) @ [1, 1j]
     wanted = rng.uniform(-9, 9, (30, 2)) @ [1, 1j]
-    q = nearest_whole(A.conj().T @ A, wanted)
+    q = find_nearest_integers(A.conj().T @ A, wanted)
     assert (q == np.round(q)).all()
     assert np.linalg.norm(A @ (q - wanted)) < np.linalg.norm(A @ (np.round(wanted) - wanted)) / 1.5
 
@@ -404,7 +404,7 @@ def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int |
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     surface = Submesh.checked_manifold(*load("nut"))
     piece = ClosedSurface.of(surface)
-    paths = paths_across(surface, piece.graph, seam_through(piece, np.zeros(0, dtype=np.int64)))
+    paths = find_closed_paths(surface, piece.graph, find_seam(piece, np.zeros(0, dtype=np.int64)))
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
