@@ -1,4 +1,4 @@
-"""Unwrap any surface: cut it, flatten chart by chart without overlaps, pack."""
+"""Unwrap any surface: cut it, flatten its charts without overlaps, and pack them."""
 
 from __future__ import annotations
 
@@ -74,26 +74,26 @@ def unwrap(
     Parameters
     ----------
     V : (#V, 3) float
-        Vertex positions, finite where a face is.
+        Vertex positions, finite at all vertices of faces.
     F : (#F, 3) or (#F, k) int, or list of lists of int
-        Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
-        `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
+        Any triangles, quadrangles or polygons. A mesh that is not a clean oriented manifold is repaired as by
+        `clean`. Seams follow the edges of polygons, never the diagonals that split them.
     seams : Seams, (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes edges and masks, or `Seams` with options: how long seams may be for less
-        stretch (`Seams(trade=30)`), where they hide, and what happens to holes, stretch and overlaps. By
-        default `find_seams` finds them.
+        The edges to cut, in the formats of `cut`, or `Seams` with options: how long seams may be to reduce
+        stretch (`Seams(trade=30)`), where they are hidden, and how holes, stretch and overlaps are treated.
+        By default `find_seams` finds the seams.
     method : str or method object
         As in `flatten`.
     cones : Cones, (#C,) int, int or "auto", optional
-        Vertices that keep all curvature, or how many are to be found on each component, or `Cones` with
-        their angles and the period of a texture. Needs "linabf" or "abf". Not with `seams`.
+        Vertices that keep all curvature, or the number of cones to find on each component, or `Cones` with
+        their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`.
     packing : Packing, optional
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
         one page with a margin.
     weld : float, optional
         As in `clean`.
     strict : bool
-        Refuse what is no clean oriented manifold, instead of repairing it.
+        Raise an error if the mesh is not a clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -104,21 +104,20 @@ def unwrap(
     Raises
     ------
     MeshError
-        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
-        given seams leave a chart with handles or without a boundary and are not to be completed.
-        A cone is no interior vertex, or the cones are too few, or their angles do not obey
-        Gauss-Bonnet; the message has the numbers that do. The period is too long for the distances of
-        the cones; the message has one that is not. With `strict`, also: the surface is no
-        oriented manifold, or a face has no area. With a texel density, also: the charts do not fit on the
-        pages.
+        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is not an edge, or given
+        seams leave a chart with handles or without a boundary and are not to be completed. A cone is not an
+        interior vertex, there are too few cones, or their angles violate Gauss-Bonnet; the message has the
+        required numbers. The period is too long for the distances of the cones; the message has a shorter
+        one. With `strict`, also: the surface is not an oriented manifold, or a face has no area. With a texel
+        density, also: the charts do not fit on the pages.
     ValueError
-        `weld` is out of its range, or options do not go together.
+        `weld` is out of its range, or options cannot be combined.
 
     Warns
     -----
     MeshWarning
-        The mesh was repaired; `atlas.repairs` has the details. Or edges of its boundary lie in one place, as
-        files have them at old seams: charts end there without `weld=0`.
+        The mesh was repaired; `atlas.repairs` has the details. Or boundary edges coincide, which is common in
+        files at the seams of an older map; charts end there unless `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
@@ -131,7 +130,7 @@ def unwrap(
     (1, True, (20, 3))
     >>> atlas = unwrap(V, F, packing=Packing(resolution=1024, padding=2))
 
-    A cube of quadrangles comes back as quadrangles:
+    The texture coordinates of quadrangles have the shape of the quadrangles:
 
     >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
@@ -177,14 +176,14 @@ def unwrap(
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             request = replace(request.scaled(cleaned.power), upright=upright)
             may_cut = request.resolution is not None and options.may_find_seams and wanted is None
-            charts = _scaled(surface, made.charts, request.unseen)
+            charts = _set_scales(surface, made.charts, request.unseen)
             charts = cut_to_fit(charts, request) if may_cut and request.side is not None else charts
             if may_cut and request.side is None:
-                atlas = _full(surface, charts, request, options)
+                atlas = _pack_fully(surface, charts, request, options)
             elif period is None:
-                atlas = _packed(surface, charts, request)
+                atlas = _make_atlas(surface, charts, request)
             else:
-                atlas = _with_period(surface, charts, request, period)
+                atlas = _pack_with_period(surface, charts, request, period)
     atlas = replace(
         atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(surface, atlas, options)
     )
@@ -198,21 +197,21 @@ def unwrap(
     return atlas
 
 
-def _with_period(
+def _pack_with_period(
     surface: Submesh, charts: list[tuple[Chart, Submesh]], request: PackingRequest, period: float
 ) -> Atlas:
-    """The atlas whose seams of cones match under shifts by multiples of a period."""
+    """Pack charts so that seams of cones match after shifts by multiples of a period."""
 
     def pack(room: float) -> Atlas:
-        return _packed(surface, charts, replace(request, spacing=request.spacing.widen(room)))
+        return _make_atlas(surface, charts, replace(request, spacing=request.spacing.widen(room)))
 
     return shift_by_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
 
 
-def _scaled(
+def _set_scales(
     surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
 ) -> list[tuple[Chart, Submesh]]:
-    """The charts, with that scale for those which no ray from outside reaches."""
+    """Set the scale of charts that no ray from outside reaches."""
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
@@ -224,18 +223,20 @@ def _scaled(
 
 
 def _warn_of_repairs(cleaned: Cleaned) -> None:
+    """Issue a `MeshWarning` that lists the repairs."""
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
 
 
 def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
-    """Say where the boundary lies on itself: vertices are doubled at the seams of an older map."""
+    """Warn if boundary edges coincide: vertices are usually doubled at the seams of an older map."""
     topology = surface.topology
     rim = topology.edges[topology.sides[1] < 0]
     if not len(rim):
         return
-    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)  # repairs cut, too
+    # each edge once, although repairs may have cut along it
+    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
     _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)
     on_seam = count[edge.ravel()] > 1
@@ -249,67 +250,66 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
         )
 
 
-def _full(
+def _pack_fully(
     surface: Submesh, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
 ) -> Atlas:
-    """The atlas, with charts of many limbs cut further if the fuller page is worth the seams.
+    """Pack charts, after cutting charts with many limbs if the fuller page is worth the seams.
 
-    Many charts mostly fill each other's gaps: if their page is full, they are not cut.
+    If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
     """
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
-        placed = _placed(done, request)
+        placed = _place_charts(done, request)
         if fill_of(placed) > constants.MAX_SPARSE_FILL:
-            return _packed(surface, done, request, placed)
+            return _make_atlas(surface, done, request, placed)
     parts, whole = cut_for_fill(done, request, options.trade, options.most_stretch)
     if len(parts) == len(done):
-        return _packed(surface, done, request, placed)
-    fuller = _placed(parts, request)
+        return _make_atlas(surface, done, request, placed)
+    fuller = _place_charts(parts, request)
     uncut = {id(piece) for _, piece in done}.intersection(id(piece) for _, piece in parts)
     longer, shorter = (
-        _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
+        _boundary_length(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
     )
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
-    # the size of the page on which uncut charts cost as much
+    # the page size at which the uncut charts cost as much
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
     if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), request)
     if placed is None or 1 / fill_of(placed) > worth:
-        return _packed(surface, parts, request, fuller)
-    return _packed(surface, done, request, None if moves else placed)
+        return _make_atlas(surface, parts, request, fuller)
+    return _make_atlas(surface, done, request, None if moves else placed)
 
 
-def _boundary(pieces: Iterable[Submesh]) -> float:
-    """The length of the boundaries of pieces."""
+def _boundary_length(pieces: Iterable[Submesh]) -> float:
+    """Return the total length of the boundaries of pieces."""
     rims = ((piece.V, piece.topology.edges[piece.topology.sides[1] < 0]) for piece in pieces)
     return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
+    """Return the maps and the triangles of charts, at the scales of the charts."""
     return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _placed(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
-    """Charts on pages, with margins that leave room for so many."""
+def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
+    """Place charts on pages; reduce the margin if it leaves no room for them."""
     most = float(np.sqrt(constants.MAX_MARGIN_SHARE / len(done)))
     closer = request.spacing.limit_gap(most)
     if closer != request.spacing:
-        what = (
-            f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
-        )
-        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
+        too_wide = f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts"
+        warnings.warn(f"{too_wide}: it is reduced to {most:.2g}", FallbackWarning, stacklevel=stack_level())
     return pack_maps(_maps(done), replace(request, spacing=closer))
 
 
-def _packed(
+def _make_atlas(
     surface: Submesh,
     done: list[tuple[Chart, Submesh]],
     request: PackingRequest,
     placed: list[PackedChart] | None = None,
 ) -> Atlas:
-    """The atlas of charts on pages; `placed` are these, if they are known."""
+    """Return the atlas of charts on pages; `placed` are the placed charts, if they are known."""
     if placed is None:
-        placed = _placed(done, request)
+        placed = _place_charts(done, request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
@@ -324,7 +324,7 @@ def _packed(
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = quality_of(whole, flat / scale, sum(chart.overlapping for chart in charts))
-    else:  # it is known, but for faces that collapse on the page
+    else:  # the quality is known, except for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
     return Atlas(

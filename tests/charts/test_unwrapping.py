@@ -393,7 +393,7 @@ def test_labels_of_polygons_are_those_of_faces() -> None:
 
 
 @pytest.mark.parametrize(
-    ("labels", "said"), [([1, 2], "20 faces"), ([0.5] * 20, "no integers"), ("x", "no array")]
+    ("labels", "said"), [([1, 2], "20 faces"), ([0.5] * 20, "not integers"), ("x", "not an array")]
 )
 def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
     with pytest.raises(MeshError, match=said):

@@ -166,18 +166,14 @@ def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
     if (first == end).any():
-        raise MeshError(
-            f"cones {some(given[first == end])} are not vertices of any face: give vertices of the surface"
-        )
+        raise MeshError(f"cones {some(given[first == end])} belong to no face: give vertices of the surface")
     cone = np.repeat(np.arange(len(given)), end - first)
     at = np.concatenate(
         [order[a:b] for a, b in zip(first.tolist(), end.tolist(), strict=True)] or [order[:0]]
     )
     if len(np.unique(at)) < len(at):
         number = np.bincount(at)
-        raise MeshError(
-            f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each vertex once"
-        )
+        raise MeshError(f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each once")
     rim = ~surface.topology.interior[at]
     if rim.any():
         raise MeshError(

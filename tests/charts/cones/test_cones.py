@@ -546,9 +546,9 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
     with pytest.raises(MeshError, match="within 0 and 6 pi"):
         middle = next(i for i in range(len(V)) if np.count_nonzero(i == F) == 6)
         unwrap(V, F, cones=Cones([middle, *corners[1:6]], angles=[7 * np.pi, *np.full(5, np.pi / 5)]))
-    with pytest.raises(ValueError, match="does not go together with seams"):
+    with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, find_seams(V, F), cones=corners)
-    with pytest.raises(ValueError, match="does not go together with seams"):
+    with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, Seams(trade=1), cones=corners)
     with pytest.raises(MeshError, match="yet to be found"):
         Cones(8, angles=np.full(8, 1.5 * np.pi))
