@@ -52,7 +52,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Area weights, u without the slots, and its change per quarter turn of each slot; at sample nodes."""
+        """At samples: weights by area, u without the slots, and its change per quarter turn of each slot."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
