@@ -328,7 +328,7 @@ def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:
     pairs.write_text("0 x\n")
     process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", pairs)
     assert process.returncode == 2
-    assert "no table of integers" in process.stderr
+    assert "not a table of integers" in process.stderr
     process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--cones", "3,30")
     assert process.returncode == 2
     assert "there is no file 3,30" in process.stderr

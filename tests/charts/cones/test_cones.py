@@ -199,13 +199,13 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
     surface = joined(*((V + 3 * k, F) for k in range(8)))
     given = Cones("auto", angles="quarter", period=1 / 50)
     asked: list[float] = []
-    wider = Spacing.wider
+    wider = Spacing.widen
 
     def small_at_first(spacing: Spacing, by: float) -> Spacing:
         asked.append(by)
         return wider(spacing, 0.0 if len(asked) == 1 else by)
 
-    monkeypatch.setattr(Spacing, "wider", small_at_first)
+    monkeypatch.setattr(Spacing, "widen", small_at_first)
     atlas = unwrap(*surface, cones=given, packing=Packing(resolution=256, padding=2))
     assert asked == [0.02, 0.04]
     corners = atlas.TC[atlas.FTC]

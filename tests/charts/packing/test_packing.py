@@ -344,7 +344,7 @@ def test_trial_parts_equal_packed_parts() -> None:
     for groups in (chart.polygons(), chart.groups(6)):
         sides = np.array([groups.centre @ normal > at for normal, at in lines])
         for side, outlines in zip(sides, groups.outlines(sides), strict=True):
-            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.of])]
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.label])]
             *_, packed = _prepare_charts(parts, PackingRequest.of(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
