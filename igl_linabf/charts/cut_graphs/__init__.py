@@ -1,6 +1,6 @@
 """Cut graphs: edges along which a component opens to a disk, and how to shorten them.
 
-Input: a component. Output: `ClosedSurface`, its graph in which each hole is a node; trees through nodes; the
+Input: a component. Output: `ClosedSurface`, whose graph has a node for each hole; trees through nodes; the
 expected stretch of the map after a cut.
 """
 

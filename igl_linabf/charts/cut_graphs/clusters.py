@@ -22,8 +22,10 @@ from .graph import SurfaceGraph, prune_stubs
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
-MAX_CLUSTERS = 6_000  # nodes on which seams are found; larger surfaces are contracted to clusters
-MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # number of nodes from which roots are one edge farther apart
+MAX_CLUSTERS = (
+    6_000  # largest number of nodes in a search for seams; larger surfaces are contracted to clusters
+)
+MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # least number of nodes for roots that are one edge farther apart
 CLUSTER_HOPS = 2  # roots of clusters are more than this number of edges apart
 MIN_PEAK_CURVATURE = 0.1  # curvature, radians, below which roots are chosen in random order
 CORRIDOR_WIDTH = 3.0  # mean distances to a root that a seam may move to either side when pulled tight
@@ -47,7 +49,7 @@ class Forest:
 
 
 class _ContractedGraph(NamedTuple):
-    """The nodes and edges after a contraction. The fields are those of `Contraction`."""
+    """The nodes and edges after a contraction. `Contraction` has the same fields."""
 
     label: IntArray
     roots: IntArray
@@ -57,7 +59,7 @@ class _ContractedGraph(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Contraction:
-    """A closed surface in which each tree has been contracted to one node.
+    """A closed surface and the result of contracting each of its trees to one node.
 
     Attributes
     ----------

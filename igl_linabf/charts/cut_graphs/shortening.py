@@ -23,7 +23,7 @@ MIN_KEPT_PART = 0.7  # share of its faces that a part must keep when seams are p
 
 
 class _Corridor:
-    """The nodes to which a seam may move, and the edges between them.
+    """The nodes that a moved seam may pass, and the edges between them.
 
     `index` maps each node of the surface to its position in the corridor; -1 outside.
     """
@@ -129,7 +129,7 @@ def pull_tight(
     near : (n,) bool
         Mask of the nodes that the seam may pass, which includes its own.
     reach : float
-        Distance from a branch point up to which its three arcs may move.
+        Its three arcs may move up to this distance from a branch point.
 
     Returns
     -------
