@@ -27,7 +27,7 @@ from peers import relative_seams
 
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import charting, unwrapping
-from igl_linabf.charts.cut_graphs import constants as graphs
+from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.panels import Panels, RoundedPanels
 from igl_linabf.charts.seams import search
 
@@ -47,7 +47,7 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "rounded panels": [(RoundedPanels, "made", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measured_cost", lambda *_: -np.inf)],
     "a tree beside panels": [(search, "CHEAP_PANELS", 1e9)],
-    "clusters": [(graphs, "MAX_CLUSTERS", 10**9)],
+    "clusters": [(clusters, "MAX_CLUSTERS", 10**9)],
     "batches of small bodies": [(search, "MIN_SMALL_BODIES", 10**9), (search, "MIN_MEDIUM_BODIES", 10**9)],
     "pieces flattened together": [
         (charting, "MIN_PIECES_TOGETHER", 10**9),

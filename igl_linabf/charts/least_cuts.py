@@ -1,4 +1,4 @@
-"""A piece cut in two between its polygons, along the shortest seam that keeps two sets of them apart."""
+"""Minimum cuts of a piece between its polygons: the shortest seam that separates two sets of polygons."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .features import CreasedSurface
 
-ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # terminals
+ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # values of a terminal
 
 
 def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
@@ -20,7 +20,7 @@ def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
 
 
 def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) -> BoolArray:
-    """Which polygons are on the other side of the shortest seam.
+    """Return a mask of the polygons on the other side of the shortest seam.
 
     Parameters
     ----------
@@ -28,18 +28,18 @@ def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) 
         The polygons on both sides of each edge.
     length : (#E,) float64
     terminal : (#P,) int64
-        `ON_ONE_SIDE` and `ON_THE_OTHER` for the polygons that the seam keeps apart, else `ON_EITHER`.
-        If there are none on one of the sides, no seam is needed: no polygon is on the other one.
+        `ON_ONE_SIDE` and `ON_THE_OTHER` for the polygons that the seam must separate, `ON_EITHER` otherwise.
+        If one of the sides has no polygons, no seam is needed, and the mask is False everywhere.
     """
     is_free = terminal == ON_EITHER
     n_free = int(np.count_nonzero(is_free))
-    node = n_free + terminal  # what is on a side is one node
+    node = n_free + terminal  # all terminals of a side are one node
     node[is_free] = np.arange(n_free)
     ends = node[sides]
     apart = ends[0] != ends[1]
     if not ((terminal == ON_ONE_SIDE).any() and (terminal == ON_THE_OTHER).any() and apart.any()):
         return np.zeros(len(terminal), dtype=bool)
-    # flows are integers: a millionth of the longest edge is their unit
+    # capacities are integers, in units of a millionth of the longest edge
     longest = max(float(length.max()), np.finfo(float).tiny)
     capacity = np.maximum(np.rint(length[apart] / longest * (1 << 20)).astype(np.int64), 1)
     behind = behind_least_cut(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
@@ -47,9 +47,10 @@ def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) 
 
 
 def terminals_beside_line(along: FloatArray, band: float) -> IntArray:
-    """The terminals of a seam near a line, by the signed distances of polygons from it: those beyond a band.
+    """Return the terminals for a seam near a line, from the signed distances of polygons from the line.
 
-    `band` is a share of the extent on either side. The polygons farthest from the line are terminals anyway.
+    Polygons outside a band around the line are terminals. `band` is the band's width on either side, as a
+    share of the extent. The farthest polygon on each side is a terminal for any band.
     """
     within = np.abs(along) < min(band * np.ptp(along), along.max(), -along.min())
     return np.where(within, ON_EITHER, np.where(along > 0, ON_THE_OTHER, ON_ONE_SIDE))

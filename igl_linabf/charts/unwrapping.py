@@ -1,4 +1,4 @@
-"""Unwrap any surface: cut it, flatten chart by chart without overlaps, pack."""
+"""Unwrap any surface: cut it, flatten its charts without overlaps, and pack them."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ from .packing import (
     MOST_TRIAL_CHARTS,
     PackedChart,
     Packing,
-    Wish,
+    PackingRequest,
     cut_for_fill,
     cut_to_fit,
     fill_of,
     pack_maps,
     pack_quickly,
 )
-from .periodic import with_period
+from .periodic import shift_by_period
 
 MAX_MARGIN_SHARE = 0.64  # largest share of the page that margins may take
 SEARCHED_OVER_TRIAL = 0.88  # size of the page after a full search over that of a quick trial, at least
@@ -78,26 +78,26 @@ def unwrap(
     Parameters
     ----------
     V : (#V, 3) float
-        Vertex positions, finite where a face is.
+        Vertex positions, finite at all vertices of faces.
     F : (#F, 3) or (#F, k) int, or list of lists of int
-        Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
-        `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
+        Any triangles, quadrangles or polygons. A mesh that is not a clean oriented manifold is repaired as by
+        `clean`. Seams follow the edges of polygons, never the diagonals that split them.
     seams : Seams, (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes edges and masks, or `Seams` with options: how long seams may be for less
-        stretch (`Seams(trade=30)`), where they hide, and what happens to holes, stretch and overlaps. By
-        default `find_seams` finds them.
+        The edges to cut, in the formats of `cut`, or `Seams` with options: how long seams may be to reduce
+        stretch (`Seams(trade=30)`), where they are hidden, and how holes, stretch and overlaps are treated.
+        By default `find_seams` finds the seams.
     method : str or method object
         As in `flatten`.
     cones : Cones, (#C,) int, int or "auto", optional
-        Vertices that keep all curvature, or how many are to be found on each component, or `Cones` with
-        their angles and the period of a texture. Needs "linabf" or "abf". Not with `seams`.
+        Vertices that keep all curvature, or the number of cones to find on each component, or `Cones` with
+        their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`.
     packing : Packing, optional
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
         one page with a margin.
     weld : float, optional
         As in `clean`.
     strict : bool
-        Refuse what is no clean oriented manifold, instead of repairing it.
+        Raise an error if the mesh is not a clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -108,21 +108,20 @@ def unwrap(
     Raises
     ------
     MeshError
-        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
-        given seams leave a chart with handles or without a boundary and are not to be completed.
-        A cone is no interior vertex, or the cones are too few, or their angles do not obey
-        Gauss-Bonnet; the message has the numbers that do. The period is too long for the distances of
-        the cones; the message has one that is not. With `strict`, also: the surface is no
-        oriented manifold, or a face has no area. With a texel density, also: the charts do not fit on the
-        pages.
+        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is not an edge, or given
+        seams leave a chart with handles or without a boundary and are not to be completed. A cone is not an
+        interior vertex, there are too few cones, or their angles violate Gauss-Bonnet; the message has the
+        required numbers. The period is too long for the distances of the cones; the message has a shorter
+        one. With `strict`, also: the surface is not an oriented manifold, or a face has no area. With a texel
+        density, also: the charts do not fit on the pages.
     ValueError
-        `weld` is out of its range, or options do not go together.
+        `weld` is out of its range, or options cannot be combined.
 
     Warns
     -----
     MeshWarning
-        The mesh was repaired; `atlas.repairs` has the details. Or edges of its boundary lie in one place, as
-        files have them at old seams: charts end there without `weld=0`.
+        The mesh was repaired; `atlas.repairs` has the details. Or boundary edges coincide, which is common in
+        files at the seams of an older map; charts end there unless `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
@@ -135,14 +134,14 @@ def unwrap(
     (1, True, (20, 3))
     >>> atlas = unwrap(V, F, packing=Packing(resolution=1024, padding=2))
 
-    A cube of quadrangles comes back as quadrangles:
+    The texture coordinates of quadrangles have the shape of the quadrangles:
 
     >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    asked, wanted, wish = asked_for(seams, cones, packing)
+    asked, wanted, request = asked_for(seams, cones, packing)
     given_seams = asked.at
     split = split_polygons(V, F)
     if split is not None:
@@ -179,16 +178,16 @@ def unwrap(
             made = charts_with_cones(surface, placed, options.method, ends)
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
-            wish = replace(wish.scaled(cleaned.power), upright=upright)
-            may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
-            charts = _scaled(surface, made.charts, wish.unseen)
-            charts = cut_to_fit(charts, wish) if may_cut and wish.side is not None else charts
-            if may_cut and wish.side is None:
-                atlas = _full(surface, charts, wish, options)
+            request = replace(request.scaled(cleaned.power), upright=upright)
+            may_cut = request.resolution is not None and options.may_find_seams and wanted is None
+            charts = _set_scales(surface, made.charts, request.unseen)
+            charts = cut_to_fit(charts, request) if may_cut and request.side is not None else charts
+            if may_cut and request.side is None:
+                atlas = _pack_fully(surface, charts, request, options)
             elif period is None:
-                atlas = _packed(surface, charts, wish)
+                atlas = _make_atlas(surface, charts, request)
             else:
-                atlas = _with_period(surface, charts, wish, period)
+                atlas = _pack_with_period(surface, charts, request, period)
     atlas = replace(
         atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(surface, atlas, options)
     )
@@ -202,19 +201,21 @@ def unwrap(
     return atlas
 
 
-def _with_period(surface: Submesh, charts: list[tuple[Chart, Submesh]], wish: Wish, period: float) -> Atlas:
-    """The atlas whose seams of cones match under shifts by multiples of a period."""
+def _pack_with_period(
+    surface: Submesh, charts: list[tuple[Chart, Submesh]], request: PackingRequest, period: float
+) -> Atlas:
+    """Pack charts so that seams of cones match after shifts by multiples of a period."""
 
     def pack(room: float) -> Atlas:
-        return _packed(surface, charts, replace(wish, spacing=wish.spacing.wider(room)))
+        return _make_atlas(surface, charts, replace(request, spacing=request.spacing.widen(room)))
 
-    return with_period(surface, pack, [piece for _, piece in charts], period, wish.spacing.gap)
+    return shift_by_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
 
 
-def _scaled(
+def _set_scales(
     surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
 ) -> list[tuple[Chart, Submesh]]:
-    """The charts, with that scale for those which no ray from outside reaches."""
+    """Set the scale of charts that no ray from outside reaches."""
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
@@ -226,18 +227,20 @@ def _scaled(
 
 
 def _warn_of_repairs(cleaned: Cleaned) -> None:
+    """Issue a `MeshWarning` that lists the repairs."""
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
 
 
 def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
-    """Say where the boundary lies on itself: vertices are doubled at the seams of an older map."""
+    """Warn if boundary edges coincide: vertices are usually doubled at the seams of an older map."""
     topology = surface.topology
     rim = topology.edges[topology.sides[1] < 0]
     if not len(rim):
         return
-    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)  # repairs cut, too
+    # each edge once, although repairs may have cut along it
+    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
     _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)
     on_seam = count[edge.ravel()] > 1
@@ -251,51 +254,57 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
         )
 
 
-def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
-    """The atlas, with charts of many limbs cut further if the fuller page is worth the seams.
+def _pack_fully(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
+) -> Atlas:
+    """Pack charts, after cutting charts with many limbs if the fuller page is worth the seams.
 
-    Many charts mostly fill each other's gaps: if their page is full, they are not cut.
+    If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
     """
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
-        placed = _placed(done, wish)
+        placed = _place_charts(done, request)
         if fill_of(placed) > MAX_SPARSE_FILL:
-            return _packed(surface, done, wish, placed)
-    parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
+            return _make_atlas(surface, done, request, placed)
+    parts, whole = cut_for_fill(done, request, options.trade, options.most_stretch)
     if len(parts) == len(done):
-        return _packed(surface, done, wish, placed)
-    fuller = _placed(parts, wish)
+        return _make_atlas(surface, done, request, placed)
+    fuller = _place_charts(parts, request)
     creased, size = CreasedSurface(surface, options.hidden), float(np.sqrt(surface.measured[0].sum() / 2))
     dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
-    # the size of the page on which uncut charts cost as much
+    # the page size at which the uncut charts cost as much
     worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / options.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
-        placed, moves = pack_quickly(_maps(done), wish)
+        placed, moves = pack_quickly(_maps(done), request)
     if placed is None or 1 / fill_of(placed) > worth:
-        return _packed(surface, parts, wish, fuller)
-    return _packed(surface, done, wish, None if moves else placed)
+        return _make_atlas(surface, parts, request, fuller)
+    return _make_atlas(surface, done, request, None if moves else placed)
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
+    """Return the maps and the triangles of charts, at the scales of the charts."""
     return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
-    """Charts on pages, with margins that leave room for so many."""
+def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
+    """Place charts on pages; reduce the margin if it leaves no room for them."""
     most = float(np.sqrt(MAX_MARGIN_SHARE / len(done)))
-    closer = wish.spacing.at_most(most)
-    if closer != wish.spacing:
-        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
-        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-    return pack_maps(_maps(done), replace(wish, spacing=closer))
+    closer = request.spacing.limit_gap(most)
+    if closer != request.spacing:
+        too_wide = f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts"
+        warnings.warn(f"{too_wide}: it is reduced to {most:.2g}", FallbackWarning, stacklevel=stack_level())
+    return pack_maps(_maps(done), replace(request, spacing=closer))
 
 
-def _packed(
-    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[PackedChart] | None = None
+def _make_atlas(
+    surface: Submesh,
+    done: list[tuple[Chart, Submesh]],
+    request: PackingRequest,
+    placed: list[PackedChart] | None = None,
 ) -> Atlas:
-    """The atlas of charts on pages; `placed` are these, if they are known."""
+    """Return the atlas of charts on pages; `placed` are the placed charts, if they are known."""
     if placed is None:
-        placed = _placed(done, wish)
+        placed = _place_charts(done, request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
@@ -304,13 +313,13 @@ def _packed(
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
-    flat = TC * [1, wish.spacing.aspect]  # in page widths
+    flat = TC * [1, request.spacing.aspect]  # in page widths
     seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = quality_of(whole, flat / scale, sum(chart.overlapping for chart in charts))
-    else:  # it is known, but for faces that collapse on the page
+    else:  # the quality is known, except for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
     return Atlas(
@@ -325,7 +334,7 @@ def _packed(
         splits=len(done) - int(surface.label.max() + 1),
         fill=fill_of(placed),
         page=page,
-        aspect=wish.spacing.aspect,
+        aspect=request.spacing.aspect,
         scale=abs(placed[0].ratio),
         quality=quality,
     )

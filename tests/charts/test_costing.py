@@ -1,4 +1,4 @@
-"""The cost of an atlas: its three terms, in one unit."""
+"""The three terms of the cost of an atlas, in one unit."""
 
 import igl
 import numpy as np
@@ -13,7 +13,7 @@ PACKED = Packing(resolution=256)
 
 @pytest.fixture(scope="module")
 def ball():
-    """A bumpy ball of area A, and seams that open it."""
+    """Return a bumpy ball, and seams that open it."""
     V, F = igl.upsample(*igl.icosahedron(), 2)
     V = V / np.linalg.norm(V, axis=1)[:, None] * (1 + 0.2 * np.sin(4 * V[:, :1]))
     return V, F, find_seams(V, F)
@@ -27,7 +27,7 @@ def length(V, edges):
     return np.linalg.norm(np.subtract(*V[edges.T]), axis=1).sum()
 
 
-def test_a_cubes_net_has_no_stretch_and_the_seams_that_are_known_by_hand():
+def test_the_net_of_a_cube_has_no_stretch_and_seven_sharp_seams():
     V, F = box(1, 1, 1)
     cost = unwrap(V, F, Seams(trade=2.0)).cost
     assert cost.stretch == pytest.approx(0, abs=1e-9)
@@ -76,7 +76,7 @@ def test_trade_weighs_the_seams_alone(ball):
     assert np.isinf(unwrap(V, F, Seams(seams, trade=0)).cost.total)
 
 
-def test_it_is_the_sum_of_what_the_atlas_has_and_is_printed(ball):
+def test_the_cost_is_the_sum_of_its_terms_and_is_printed(ball):
     V, F, seams = ball
     atlas = unwrap(V, F, seams)
     cost = atlas.cost

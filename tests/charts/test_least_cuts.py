@@ -1,4 +1,4 @@
-"""Charts are cut in two along the shortest seam between what is to be apart."""
+"""Charts are cut in two along the shortest seam between two sets of polygons."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from igl_linabf.surface import Submesh
 
 
 def hourglass(waist: float) -> Submesh:
-    """A strip of length 1 that is narrowest at a waist."""
+    """Return a strip of length 1 that is narrowest at a waist."""
     V, F = igl.triangulated_grid(41, 9)
     x, y = V[:, 0] / V[:, 0].max(), V[:, 1] / V[:, 1].max()
     return Submesh.checked(np.column_stack((x, y * (0.1 + 0.4 * np.abs(x - waist)), np.zeros(len(V)))), F)
@@ -27,14 +27,14 @@ def test_a_chart_is_halved_at_the_narrowest_place_near_its_middle(waist: float) 
     assert len(seam) == 9
 
 
-def test_a_waist_far_from_the_middle_is_no_place_to_halve() -> None:
+def test_a_waist_far_from_the_middle_is_not_used() -> None:
     piece = hourglass(0.1)
     sizes = [part.measured[0].sum() for part in bisect(piece)]
     assert min(sizes) > 0.25 * sum(sizes)
 
 
 def test_the_seam_is_as_short_as_any_between_the_terminals() -> None:
-    """On a square with edges of random lengths, beside cuts along its columns of faces."""
+    """Random edge lengths; compared with cuts along the columns of faces."""
     piece, rng = hourglass(0.5), np.random.default_rng(4)
     sides, length = edges_between_polygons(piece)
     length = length * rng.uniform(0.2, 2.0, len(length))

@@ -1,4 +1,4 @@
-"""Any surface unwraps: no flips, no overlaps, nothing lost, the same figures in every file."""
+"""Any surface unwraps without flips or overlaps, completely, and with the same figures in every file."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def surface(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def unwrapped(name: str) -> Atlas:
-    """Return the atlas without options, which several tests look at."""
+    """Return the atlas with default options, shared by several tests."""
     return unwrap(*surface(name))
 
 
@@ -74,7 +74,9 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
     atlas = unwrapped(name)
     assert atlas.good
-    is_hard = atlas.quality.stretch_l2 < 1.01  # planes and cylinders are more charts, nearly exact
+    is_hard = (
+        atlas.quality.stretch_l2 < 1.01
+    )  # planes and cylinders become more charts, nearly without distortion
     assert len(atlas.charts) <= (8 if is_hard else 3) * (face_components(F, len(V)).max() + 1)
     assert atlas.FTC.shape == F.shape
     assert (atlas.origin[atlas.FTC] == F).all()
@@ -108,7 +110,7 @@ def test_less_distortion_than_igl_lscm_on_the_same_cut(name: str) -> None:
         assert atlas.quality.stretch_l2 <= 1.5
 
 
-def test_given_seams_are_those_that_are_cut() -> None:
+def test_exactly_the_given_seams_are_cut() -> None:
     V, F = surface("icosahedron")
     seams = find_seams(V, F)
     atlas = unwrap(V, F, seams)
@@ -139,7 +141,7 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
 
 
 @pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 2), ("limb", 9)])
-def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, charts: int) -> None:
+def test_a_disk_beyond_double_precision_is_cut_open(name: str, charts: int) -> None:
     V, F = load(name)
     assert len(flatten(V, F).flipped) > 0
     atlas = unwrap(V, F)
@@ -177,7 +179,7 @@ def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypat
     assert len(atlas.charts) > 1
 
 
-def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
+def test_the_guarantee_is_used_with_a_warning_if_no_seam_helps(monkeypatch) -> None:
     monkeypatch.setattr(charting, "MAX_TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
@@ -186,7 +188,7 @@ def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None
     assert any(chart.result.attempts[-1].name == "injective" for chart in atlas.charts)
 
 
-def test_what_is_wrong_with_a_chart_is_told() -> None:
+def test_troubles_describe_faulty_charts() -> None:
     atlas = unwrap(*surface("icosahedron"))
     (chart,) = atlas.charts
     over = replace(atlas, charts=(replace(chart, overlapping=2),))
@@ -267,7 +269,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
         asked = options.ChartOptions(LinABF(), True, trade, False, False, None, None)
         before = len(tried)
         charts = charting.charts_of([dome], none, asked)
-        assert len(tried) > before + 1  # the parts were looked at
+        assert len(tried) > before + 1  # the parts were tried
         assert (max(chart.splits for chart, _ in charts) > 0) == pays
 
 
@@ -284,7 +286,7 @@ def test_a_larger_trade_buys_less_stretch_by_longer_seams(name: str) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
-def test_the_command_writes_what_another_program_reads(tmp_path, suffix: str) -> None:
+def test_other_programs_read_the_output_of_the_command(tmp_path, suffix: str) -> None:
     mesh, out, picture = tmp_path / "in.off", tmp_path / f"out.{suffix}", tmp_path / "out.png"
     V, F = load("bumps")
     V, F = np.vstack((V, V + np.array([3, 0, 0]))), np.vstack((F, F + len(V)))
@@ -342,7 +344,7 @@ def test_cut_flattens_as_the_atlas_does() -> None:
     )
 
 
-def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
+def test_the_input_is_checked_once_for_any_number_of_charts(monkeypatch) -> None:
     calls: list[str] = []
 
     def counted(name: str) -> None:
@@ -381,10 +383,10 @@ def test_charts_do_not_cross_labels(seams: str | None, turned: bool) -> None:
         atlas = unwrap(V, F, Seams(edges, complete=edges is not None, labels=labels))
     assert atlas.good
     assert [len(set(labels[atlas.chart == k])) for k in range(len(atlas.charts))] == [1] * len(atlas.charts)
-    assert len(atlas.charts) <= 4 + turned  # labels do not scatter; the face that is there twice is alone
+    assert len(atlas.charts) <= 4 + turned  # labels do not scatter; the duplicate face is a chart of its own
 
 
-def test_labels_of_polygons_are_those_of_faces() -> None:
+def test_labels_belong_to_polygons() -> None:
     V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     assert len(unwrap(V, F).charts) == 1
@@ -393,9 +395,9 @@ def test_labels_of_polygons_are_those_of_faces() -> None:
 
 
 @pytest.mark.parametrize(
-    ("labels", "said"), [([1, 2], "20 faces"), ([0.5] * 20, "no integers"), ("x", "no array")]
+    ("labels", "said"), [([1, 2], "20 faces"), ([0.5] * 20, "not integers"), ("x", "not an array")]
 )
-def test_labels_that_do_not_fit_are_refused(labels: object, said: str) -> None:
+def test_invalid_labels_are_refused(labels: object, said: str) -> None:
     with pytest.raises(MeshError, match=said):
         unwrap(*igl.icosahedron(), Seams(labels=labels))
 

@@ -1,11 +1,10 @@
-"""An atlas and its charts.
+"""Atlases and their charts.
 
-In: pieces of a surface, each flattened alone. Out: `Atlas` and `Chart`; the seams of texture coordinates; an
-atlas of the mesh and the polygons that the caller gave.
+Input: pieces of a surface, each flattened on its own. Output: `Atlas` and `Chart`, the seams of texture
+coordinates, and the atlas of the mesh and the polygons that the caller passed.
 """
 
-from .atlas import Atlas, Chart
-from .constants import STRETCH_ROUNDING, UNUSABLE_STRETCH
+from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, Chart
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
 from .pieces import flatten_piece, flattening_of_part, open_slivers, scaled_to_surface, uv_of_part
 from .polygons import (

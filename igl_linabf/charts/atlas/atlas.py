@@ -15,7 +15,11 @@ from ...flattening import Flattening
 from ...measures import Quality
 from ...surface import Repair, Triangles, distinct_corners
 from ..cost import AtlasCost
-from . import constants
+
+MAX_LISTED_CHARTS = 20  # number of charts that a notebook lists
+UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further, or reported
+STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
+MAX_SEAM_MISMATCH = 1e-4  # `seam_mismatch` of an atlas with cones above which textures break at seams
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -25,18 +29,19 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces, as rows of the surface's F; of polygons, one row for each of their triangles.
+        Its faces: row indices into the surface's F. A polygon has a row for each of its triangles.
     result : Flattening
-        Its flattening before packing; vertices and faces are numbered within the chart.
+        Its flattening before packing. Vertices and faces are numbered within the chart.
     quality : Quality
     splits : int
-        How many times it was cut further after it had been flattened: for overlaps, flips or stretch.
+        Number of times it was cut after it had been flattened, because of overlaps, flips or stretch.
     overlapping : int
-        Pairs of its faces that still overlap.
+        Number of pairs of its faces that still overlap.
     cost : float
-        Increase of F/3nt from moving overlapping parts apart; 0 if that was not done.
+        Increase of F/3nt from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
-        Its texel density over that of the others: `Packing.unseen` if no ray from outside reaches it.
+        Its texel density relative to the atlas: `Packing.unseen` if no ray from outside reaches it, 1
+        otherwise.
     """
 
     faces: IntArray
@@ -53,16 +58,16 @@ class Chart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Atlas:
-    """A surface's texture coordinates, as `igl.writeOBJ` takes them.
+    """The texture coordinates of a surface, in the format of `igl.writeOBJ`.
 
     Attributes
     ----------
     TC : (#TC, 2) float64
-        Texture coordinates in the unit square; of page k in the one above and right of
-        (k % 10, k // 10), as UDIM tile 1001 + k.
+        Texture coordinates in the unit square. Page k is the square above and right of (k % 10, k // 10), as
+        UDIM tile 1001 + k.
     FTC : (#F, 3) int64
-        Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
-        of arrays for faces of different sizes.
+        Rows of `TC` at the corners of the faces, in the shape of `F`: (#F, k) for faces with k corners, a
+        tuple of arrays for faces of different sizes.
     origin : (#TC,) int64
         The vertex of each texture coordinate.
     chart : (#F,) int64
@@ -71,43 +76,44 @@ class Atlas:
     seams : (#E, 2) int64
         The edges that were cut.
     seam_length : float
-        Their length.
+        Total length of the seams.
     seam_mismatch : float
-        The largest `|log(a / b)|` of the lengths a and b of the two sides of a seam edge in the map. With
-        cones it is that of rounding.
+        The largest `|log(a / b)|` over all seam edges, where a and b are the lengths of the edge's two sides
+        in the map. With cones, only rounding errors contribute.
     splits : int
-        How many charts there are beyond one for each component: parts of what would overlap itself or be
-        stretched too far, panels of hard surfaces, and what given seams part.
+        Number of charts beyond one per component. Charts are split to remove overlaps and stretch, into the
+        panels of hard surfaces, and along given seams.
     fill : float
         Share of the pages that the charts cover.
     quality : Quality
-        Of the whole: angles of all corners, stretch at the charts' common scale, as if those of another
-        `scale` had it, too. Faces that were set aside do not count.
+        Of the whole atlas: angles at all corners, and stretch at the common scale of the charts, ignoring
+        `Chart.scale`. Faces that were set aside do not count.
     repairs : tuple of Repair
-        What `unwrap` did to the mesh before; empty if it was clean.
+        Repairs that `unwrap` made to the mesh; empty if the mesh was clean.
     max_stretch : float or None
-        What was asked for.
+        The `max_stretch` that the caller passed.
     page : (#charts,) int64
         The page of each chart.
     scale : float
-        Page widths per unit of length of V, on average over a chart of scale 1. Times the width in
-        texels it is the texel density.
+        Page widths per unit of length of V, averaged over a chart of scale 1. Multiply by the page width in
+        texels to get the texel density.
     cones : (#C,) int64
-        The vertices that are cones; empty without.
+        The vertices that are cones; empty without cones.
     cone_angles : (#C,) float64
-        The angles of the map's triangles at each sum to this, radians.
+        Sum of the angles of the map's triangles at each cone, radians.
     coned : bool
-        Whether cones were asked for: the sides of all seams are to match then, also if there are no cones.
+        Whether cones were requested. If True, the sides of all seams must match, even if there are no cones.
     period : float or None
-        Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
+        Period of a texture that continues across the seams, measured from the origin of `TC`; None without
+        one.
     split : Triangles or None
-        How polygons were split; None if the faces are triangles.
+        The triangulation of the polygons; None if the faces are triangles.
     given_seams : (#G, 2) int64
-        The edges that were asked to be cut; `write_pattern` joins no pieces along them.
+        The edges that the caller asked to cut; `write_pattern` joins no pieces along them.
     aspect : float
-        The height of a page over its width. `TC` has shares of both; `flat` is as the charts are.
+        Height of a page over its width. `TC` is relative to both; `flat` has the true proportions.
     cost : AtlasCost
-        Its stretch, its seams and what is wasted of its pages, in the unit in which `unwrap` weighs them.
+        Its stretch, its seams and the wasted part of its pages, in the unit in which `unwrap` weighs them.
     """
 
     TC: FloatArray
@@ -141,43 +147,45 @@ class Atlas:
 
     @property
     def flat(self) -> FloatArray:
-        """`TC` in page widths, (#TC, 2): with the angles of the charts also on pages that are not square."""
+        """`TC` in units of the page width, (#TC, 2).
+
+        The angles of the charts are preserved, also on pages that are not square.
+        """
         return np.asarray(self.TC * [1, self.aspect])
 
     @property
     def triangles(self) -> IntArray:
-        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or what its polygons are split into."""
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or its polygons split into triangles."""
         if self.split is None:
             return np.asarray(self.FTC)
         return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
 
     @property
     def drawn(self) -> IntArray:
-        """The `triangles` that can be drawn: those without area may have a corner twice."""
+        """The `triangles` that can be drawn. Degenerate triangles may repeat a corner and are excluded."""
         F = self.triangles
         return np.asarray(F[distinct_corners(F)])
 
     @property
     def good(self) -> bool:
-        """Whether no face is flipped, no chart overlaps itself, and none is stretched beyond use."""
+        """Whether no face is flipped, no chart overlaps itself, and no chart is stretched beyond use."""
         return not self.troubles
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+        """One sentence for each chart that has flipped or overlapping faces, or is stretched beyond use.
 
-        Also on seams of cones whose sides do not match, and on lost faces.
-
-        Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
+        Seams of cones whose sides do not match, and faces that collapsed, are reported as well. A chart is
+        stretched beyond use if its L2 stretch exceeds `max_stretch`, or 10 if `max_stretch` is None.
         """
         said, more = [], "give more cones there" if self.coned else ""
-        most = constants.UNUSABLE_STRETCH
+        most = UNUSABLE_STRETCH
         if self.max_stretch is not None:
-            most = self.max_stretch * (1 + constants.STRETCH_ROUNDING)
+            most = self.max_stretch * (1 + STRETCH_ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:
-                continue  # of thousands
+                continue
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
@@ -191,17 +199,17 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
-        if self.coned and self.seam_mismatch > constants.MAX_SEAM_MISMATCH:
+        if self.coned and self.seam_mismatch > MAX_SEAM_MISMATCH:
             factor = np.exp(min(self.seam_mismatch, np.log(np.finfo(float).max)))
             said.append(
-                f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
-                f"{factor:.4g}, as no angles were found that close: give more cones"
+                f"the sides of seams do not match: the two sides of an edge differ in length by a factor of "
+                f"up to {factor:.4g}, because no angles were found for which they match: give more cones"
             )
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
             said.append(
-                f"{collapsed:,} faces are so small beside the others that double precision has no place for "
-                "them in one page: unwrap them apart"
+                f"{collapsed:,} faces are so small relative to the other faces that double precision cannot "
+                "represent them on the same page: unwrap them separately"
             )
         return said
 
@@ -215,7 +223,7 @@ class Atlas:
         return "\n".join((aligned(self._rows()), *self._lines()))
 
     def _repr_html_(self) -> str:
-        rows, most = self._rows(), constants.MAX_LISTED_CHARTS
+        rows, most = self._rows(), MAX_LISTED_CHARTS
         if len(rows) > most + 2:
             left_out = (f"{len(rows) - 2 - most:,} more", *[""] * (len(rows[0]) - 1))
             rows = [*rows[: most + 1], left_out, rows[-1]]

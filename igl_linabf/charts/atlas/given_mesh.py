@@ -1,4 +1,4 @@
-"""From the atlas of a repaired mesh to that of the mesh that was given."""
+"""The atlas of the given mesh, computed from the atlas of the repaired mesh."""
 
 from dataclasses import replace
 
@@ -9,22 +9,25 @@ from ...measures import Quality
 from ...surface import Cleaned, seam_mask, times_power_of_two
 from .atlas import Atlas
 
-NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of no face
+NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of an empty mesh
 
 
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
-    """A mask of the sides k to k + 1 of the given faces as one of the repaired faces."""
+    """Convert a mask of the sides k to k + 1 of the given faces to a mask of the repaired faces."""
     mask = mask[cleaned.faces]
     mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
-    return seam_mask(mask, cleaned.F, len(cleaned.V))  # on both sides of an edge that was welded
+    return seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of a welded edge
 
 
 def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
-    """The atlas of the given mesh: by its vertices, with a row for each face, in the given orientation."""
+    """Return the atlas of the given mesh.
+
+    It refers to the given vertices and has a row for each given face, in the given orientation.
+    """
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
     chart[cleaned.faces] = atlas.chart
-    FTC, chart = _borrowed(FTC, chart, cleaned.merged[F])
+    FTC, chart = _borrow_rows(FTC, chart, cleaned.merged[F])
     return replace(
         atlas,
         FTC=FTC,
@@ -40,7 +43,7 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
 
 
 def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
-    """The atlas of a mesh whose faces all have no area: all corners are in one point."""
+    """Return the atlas of a mesh whose faces all have zero area: all corners are at one point."""
     return Atlas(
         TC=np.full((1, 2), 0.5),
         FTC=np.zeros(F.shape, dtype=np.int64),
@@ -57,48 +60,53 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
     )
 
 
-def _borrowed(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
-    """`FTC` and `chart` with rows for the faces that were set aside: on an edge or a corner of a neighbour.
+def _borrow_rows(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
+    """Return `FTC` and `chart` with rows for the faces that were set aside.
 
-    The rows of these faces in `FTC` are -1. `F` are all faces; vertices in one place are one vertex.
+    A face that was set aside collapses to an edge or a corner of a neighbour. Its row in `FTC` is -1. `F` has
+    all faces; vertices at the same position are one vertex.
     """
     aside = np.flatnonzero(FTC[:, 0] < 0)
     while len(aside):
         known = np.flatnonzero(FTC[:, 0] >= 0)
-        lender = _sharing_an_edge(F, aside, known)
+        lender = _find_edge_neighbours(F, aside, known)
         found = lender >= 0
         if not found.any():
-            lender = _sharing_a_vertex(F, aside, known)
+            lender = _find_vertex_neighbours(F, aside, known)
             found = lender >= 0
-        if not found.any():  # a piece of its own, without an area: any point is as good
+        if not found.any():  # a separate piece without area: any point will do
             FTC[aside], chart[aside] = FTC[known[0], 0], chart[known[0]]
             break
         for t, other in zip(aside[found].tolist(), lender[found].tolist(), strict=True):
             same = F[t][:, None] == F[other]
             at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
             at[at < 0] = at[at >= 0][0]
-            if len(set(at.tolist())) == 3:  # its twin
+            if len(set(at.tolist())) == 3:  # the same triangle
                 at[2] = at[1]
             FTC[t], chart[t] = FTC[other][at], chart[other]
         aside = aside[~found]
     return FTC, chart
 
 
-def _sharing_an_edge(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """For each face set aside a known face that shares a side of two different corners, or -1."""
+def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
+    """Return, for each face set aside, a known face that shares a non-degenerate edge with it, or -1."""
     n = int(F.max()) + 1
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
     proper = side[aside, :, 0] != side[aside, :, 1]
-    return _lookup(key[known], known, key[aside], proper)
+    return _look_up(key[known], known, key[aside], proper)
 
 
-def _sharing_a_vertex(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    return _lookup(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
+def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
+    """Return, for each face set aside, a known face that shares a vertex with it, or -1."""
+    return _look_up(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
 
 
-def _lookup(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
-    """For each row of `wanted` one of `rows` that has a usable value of it in its row of `table`, or -1."""
+def _look_up(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
+    """Return, for each row of `wanted`, one of `rows` whose row in `table` has a common value, or -1.
+
+    Only values that are marked in `usable` are compared.
+    """
     values, first = np.unique(table.ravel(), return_index=True)
     place = np.minimum(np.searchsorted(values, wanted), len(values) - 1)
     hit = (values[place] == wanted) & usable

@@ -1,6 +1,6 @@
-"""A piece of a surface, flattened alone.
+"""A piece of a surface, flattened on its own.
 
-A piece of one triangle that is too thin for a map is opened a little before.
+If a piece is a single triangle that is too thin to be mapped, the triangle is opened slightly first.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ from ..._types import FloatArray
 from ...errors import MeshError, some
 from ...flattening import Flattening, Method, Outcome
 from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
-from . import constants
+
+MIN_LONE_HEIGHT = 1e-6  # least height of the triangle of a chart, over its longest side
+LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of such a triangle, over its largest coordinate
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
-    """The pieces; in those of one thin triangle the vertex opposite to the longest side is moved away.
+    """Move the apex of each single, thin triangle away from its longest side, and return the pieces.
 
-    Such a piece has no neighbour that would move with it, and hardly any area.
+    No neighbour would have to move along with it, because the triangle is a piece of its own.
     """
     made = list(pieces)
     alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
@@ -33,42 +35,42 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
     double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    rounding = constants.LONE_ROUNDING * np.abs(corners).max(axis=(1, 2))
-    height = np.maximum(constants.MIN_LONE_HEIGHT * longest, rounding)
+    rounding = LONE_ROUNDING * np.abs(corners).max(axis=(1, 2))
+    height = np.maximum(MIN_LONE_HEIGHT * longest, rounding)
     for j in np.flatnonzero(double < height * longest).tolist():
         piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
         V = piece.V.copy()
-        V[piece.F[0, apex]] = _raised(np.roll(corners[j], -apex, axis=0), float(height[j]))
+        V[piece.F[0, apex]] = _raise_apex(np.roll(corners[j], -apex, axis=0), float(height[j]))
         made[alone[j]] = replace(piece, V=V)
     return made
 
 
-def _raised(corners: FloatArray, height: float) -> FloatArray:
-    """The first corner of a triangle, moved to this height over the side between the others."""
+def _raise_apex(corners: FloatArray, height: float) -> FloatArray:
+    """Return the first corner of a triangle, moved to the given height above the opposite side."""
     apex, start, end = corners
     side = (end - start) / np.linalg.norm(end - start)
     along = (apex - start) @ side
-    away = _across(apex - start, side)
+    away = _remove_component(apex - start, side)
     if not away @ away > 0:
-        away = _across(np.eye(len(side))[np.abs(side).argmin()], side)
+        away = _remove_component(np.eye(len(side))[np.abs(side).argmin()], side)
     return np.asarray(start + along * side + height / np.linalg.norm(away) * away)
 
 
-def _across(vector: FloatArray, side: FloatArray) -> FloatArray:
-    """The part of a vector at right angles to a side of length one."""
-    for _ in range(2):  # of a long vector the first round leaves rounding
+def _remove_component(vector: FloatArray, side: FloatArray) -> FloatArray:
+    """Return the component of a vector orthogonal to a side of unit length."""
+    for _ in range(2):  # the second pass removes the rounding error of the first
         vector = vector - (vector @ side) * side
     return vector
 
 
 def flatten_piece(piece: Submesh, method: Method) -> Flattening:
-    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
+    """Flatten a piece. Vertices and faces of the result are numbered within the piece."""
     start, topology = perf_counter(), piece.topology
     if topology.genus or not topology.loops:
         what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
         raise MeshError(
-            f"{which}: give more seams, or Seams(edges, complete=True), and unwrap finds the others"
+            f"{which}: give more seams, or Seams(edges, complete=True), and unwrap finds the remaining ones"
         )
     n = len(piece.V)
     mesh = replace(planar_mesh_of(piece), vertices=np.arange(n), n_given=n)
@@ -79,22 +81,22 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
 
 
 def uv_of_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
-    """The coordinates of a piece's map at the vertices of a part of it."""
+    """Return the coordinates of a piece's map at the vertices of one of its parts."""
     of = np.empty(len(part.V), dtype=np.int64)
     of[part.F.ravel()] = piece.F[np.searchsorted(piece.faces, part.faces)].ravel()
     return np.asarray(uv[of])
 
 
 def scaled_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
-    """The map of a piece, with its area on the surface, turned and placed as all maps are."""
+    """Scale the map of a piece to its area on the surface, centred and turned to the standard position."""
     z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)
 
 
 def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
-    """The `Flattening` of a part whose map `uv` is that of its piece, at some scale.
+    """Return the `Flattening` of a part, whose map `uv` is the piece's map up to scale.
 
-    Its outcome is flipped only if triangles of the part are.
+    The outcome is flipped only if triangles of the part are flipped.
     """
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)

@@ -1,4 +1,4 @@
-"""Polygons: split into triangles for `unwrap`, and given back in its atlas."""
+"""Split polygons into triangles for `unwrap`, and convert the results back to polygons."""
 
 from dataclasses import replace
 
@@ -12,12 +12,12 @@ from .atlas import Atlas
 
 
 def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
-    """The triangles that polygons are split into; None if the faces are triangles.
+    """Return the triangulation of polygons; None if the faces are triangles.
 
     Raises
     ------
     MeshError
-        Faces have less than three corners, or name vertices that are not there.
+        Faces have fewer than three corners, or refer to vertices that do not exist.
     """
     try:
         array = np.asarray(F)
@@ -28,7 +28,7 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
         or array.dtype.kind not in "iufO"
         or (array.ndim != 2 and array.dtype != object)
     ):
-        return None  # what is wrong with these is said of triangles
+        return None  # the check of triangles reports invalid arrays
     polygons = Polygons.of(F)
     positions = vertex_array(V)
     polygons.check(len(positions))
@@ -36,12 +36,20 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
 
 
 def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
-    """Seams of polygons as a mask of their triangles; given as pairs of vertices, or a mask in F's shape.
+    """Convert seams of polygons to a mask of the sides of their triangles.
+
+    Parameters
+    ----------
+    seams : (#E, 2) int, or bool in the shape of F
+        Pairs of vertices, or a mask.
+    split : Triangles
+    n : int
+        Number of vertices.
 
     Raises
     ------
     MeshError
-        They are neither, or a pair is no edge of a polygon.
+        `seams` has neither form, or a pair is not an edge of a polygon.
     """
     polygons = split.polygons
     try:
@@ -53,7 +61,7 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
             raise MeshError(
                 f"seams is a mask of {array.size} sides for {len(polygons.corners)}: pass F's shape"
             )
-        # a side whose ends are one vertex is in no triangle
+        # no triangle has a side whose two ends are the same vertex
         return np.asarray(array.ravel()[split.place] & ~split.inner)
     mask = seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)
@@ -68,13 +76,13 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
 
 
 def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles) -> Submesh:
-    """The surface with the mask of the sides that no seam may take: diagonals of polygons."""
+    """Return the surface with the diagonals of polygons marked as sides that seams may not take."""
     inner = split.inner[cleaned.faces]
     return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
 
 
 def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[Repair, ...]:
-    """Repairs of triangles as those of the polygons that were split into them."""
+    """Convert repairs of triangles to repairs of the polygons that they come from."""
     return tuple(
         replace(repair, first=np.unique(split.face[repair.first])) if repair.of == "faces" else repair
         for repair in repairs
@@ -82,7 +90,7 @@ def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[
 
 
 def atlas_of_polygons(atlas: Atlas, split: Triangles) -> Atlas:
-    """The atlas of the triangles as one of the polygons."""
+    """Convert the atlas of the triangles to the atlas of the polygons."""
     first = np.searchsorted(split.face, np.arange(len(split.polygons)))
     return replace(
         atlas,

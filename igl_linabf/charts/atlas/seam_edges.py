@@ -1,4 +1,4 @@
-"""The seams of texture coordinates."""
+"""The seams of texture coordinates, and their price."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
 from ..features import CreasedSurface
-from .constants import MIN_TURNING_AREA
+
+# relative double area in a map below which its sign is rounding (single precision: 6e-8)
+MIN_TURNING_AREA = 1e-6
 
 Given = ArrayLike | None
 
@@ -32,30 +34,32 @@ def texture_seams(
 def texture_seams(
     F: ArrayLike, FTC: ArrayLike, V: Given = None, TC: Given = None, *, sides: bool = False
 ) -> IntArray | BoolArray | tuple[BoolArray, ...]:
-    """The seams of existing texture coordinates.
+    """Return the seams of existing texture coordinates.
 
-    An edge is a seam of a face if other faces have it, too, and none of them has the same texture
-    coordinates there. With `TC`, an edge at which the map turns over is a seam, too: both faces lie on one
-    side of it in the map, as where the halves of a body share one place as mirror images.
+    An edge is a seam of a face if it belongs to other faces, too, and none of them has the same texture
+    coordinates there. If `TC` is given, an edge where the map folds over is also a seam. There both faces are
+    on the same side of the edge in the map, for example where mirrored halves of a body share one place.
 
     Parameters
     ----------
     F : (#F, 3) or (#F, k) int, or list of lists of int
-        Any triangles or polygons, as `unwrap` takes them.
+        Any triangles or polygons, as in `unwrap`.
     FTC : in the shape of `F`
-        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
+        Indices of the texture coordinates at the corners, as returned by `igl.readOBJ`.
     V : (#V, 3) float, optional
-        Positions: vertices in one place are then one vertex, as in a soup. By default only equal indices are.
+        Positions. If given, vertices at the same position count as one vertex, as in a triangle soup. By
+        default only equal indices do.
     TC : (#TC, 2) float, optional
-        Texture coordinates: equal ones are then one. By default only equal indices are.
+        Texture coordinates. If given, equal coordinates count as one. By default only equal indices do.
     sides : bool
-        Return a mask: it tells the faces apart where more than two meet in an edge. Pairs cut all of them.
+        Return a mask. A mask distinguishes the faces at an edge that more than two faces share; a pair of
+        vertices cuts all of them.
 
     Returns
     -------
     seams : (#E, 2) int64, or bool in the shape of `F`
-        The vertices of the edges that are seams of a face. Or the mask: whether the side from corner k to
-        k + 1 is a seam.
+        The vertices of the edges that are a seam of any face; or, with `sides`, whether the side from corner
+        k to k + 1 is a seam.
 
     Raises
     ------
@@ -83,23 +87,25 @@ def texture_seams(
             f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
             "correct FTC or complete TC"
         )
-    turns = np.zeros(len(polygons), dtype=np.int64) if points is None else _turns(texture, points)
-    mask = _on_seam(polygons, _as_one(polygons, positions), _as_one(texture, points), turns)
+    turns = np.zeros(len(polygons), dtype=np.int64) if points is None else _find_orientations(texture, points)
+    mask = _find_seam_sides(
+        polygons, _number_corners(polygons, positions), _number_corners(texture, points), turns
+    )
     if sides:
         return polygons.shape(mask)
     pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))[mask]
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def _as_one(faces: Polygons, points: FloatArray | None) -> IntArray:
-    """A number for each corner: its index, or, if points are given, the same number for all in one place."""
+def _number_corners(faces: Polygons, points: FloatArray | None) -> IntArray:
+    """Return a number for each corner: its index or, if points are given, a number per distinct position."""
     if points is None:
         return faces.corners
     return np.asarray(merge_coincident(points, np.unique(faces.corners))[faces.corners])
 
 
-def _turns(texture: Polygons, points: FloatArray) -> IntArray:
-    """Which way around each face goes in the map: 1, -1, or 0 where it has no area beside rounding."""
+def _find_orientations(texture: Polygons, points: FloatArray) -> IntArray:
+    """Return the orientation of each face in the map: 1, -1, or 0 if its area is within rounding error."""
     uv = points[texture.corners]
     uv = uv - uv[texture.starts][texture.owner]
     beside = uv[texture.following]
@@ -110,16 +116,20 @@ def _turns(texture: Polygons, points: FloatArray) -> IntArray:
     return np.where(turns, np.sign(area), 0).astype(np.int64)
 
 
-def _on_seam(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
-    """Which sides are seams: none beside them has their texture and lies beyond them in the map.
+def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
+    """Return a mask of the sides that are seams.
 
-    `a` and `s` number the vertices and the texture coordinates at the corners, `turns` is that of each face.
+    A side is a seam if no adjacent face has the same texture coordinates and is on the other side of the edge
+    in the map. `a` and `s` number the vertices and the texture coordinates at the corners; `turns` is the
+    orientation of each face.
     """
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
     side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
     beyond = np.where(forth, 1, -1) * turns[polygons.owner]
-    proper = np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2  # others have no area
+    proper = (
+        np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2
+    )  # the remaining faces are degenerate
     rows = np.flatnonzero((a != b) & proper[polygons.owner])
 
     def group(columns: int) -> IntArray:
@@ -135,21 +145,21 @@ def _on_seam(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> B
 
 
 def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
-    """The `texture_seams` of a checked surface, by its own vertices, and the mismatch of their sides.
+    """Return the `texture_seams` of a checked surface: pairs of its vertices, and their mismatch.
 
-    That is the largest |log ratio| of the lengths of the two sides of a seam edge in the map.
+    The mismatch is the largest |log ratio| of the lengths of the two sides of a seam edge in the map.
     """
     between = rows_of_texture_seams(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
     halves = topology.sides[:, between]
     length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):  # where a side is a point in the map
+    with np.errstate(divide="ignore", invalid="ignore"):  # a side may be a single point in the map
         ratio = np.abs(np.log(length[0] / length[1]))
     return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
 
 
 def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
-    """The seams of texture coordinates, (#F, 3), as rows of `topology.edges`."""
+    """Return the seams of texture coordinates, (#F, 3): row indices into `topology.edges`."""
     first, second = topology.sides_inside
     corner = np.ascontiguousarray(texture.T)
     start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # of each half-edge
@@ -157,7 +167,7 @@ def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
 
 
 def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the seams of texture coordinates, (#F, 3), as rows of the inner edges, and their prices."""
+    """Return the seams of texture coordinates, (#F, 3): indices of inner edges, and their prices."""
     topology = creased.surface.topology
     rows = np.searchsorted(topology.inside, rows_of_texture_seams(topology, texture))
     return rows, creased.price[rows]
@@ -166,7 +176,7 @@ def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, F
 def price_between(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
-    F, first = np.empty_like(piece.F), 0  # with separate vertices in each part
+    F, first = np.empty_like(piece.F), 0  # each part has its own vertices
     for part in parts:
         F[np.searchsorted(piece.faces, part.faces)] = part.F + first
         first += len(part.V)

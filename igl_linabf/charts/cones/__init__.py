@@ -1,7 +1,7 @@
 """Cones: the few vertices that keep all curvature when the rest of a surface is flattened.
 
-In: a surface. Out: cones with their angles, a seam through them, and the charts that this makes.
-The conformal scale is that of Ben-Chen, Gotsman, Bunin 2008.
+Input: a surface. Output: cones with their angles, a seam through them, and the resulting charts.
+The conformal scale follows Ben-Chen, Gotsman, Bunin 2008.
 """
 
 from .cone_charts import NO_CONES, ConeCharts, SurfaceCones, charts_with_cones

@@ -1,4 +1,4 @@
-"""Components with cones, as charts: one seam through the cones, and both sides of it equally long."""
+"""Flatten components with cones: one seam passes through the cones, and its two sides are equally long."""
 
 from __future__ import annotations
 
@@ -26,28 +26,36 @@ from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..constants import MAX_OVERLAP_ROUNDS
 from ..splitting import seams_of_overlaps
-from . import constants
-from .constants import QUARTER_TURN
+from .constants import CONE_TRADE, QUARTER_TURN
 from .moves import ConeMoves
 from .options import Cones
 from .placement import ConeComponent, cone_angles_of, find_on_component
 from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
-from .seams import seam_through
+from .seams import find_seam
+
+MAX_THIN_SHARE = 0.2  # share of bonds with negative cotangents above which cones do not move
+MIN_NODES_OF_MOVES = 1_000  # least number of nodes for cones to move
+MIN_KNOWN_FACTOR_NODES = (
+    5_000  # least number of nodes to precondition linear ABF with the factor of the cones
+)
+MAX_KNOWN_FACTOR_THIN_SHARE = 0.15  # largest share of bonds with negative cotangents for this preconditioner
+MAX_ANGLE_RESIDUAL = 0.5  # residual of the angle sums, radians, above which no map has these cones
 
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCones:
-    """The cones that are asked for, on a surface.
+    """The cones that the caller requests on a surface.
 
     Attributes
     ----------
     vertices : (#C,) int64, int or None
-        The surface's vertices; or how many are to be found on each component: None is as many as pay.
+        The surface's vertices; or the number of cones to find on each component; None finds as many as pay.
     angles : (#C,) float64, "quarter" or None
-        Their angle sums, radians; in quarter turns; or those of one scale at all cones.
+        Angle sums, radians; "quarter" for multiples of quarter turns; None for the angles of one scale at all
+        cones.
     """
 
     vertices: IntArray | int | None
@@ -55,12 +63,12 @@ class SurfaceCones:
 
     @classmethod
     def of(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
-        """What the caller gives; its vertices become those of the repaired surface.
+        """Convert the caller's cones to vertices of the repaired surface.
 
         Raises
         ------
         MeshError
-            A cone is no vertex of the surface, or on its boundary, or twice there.
+            A cone is not a vertex of the surface, is on its boundary, or is given twice.
         """
         given, angles = np.asarray(cones.at), cones.angles
         if given.ndim == 0:
@@ -69,18 +77,18 @@ class SurfaceCones:
         outside = (given < 0) | (given >= len(cleaned.merged))
         if outside.any():
             raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
-        cone, vertex = _where(given, surface, cleaned)
+        cone, vertex = _find_vertices(given, surface, cleaned)
         if angles is None or isinstance(angles, str):
             return cls(vertex, None if angles is None else "quarter")
         return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
 
-    def on(self, component: Submesh) -> ComponentCones:
-        """The cones on a component."""
+    def place_on(self, component: Submesh) -> ComponentCones:
+        """Return the cones on a component; find them if their number is given."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
-            own = find_on_component(place, self.vertices, constants.CONE_TRADE)
+            own = find_on_component(place, self.vertices, CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
-            return _settled(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
+            return _move_cones(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
@@ -89,7 +97,7 @@ class SurfaceCones:
 
 @dataclass(frozen=True, eq=False)
 class ComponentCones:
-    """Cones on a component.
+    """The cones on a component.
 
     Attributes
     ----------
@@ -99,11 +107,11 @@ class ComponentCones:
     sums : (#C,) float64
         Their angle sums, radians.
     scale : ConeScale or None
-        From which the sums follow; None if they are given, or there is no cone.
+        The scale that determines the sums; None if the sums are given, or there are no cones.
     quarters : QuantisedCurvatures or None
-        The curvatures, if they are in quarter turns that may still be exchanged.
+        The curvatures, if they are quarter turns that may still be exchanged.
     columns : SchurColumns or None
-        Those of the holonomy constraints of `place.paths`, if they are known.
+        Columns of the holonomy constraints of `place.paths`, if they are known.
     """
 
     place: ConeComponent
@@ -114,16 +122,20 @@ class ComponentCones:
     columns: SchurColumns | None = None
 
 
-def _settled(found: ComponentCones) -> ComponentCones:
-    """Quarter cones that were found, moved where closed paths then turn by nearly whole quarters."""
+def _move_cones(found: ComponentCones) -> ComponentCones:
+    """Move cones with quarter turns that were found so that closed paths turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
-    if quarters is None or not place.paths or piece.graph.n < constants.MIN_NODES_OF_MOVES:
+    if quarters is None or not place.paths or piece.graph.n < MIN_NODES_OF_MOVES:
         return found
-    if piece.laplacian.thin_share > constants.MAX_THIN_SHARE:
+    if piece.laplacian.thin_share > MAX_THIN_SHARE:
         return found
     angles = holonomy_angles_of(
-        component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
+        component.topology,
+        np.arctan2(*component.measured),
+        _angle_sums_of_vertices(found),
+        place.paths,
+        _known_laplacian(found),
     )
     if angles is None:
         return found
@@ -131,7 +143,7 @@ def _settled(found: ComponentCones) -> ComponentCones:
     found = replace(found, columns=columns)
     by_node = np.zeros((piece.graph.n, len(place.paths)))
     by_node[piece.graph.n_holes :] = holonomy.by_vertex[place.inner]
-    best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).best()
+    best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).find_best()
     if best is None:
         return found
     own = place.vertices(best.scale.nodes)
@@ -140,16 +152,16 @@ def _settled(found: ComponentCones) -> ComponentCones:
     )
 
 
-def _asked(chosen: ComponentCones) -> FloatArray:
-    """The angle sums of the component's vertices; NaN at its boundary."""
+def _angle_sums_of_vertices(chosen: ComponentCones) -> FloatArray:
+    """Return the angle sums of the component's vertices, radians; NaN at the boundary."""
     sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = chosen.sums
     return sums
 
 
-def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
-    """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
-    own = cleaned.merged[cleaned.origin]  # which vertex the caller may mean by each of the surface's
+def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
+    """Return, for each cone on the repaired surface, its index in `given` and its vertex."""
+    own = cleaned.merged[cleaned.origin]  # the caller's vertex of each of the surface's vertices
     order = np.argsort(own, kind="stable")
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
@@ -173,15 +185,15 @@ def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArra
 
 @dataclass(frozen=True, eq=False)
 class ConeCharts:
-    """What became of the components of a surface with cones.
+    """The charts of a surface with cones.
 
     Attributes
     ----------
     charts : list of (Chart, Submesh)
     cones : (#C,) int64
-        The cones, by the surface's names of its vertices.
+        The cones, in the surface's numbering of vertices.
     angles : (#C,) float64
-        Their angle sums.
+        Their angle sums, radians.
     """
 
     charts: list[tuple[Chart, Submesh]]
@@ -194,31 +206,32 @@ def charts_with_cones(
 ) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten it.
 
-    `ends` are the fractions of the progress at which cones are placed, and all is flat.
+    `ends` are the fractions of the progress at the end of the placement of cones, and at the end of the
+    flattening.
     """
     components = surface.components()
     with progress_part("cones", ends[0]):
-        placed = [cones.on(component) for component in components]
+        placed = [cones.place_on(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
     reached = 0
     names, angles = [], []
     for component, chosen in zip(components, placed, strict=True):
         reached += len(component.F)
         with progress_part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
-            cut, result, sums = _flattened(chosen, isinstance(cones.angles, str), method)
-            charts += _split(cut, result)
+            cut, result, sums = _flatten_component(chosen, isinstance(cones.angles, str), method)
+            charts += _split_overlaps(cut, result)
         names.append(component.vertices[chosen.own])
         angles.append(sums)
     return ConeCharts(charts, np.concatenate(names), np.concatenate(angles))
 
 
-def _flattened(
+def _flatten_component(
     chosen: ComponentCones, quarter: bool, method: Method
 ) -> tuple[Submesh, Flattening, FloatArray]:
-    """The component cut along its seam, its map, and the angle sums of its cones there."""
+    """Return the component cut along its seam, its map, and the angle sums of the cones in the map."""
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
-    seam = seam_through(piece, piece.node[chosen.own], place.along_handles)
+    seam = find_seam(piece, piece.node[chosen.own], place.handle_cut)
     (cut,) = component.cut_at(component.cuttable_edges[seam])
     advance("seams", 0.2)
     mesh = replace(planar_mesh_of(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
@@ -229,7 +242,7 @@ def _flattened(
         if chosen.quarters is None:
             whole = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
             return angles, whole * QUARTER_TURN, None
-        k, whole = chosen.quarters.for_paths(holonomy)
+        k, whole = chosen.quarters.fit_paths(holonomy)
         curvature: FloatArray = np.asarray(k * QUARTER_TURN)
         angles = 2 * np.pi - curvature
         return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
@@ -238,21 +251,29 @@ def _flattened(
     prescribed = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
     try:
         made = flatten_with_cones(
-            mesh, component.topology, _asked(chosen), paths, prescribed, method, _known(chosen)
+            mesh,
+            component.topology,
+            _angle_sums_of_vertices(chosen),
+            paths,
+            prescribed,
+            method,
+            _known_laplacian(chosen),
         )
     except SingularSystemError as error:
-        raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
+        raise SingularSystemError(_describe_failure(chosen, quarter, str(error))) from error
     except DivergedError as error:
-        raise MeshError(_none_found(chosen, quarter, str(error))) from error
+        raise MeshError(_describe_failure(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
-    if not made.outcome.good and missing > constants.MAX_ANGLE_RESIDUAL and len(made.attempts) > 1:
-        raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
+    if not made.outcome.good and missing > MAX_ANGLE_RESIDUAL and len(made.attempts) > 1:
+        raise MeshError(
+            _describe_failure(chosen, quarter, f"the angle sums end {missing:.2g} away from them")
+        )
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
 
 
-def _none_found(chosen: ComponentCones, quarter: bool, why: str) -> str:
-    """The message: no map has these cones."""
+def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
+    """Return the message of the error that no map has these cones."""
     other = "leave out angles='quarter'" if quarter else "cut along seams instead"
     return (
         f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
@@ -260,20 +281,20 @@ def _none_found(chosen: ComponentCones, quarter: bool, why: str) -> str:
     )
 
 
-def _known(chosen: ComponentCones) -> KnownLaplacian | None:
-    """The Laplacian that gave the cones their angles."""
+def _known_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
+    """Return the Laplacian that determined the angles of the cones, which is factored already."""
     if chosen.scale is None:
         return None
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
-    large = piece.graph.n >= constants.MIN_KNOWN_FACTOR_NODES
-    even = large and piece.laplacian.thin_share <= constants.MAX_KNOWN_FACTOR_THIN_SHARE
-    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
+    large = piece.graph.n >= MIN_KNOWN_FACTOR_NODES
+    even = large and piece.laplacian.thin_share <= MAX_KNOWN_FACTOR_THIN_SHARE
+    return KnownLaplacian(chosen.scale.known_factor, left_out, even, chosen.columns)
 
 
-def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
-    """The map's parts that do not overlap themselves: the map stays as it is, so that seams still match."""
+def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
+    """Split a map into parts that do not overlap; positions are unchanged, so that seams still match."""
     check_finite(result.uv, cut.vertices, "uv")
     done: list[tuple[Chart, Submesh]] = []
     waiting = [(cut, result, 0)]

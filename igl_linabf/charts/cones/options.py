@@ -1,4 +1,4 @@
-"""Which cones a caller wants."""
+"""The caller's options for cones."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ ConeAngles = Literal["quarter"] | ArrayLike | None
 class Cones:
     """Vertices that keep all curvature when `unwrap` flattens the rest; `cones=4` is short for `Cones(4)`.
 
-    The seam is a tree through them and the holes, with loops that open the handles. In the map both sides of
-    each seam edge are equally long (docs/cones.md).
+    The seam is a tree through the cones and the holes, with loops that open the handles. In the map, both
+    sides of each seam edge are equally long (docs/cones.md).
 
     Attributes
     ----------
     at : (#C,) int, int or "auto"
-        Interior vertices, or how many `find_cones` is to find on each component; "auto" is as many as pay.
+        Interior vertices, or the number of cones that `find_cones` finds on each component; "auto" finds as
+        many as pay.
     angles : (#C,) float or "quarter", optional
-        Angle sums at the cones, radians. By default those of the conformal map that has one scale
-        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.
-        Then both sides of a seam also differ by turns of multiples of 90 degrees.
+        Angle sums at the cones, radians. By default the angles of the conformal map that has the same scale
+        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch. The two
+        sides of a seam then also differ by rotations by multiples of 90 degrees.
     period : float, optional
-        That of a texture, as a share of the page's side, for cones in quarter turns: all seams then shift it
-        by whole periods, so that it goes on across them. The map moves by about half a period.
+        Period of a texture, as a share of the page's side, for cones with quarter turns. All seams then shift
+        the texture by whole periods, so that it continues across them. The map moves by about half a period.
 
     Raises
     ------
     MeshError
         The vertices or their angles are malformed.
     ValueError
-        `period` is out of its range, or one of the options needs another that is not given.
+        `period` is out of its range, or an option needs another option that is not given.
 
     Examples
     --------
@@ -63,7 +64,9 @@ class Cones:
             if not found and (given.dtype.kind not in "iu" or given < 0):
                 raise MeshError(f"cones is {self.at!r}: give 'auto', a number of cones, or their vertices")
             if not (angles is None or isinstance(angles, str)):
-                raise MeshError("angles are those of cones that are yet to be found: give their vertices")
+                raise MeshError(
+                    "angles need the vertices of the cones, which are yet to be found: give their vertices"
+                )
         elif given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
             raise MeshError(
                 f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
@@ -80,7 +83,7 @@ class Cones:
 
 
 def _check_sums(angles: ArrayLike, n: int) -> None:
-    """Refuse what are no angle sums of `n` cones."""
+    """Raise a `MeshError` unless `angles` are valid angle sums of `n` cones."""
     sums = np.asarray(angles)
     if sums.shape != (n,) or sums.dtype.kind not in "iuf":
         raise MeshError(f"angles has the shape {sums.shape} for {n} cones: give a number of radians for each")

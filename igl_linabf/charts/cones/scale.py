@@ -1,4 +1,4 @@
-"""The conformal scale of a surface with cones: it tells where the next cone helps most, and their angles."""
+"""The conformal scale of a surface with cones, which determines the next cone and the angles of all cones."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, expected
 
 @dataclass(frozen=True, eq=False)
 class ConeScale:
-    """The logarithm u of the conformal scale that flattens a surface everywhere but at its cones.
+    """The logarithm u of the conformal scale that flattens a surface everywhere except at its cones.
 
     u is zero at the cones and at the boundary. With the curvature K, the cotangent Laplacian L, the
-    cones' curvatures k and Green's functions g_i, which are zero at the ground,
+    curvatures k of the cones, and Green's functions g_i, which are zero at the ground,
 
         L u = -K + sum_i k_i e_i,    u = u_0 + sum_i k_i g_i,    u = 0 at the cones.
 
-    So one factor serves for any number of cones. The ground is the boundary; on a closed surface it is
-    the first cone, whose curvature is what Gauss-Bonnet leaves for it.
+    Therefore one factor serves any number of cones. The ground is the boundary; on a closed surface it is the
+    first cone, whose curvature follows from Gauss-Bonnet.
 
     Attributes
     ----------
     piece : ClosedSurface
     laplacian : DirichletSolver
-        L, of the cotangents; of raised ones where double precision does not hold these.
-    factored : Factor
-        L with zero at the ground.
+        L with the cotangents as weights; with clipped weights if double precision cannot hold the cotangents.
+    factor : Factor
+        The factor of L with zero at the ground.
     first : int
-        The node that is the ground; -1 where the boundary is.
+        The node that is the ground; -1 if the boundary is the ground.
     bare : (n,) float64
-        u_0, with no cone but the ground.
+        u_0, the scale without cones except the ground.
     others : (#C,) int64
-        The cones, without the ground.
+        The cones without the ground.
     green : (#C, n) float64
         Their Green's functions.
     """
 
     piece: ClosedSurface
     laplacian: DirichletSolver
-    factored: Factor
+    factor: Factor
     first: int
     bare: FloatArray
     others: IntArray
@@ -51,36 +51,37 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """With no cone but the ground: on a closed surface `first`, or where u is farthest from its mean."""
+        """Return the scale without cones except the ground.
+
+        On a closed surface, the ground is `first` or, by default, the node where u is farthest from its mean.
+        """
         if piece.graph.n_holes:
             first = -1
         elif first is None:
-            first = _farthest(piece)
-        ground, bare = _ground(piece, first), -piece.curvature
+            first = _find_farthest(piece)
+        ground, bare = _ground_nodes(piece, first), -piece.curvature
         laplacian = piece.laplacian.dirichlet_of_cotangents
         try:
-            factored = laplacian.factored(ground)
+            factor = laplacian.factor(ground)
         except NotPositiveDefiniteError:
             laplacian = piece.laplacian.dirichlet
-            factored = laplacian.factored(ground)
+            factor = laplacian.factor(ground)
         bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
-        return cls(
-            piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.graph.n))
-        )
+        return cls(piece, laplacian, factor, first, factor.solve(bare), none, np.zeros((0, piece.graph.n)))
 
     @classmethod
-    def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
-        """With these cones, of which there is one at least."""
+    def of_nodes(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
+        """Return the scale with cones at these nodes, at least one."""
         first = int(nodes[0])
         ground = cls.of(piece, first)
         return ground.with_cones(nodes[len(ground.nodes) :])
 
     def with_cones(self, nodes: IntArray) -> ConeScale:
-        """With more cones."""
+        """Return the scale with additional cones."""
         unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
-        green = np.concatenate((self.green, self.factored.solve(unit).T))
+        green = np.concatenate((self.green, self.factor.solve(unit).T))
         return replace(self, others=np.append(self.others, nodes), green=green)
 
     @property
@@ -89,23 +90,23 @@ class ConeScale:
         return self.others if self.first < 0 else np.append(self.first, self.others)
 
     @property
-    def known(self) -> Factor | None:
-        """The factor of the Laplacian over the nodes off the ground; None if its cotangents are raised."""
+    def known_factor(self) -> Factor | None:
+        """Factor of the Laplacian over the nodes off the ground; None if its weights were clipped."""
         zero, piece = self.laplacian, self.piece
         if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
             return None
-        free = zero.free(_ground(piece, self.first))
+        free = zero.free(_ground_nodes(piece, self.first))
 
         def solve(b: FloatArray) -> FloatArray:
             every = np.zeros((len(free), *b.shape[1:]))
             every[free] = b
-            return np.asarray(self.factored.solve(every)[free])
+            return np.asarray(self.factor.solve(every)[free])
 
-        return replace(self.factored, solve=solve)
+        return replace(self.factor, solve=solve)
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """The curvature of each of `nodes` with which the scale is one at all of them, radians."""
+        """Curvatures of `nodes` that make the scale 1 at all of them, radians."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
         return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
@@ -115,30 +116,30 @@ class ConeScale:
         return self.log_scale_of(self.curvature)
 
     def log_scale_of(self, curvature: FloatArray) -> FloatArray:
-        """u, (n,), where these are the curvatures of `nodes`, radians; it is zero at the ground only."""
+        """Return u, (n,), for given curvatures of `nodes`, radians; u is zero at the ground only."""
         k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
     @property
     def stretch(self) -> float:
-        """The L2 stretch that is expected of the map."""
+        """Expected L2 stretch of the map."""
         return expected_stretch(self.piece, self.log_scale)
 
     @property
     def spread(self) -> float:
-        """The standard deviation of u over the surface."""
+        """Standard deviation of u over the surface."""
         weight = self.piece.area / self.piece.area.sum()
         u = self.log_scale - weight @ self.log_scale
         return float(np.sqrt(weight @ u**2))
 
 
-def _ground(piece: ClosedSurface, first: int) -> IntArray:
-    """The nodes at which the scale is zero without any cone."""
+def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
+    """Return the nodes where the scale is zero without any cone."""
     return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
 
 
-def _farthest(piece: ClosedSurface) -> int:
-    """The node where the scale that spreads all curvature evenly is farthest from its mean."""
+def _find_farthest(piece: ClosedSurface) -> int:
+    """Return the node where the scale that distributes all curvature evenly is farthest from its mean."""
     weight = piece.area / piece.area.sum()
     u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
     return int(np.argmax(np.abs(u - weight @ u)))

@@ -1,4 +1,4 @@
-"""Seams through cones, and the closed paths along which the scale has to come back across them."""
+"""Seams through cones, and closed paths along which the holonomy of the scale must vanish."""
 
 from collections.abc import Iterator
 
@@ -13,16 +13,16 @@ from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, mo
 HANDLE_CLUSTERS = 1_000  # clusters on which the handles of a large surface are opened
 
 
-def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
-    """A short cut graph that opens the handles and joins holes and cones; edges of `piece`.
+def find_seam(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
+    """Return a short cut graph that opens the handles and joins holes and cones: edges of `piece`.
 
-    What opens the handles may be known.
+    `handles` is the cut graph of the handles, if it is known.
     """
-    return join_terminals(piece.graph, along_handles(piece) if handles is None else handles, cones)
+    return join_terminals(piece.graph, cut_handles(piece) if handles is None else handles, cones)
 
 
-def along_handles(piece: ClosedSurface) -> IntArray:
-    """A short cut graph that opens the handles; of a large surface found on clusters, and drawn tight."""
+def cut_handles(piece: ClosedSurface) -> IntArray:
+    """Return a short cut graph that opens the handles; large surfaces are contracted to clusters first."""
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
@@ -31,12 +31,12 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 
 
-def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:
-    """Closed paths around the holes but one, and after them those along and across the handles.
+def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:
+    """Return closed paths around all holes but one, followed by paths along and across the handles.
 
-    The scale comes back along every closed path if it does along these and around each interior vertex.
-    Each crosses the seam at one edge. The edges are those that close a cycle of the seam, and on a
-    spanning tree of it, the first one from each hole on the way to another one.
+    If the scale returns to its value along these paths and around each interior vertex, it does so along
+    every closed path. Each path crosses the seam at one edge. These are the edges that close a cycle of the
+    seam and, on a spanning tree of the seam, the first edge from each hole on the way to another hole.
     """
     if not len(seam):
         return ()
@@ -57,13 +57,13 @@ def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tup
 
 
 def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
-    """The right side of a shortest strip of triangles across one seam edge, for each of some."""
+    """Yield the right side of a shortest strip of triangles across each of some seam edges."""
     m = topology.corner.shape[1]
     closed = np.zeros(len(topology.edges), dtype=bool)
     closed[seam] = True
     edge = np.flatnonzero((topology.sides[1] >= 0) & ~closed)
     face = np.sort(topology.sides[:, edge] % m, axis=0)
-    _, kept = np.unique(face[0] * m + face[1], return_index=True)  # two faces may share two edges
+    _, kept = np.unique(face[0] * m + face[1], return_index=True)  # two faces can share two edges
     dual = sparse.csr_array((edge[kept] + 1.0, face[:, kept]), shape=(m, m))
     dual = (dual + dual.T).tocsr()
     for e in crossed.tolist():

@@ -1,14 +1,21 @@
-"""Cut graphs: edges along which a component opens to a disk, and how they are made shorter.
+"""Cut graphs: edges along which a component opens to a disk, and how to shorten them.
 
-In: a component. Out: `ClosedSurface`, its graph with a hole as a node; trees through nodes; the stretch to
-expect of the map that a cut leaves.
+Input: a component. Output: `ClosedSurface`, whose graph has a node for each hole; trees through nodes; the
+expected stretch of the map after a cut.
 """
 
 from .branches import move_branch_points, prune_branches
 from .closed_surface import ClosedSurface
 from .clusters import Levels
-from .constants import ISOMETRIC_STRETCH_WEIGHT, MAX_LOG_SCALE
-from .graph import SurfaceGraph, join_terminals, without_stubs
+from .graph import SurfaceGraph, join_terminals
 from .handles import open_handles
 from .laplacians import DirichletSolver
-from .stretch import expected, expected_stretch, isometric_stretch, log_scale, stretch_weight
+from .stretch import (
+    ISOMETRIC_STRETCH_WEIGHT,
+    MAX_LOG_SCALE,
+    expected,
+    expected_stretch,
+    isometric_stretch,
+    log_scale,
+    stretch_weight,
+)

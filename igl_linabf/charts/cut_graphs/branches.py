@@ -1,4 +1,4 @@
-"""Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
+"""Arcs and branches of a seam: prune branches that cost more than they save, and move arcs in groups."""
 
 from collections.abc import Callable
 from itertools import combinations, pairwise
@@ -9,15 +9,17 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from . import constants
+from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 from .graph import SeamTopology, SurfaceGraph
 
-Item = TypeVar("Item")  # of a seam: a branch point or an arc
-Cost = Callable[[IntArray], float]  # of a seam
-Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
-Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
-ArcArrays = tuple[IntArray, IntArray]  # the same as arrays
-EndedArc = tuple[IntArray, int]  # edges in a row, and the node at their end
+MAX_MOVED_GROUPS = 12  # groups of arcs or branch points that are tried together
+
+Item = TypeVar("Item")  # a branch point or an arc
+Cost = Callable[[IntArray], float]  # maps the edges of a seam to its cost
+Steps = dict[int, list[tuple[int, int]]]  # for each node: its seam edges, with the node at their other end
+Arc = tuple[list[int], list[int]]  # consecutive edges, and their nodes
+ArcArrays = tuple[IntArray, IntArray]  # an `Arc` of arrays
+EndedArc = tuple[IntArray, int]  # consecutive edges, and the last node
 
 MOVES_OF_BRANCH_POINT = 3  # times that each branch point is moved, on average
 MAX_ARCS_OF_ALL_PAIRS = 6  # arcs at a branch point up to which every pair may share a part of their paths
@@ -32,15 +34,17 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if len(waiting) > constants.MAX_MOVED_ARCS:
-        at = lengths_at(graph, arcs_of(graph, seam), graph.length)
-        waiting = longest(waiting, lambda k: float(at[waiting[k]]))
+    if len(waiting) > MAX_MOVED_ARCS:
+        at = arc_lengths_at_nodes(graph, arcs_of(graph, seam), graph.length)
+        waiting = select_longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(MOVES_OF_BRANCH_POINT * len(waiting)):
         if not waiting:
             break
         branch = waiting.pop(0)
         if len(steps.get(branch, ())) >= 3:
-            moved, ends = _move_branch_point(graph, seam, arcs_from(graph, steps, branch), branch, kept, cost)
+            moved, ends = _move_branch_point(
+                graph, seam, follow_arcs(graph, steps, branch), branch, kept, cost
+            )
             replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
@@ -48,15 +52,15 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
 
 
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Remove the branches without which `cost` is lower, the longest ones first.
+    """Remove the branches without which `cost` is lower, longest first.
 
-    A later branch may have taken over what a branch was grown for.
+    A branch becomes useless if another branch that was grown later serves the same purpose.
     """
     kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
-    arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
+    arcs = [follow_arcs(graph, steps, tip)[0][0] for tip in tips]
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
-    for k in longest_first[: constants.MAX_MOVED_ARCS].tolist():
+    for k in longest_first[:MAX_MOVED_ARCS].tolist():
         rest = graph.difference(seam, arcs[k])
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
         if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
@@ -64,34 +68,40 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     return seam
 
 
-def lengths_at(
+def arc_lengths_at_nodes(
     graph: SurfaceGraph, arcs: list[ArcArrays], length: FloatArray, most: float = np.inf
 ) -> FloatArray:
-    """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
+    """Return the total length of the arcs that start or end at each node.
+
+    `length` has the lengths of all edges. Each arc counts at most `most`.
+    """
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
     return np.bincount(ends, np.repeat(own, 2), graph.n).astype(np.float64)
 
 
-def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """The longest items, in their order, so many as are moved; `length` is that of the k-th one."""
-    if len(items) <= constants.MAX_MOVED_ARCS:
+def select_longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
+    """Return the `MAX_MOVED_ARCS` longest items in order; `length(k)` is the length of the k-th item."""
+    if len(items) <= MAX_MOVED_ARCS:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
-    chosen = np.argsort(-lengths, kind="stable")[: constants.MAX_MOVED_ARCS]
+    chosen = np.argsort(-lengths, kind="stable")[:MAX_MOVED_ARCS]
     return [items[k] for k in np.sort(chosen).tolist()]
 
 
 def move_in_groups(
-    items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
+    items: list[Item], seam: IntArray, move: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
-    """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
+    """Move all items of a seam together; if that is rejected, move halves of them, and so on.
+
+    `move` returns the new seam, or None if it rejects the move.
+    """
     waiting = [items]
-    for _ in range(constants.MAX_MOVED_GROUPS):
+    for _ in range(MAX_MOVED_GROUPS):
         if not waiting:
             break
         group = waiting.pop()
-        new = moved(group, seam)
+        new = move(group, seam)
         if new is not None:
             seam = new
         elif len(group) > 1:
@@ -110,7 +120,7 @@ def _move_branch_point(
     for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
         own_arcs, own_tips = zip(*chosen, strict=True)
         own = np.concatenate(own_arcs)
-        rest, length = graph.difference(seam, own), graph.length_of(own) / constants.STRICTLY_SHORTER
+        rest, length = graph.difference(seam, own), graph.length_of(own) / STRICTLY_SHORTER
         tips = [*own_tips, *[branch] * (not free)]
         label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
@@ -120,7 +130,7 @@ def _move_branch_point(
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
         centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
         moved = graph.union(rest, ways)
-        shorter = graph.length_of(moved) < graph.length_of(seam) * constants.STRICTLY_SHORTER
+        shorter = graph.length_of(moved) < graph.length_of(seam) * STRICTLY_SHORTER
         if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
@@ -139,7 +149,10 @@ def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[Ended
 
 
 def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
-    """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
+    """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
+
+    A loop without any of these is one arc.
+    """
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
     joint[: graph.n_holes] = True
@@ -150,7 +163,7 @@ def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) 
 
 
 def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
-    """From each node of the seam: its edges, and where they lead."""
+    """Return the edges of the seam at each of its nodes, with the node at their other end."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
@@ -159,7 +172,7 @@ def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
 
 
 def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArray) -> None:
-    """Change the steps along a seam to those of one with other edges."""
+    """Replace the steps along the edges `old` with the steps along the edges `new`."""
     for edge, (i, j) in zip(old.tolist(), graph.ends[old].tolist(), strict=True):
         for a, b in ((i, j), (j, i)):
             steps[a].remove((edge, b))
@@ -170,19 +183,19 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
-    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
+def follow_arcs(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc]:
+    """Return the arcs that start at a node, with the branch point, leaf or hole where they end."""
     arcs = list[EndedArc]()
     for step in steps.get(branch, []):
-        edges, nodes = arc_from(graph, steps, set(), branch, step, np.inf)
+        edges, nodes = follow_arc(graph, steps, set(), branch, step, np.inf)
         arcs.append((np.array(edges), nodes[-1]))
     return arcs
 
 
-def arc_from(
+def follow_arc(
     graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
-    """The arc that begins with a step, up to a joint or so far."""
+    """Return the arc that starts with a step, up to its end or to a length of `reach`."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
     while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:

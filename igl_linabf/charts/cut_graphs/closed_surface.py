@@ -1,4 +1,4 @@
-"""A component as a closed surface: each hole is contracted to a node."""
+"""A component as a closed surface: each hole is contracted to one node."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from .laplacians import SurfaceLaplacian
 
 @dataclass(frozen=True, eq=False)
 class ClosedSurface:
-    """A component as a closed surface: each boundary loop is contracted to a node of its own.
+    """A component as a closed surface: each boundary loop is contracted to one node.
 
-    A graph on it whose complement is a disk also cuts the component to a disk, wherever it meets
-    the boundary. So holes need no special treatment.
+    If the complement of a graph on the closed surface is a disk, cutting the component along the graph also
+    leaves a disk, no matter where the graph meets the boundary. Holes therefore need no special treatment.
 
     Attributes
     ----------
     graph : SurfaceGraph
-        Its edges are those with two faces, shorter where a seam shows less: at creases, and where it is
-        hidden. A polygon is one face: its diagonals are no edges.
+        Its edges are the edges with two faces. Their lengths are reduced where a seam shows less: at creases
+        and where it is hidden. A polygon is one face, and its diagonals are not edges.
     node : (#V,) int64
         The node of each vertex. Interior vertices keep their order.
     edges : (#E, 2) int64
         The vertices at each edge.
     hiding : (#E,) float64
-        Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden.
+        Factor on the length of each edge: above 1 if a seam would be visible there, below 1 if it is hidden.
     curvature, area : (n,) float64
-        Angle defects and vertex areas.
+        Angle defects, radians, and vertex areas.
     laplacian : SurfaceLaplacian
     size : float
         Square root of the area.
     isometric : bool
-        Whether the map is to keep lengths, not angles.
+        Whether the map is to preserve lengths instead of angles.
     """
 
     graph: SurfaceGraph
@@ -54,12 +54,12 @@ class ClosedSurface:
 
     @classmethod
     def of(cls, component: Submesh, isometric: bool = False) -> ClosedSurface:
-        """Contract the boundary loops of a surface in one piece."""
+        """Contract the boundary loops of a connected surface."""
         return cls.of_creased(CreasedSurface(component), isometric)
 
     @classmethod
     def of_creased(cls, creased: CreasedSurface, isometric: bool = False) -> ClosedSurface:
-        """Contract the boundary loops of a surface in one piece, whose creases are known."""
+        """Contract the boundary loops of a connected surface whose creases are known."""
         component = creased.surface
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -91,12 +91,12 @@ class ClosedSurface:
 
     @cached_property
     def hides(self) -> bool:
-        """Whether some seams are better hidden than others."""
+        """Whether visibility changes the length of any edge."""
         return bool((self.hiding != 1).any())
 
     @cached_property
     def node_hiding(self) -> FloatArray:
-        """By what hiding multiplies lengths on average at each node, (n,)."""
+        """Mean of `hiding` over the edges at each node, (n,); 1 at nodes without edges."""
         n, ends = self.graph.n, self.graph.ends.ravel()
         total = np.bincount(ends, np.repeat(self.hiding, 2), n)
         number = np.bincount(ends, minlength=n)

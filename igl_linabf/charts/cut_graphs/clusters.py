@@ -1,9 +1,9 @@
-"""A closed surface with fewer nodes: clusters of nodes contracted along trees, which keeps every handle.
+"""A closed surface with fewer nodes: clusters are contracted along trees, which preserves every handle.
 
-Each cluster of nodes hangs on a root by a tree of shortest paths. Contracting the trees leaves an embedded
-graph on the same surface: faces that keep two sides only are dropped with one of the two equal edges, and a
-loop around a handle that fits into a cluster stays as a loop. So a seam of the coarse surface, carried along
-the trees, cuts the fine one into what it cut the coarse one into, whatever the clusters are.
+The nodes of a cluster are connected to its root by a tree of shortest paths. Contracting the trees leaves a
+graph embedded in the same surface. A face that keeps only two sides is removed together with one of them. A
+loop around a handle that lies within a cluster remains a loop. Therefore a seam of the coarse surface,
+extended along the trees, cuts the fine surface into parts of the same topology, for any choice of clusters.
 """
 
 from __future__ import annotations
@@ -16,11 +16,19 @@ import numpy as np
 from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
-from . import constants
 from .closed_surface import ClosedSurface
-from .graph import SurfaceGraph, without_stubs
+from .constants import MIN_BOND_WEIGHT
+from .graph import SurfaceGraph, prune_stubs
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
+
+MAX_CLUSTERS = (
+    6_000  # largest number of nodes in a search for seams; larger surfaces are contracted to clusters
+)
+MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # least number of nodes for roots that are one edge farther apart
+CLUSTER_HOPS = 2  # roots of clusters are more than this number of edges apart
+MIN_PEAK_CURVATURE = 0.1  # curvature, radians, below which roots are chosen in random order
+CORRIDOR_WIDTH = 3.0  # mean distances to a root that a seam may move to either side when pulled tight
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +38,9 @@ class Forest:
     Attributes
     ----------
     root, before : (n,) int64
-        The root of the tree that each node is on, and the node before it, from there; -1 at a root.
+        The root of each node's tree, and the node's parent; -1 for a root.
     distance : (n,) float64
-        Along the tree.
+        Distance to the root along the tree.
     """
 
     root: IntArray
@@ -40,8 +48,8 @@ class Forest:
     distance: FloatArray
 
 
-class _Outline(NamedTuple):
-    """The edges that remain when trees are contracted; the fields are those of `Contracted`."""
+class _ContractedGraph(NamedTuple):
+    """The nodes and edges after a contraction. `Contraction` has the same fields."""
 
     label: IntArray
     roots: IntArray
@@ -50,20 +58,20 @@ class _Outline(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Contracted:
-    """A closed surface of which each tree is one node.
+class Contraction:
+    """A closed surface and the result of contracting each of its trees to one node.
 
     Attributes
     ----------
     fine, coarse : ClosedSurface
-        The holes are the first nodes of both.
+        The holes are the first nodes of both surfaces.
     forest : Forest
     label : (n,) int64
-        The node of `coarse` that each node of `fine` is in.
+        The node of `coarse` that contains each node of `fine`.
     roots : (N,) int64
         The root of each node of `coarse`; increasing.
     edge : (#E,) int64
-        The edge of `fine` that each edge of `coarse` stands for.
+        The edge of `fine` that each edge of `coarse` represents.
     """
 
     fine: ClosedSurface
@@ -74,9 +82,9 @@ class Contracted:
     edge: IntArray
 
     @classmethod
-    def of(cls, fine: ClosedSurface, forest: Forest) -> Contracted:
+    def of(cls, fine: ClosedSurface, forest: Forest) -> Contraction:
         """Contract the trees of a forest."""
-        label, roots, edge, graph = _outline(fine.graph, forest)
+        label, roots, edge, graph = _contract_graph(fine.graph, forest)
         coarse = ClosedSurface(
             graph,
             node=label[fine.node],
@@ -91,63 +99,63 @@ class Contracted:
         return cls(fine, coarse, forest, label, roots, edge)
 
     def lift_along_trees(self, seam: IntArray) -> IntArray:
-        """A seam of the coarse surface on the fine one: tips are roots."""
+        """Map a seam of the coarse surface to the fine one. Its leaves are roots."""
         graph, chosen = self.fine.graph, self.edge[seam]
         paths = graph.path_edges(self.forest.before, graph.ends[chosen].ravel())
         tips = np.bincount(self.coarse.graph.ends[seam].ravel(), minlength=self.coarse.graph.n) == 1
-        return without_stubs(graph, graph.union(chosen, paths), self.roots[tips])
+        return prune_stubs(graph, graph.union(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """A seam of the coarse surface, pulled tight on the fine one; it still passes the roots of `kept`."""
+        """Map a coarse seam to the fine surface and pull it tight; it still passes the roots of `kept`."""
         if not len(seam):
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        width = constants.CORRIDOR_WIDTH * mean
+        width = CORRIDOR_WIDTH * mean
         near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
         return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
 
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """A closed surface contracted step by step.
+    """A closed surface that is contracted in several steps.
 
     Attributes
     ----------
-    steps : list of Contracted
-        The surface itself is the fine one of the first step.
+    steps : list of Contraction
+        The fine surface of the first step is the surface itself.
     coarse : ClosedSurface
-        The result of the last step, or the surface itself.
+        The result of the last step; the surface itself if there are no steps.
     """
 
-    steps: list[Contracted]
+    steps: list[Contraction]
     coarse: ClosedSurface
 
     @classmethod
     def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
-        """Contract a surface to at most `most` nodes, by default `MAX_CLUSTERS`; a small one stays whole."""
-        steps, coarse = list[Contracted](), closed
-        while coarse.graph.n > (most or constants.MAX_CLUSTERS):
-            wide = coarse.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contracted.of(coarse, shortest_path_trees(coarse, constants.CLUSTER_HOPS + wide)))
+        """Contract a surface until it has at most `most` nodes, by default `MAX_CLUSTERS`."""
+        steps, coarse = list[Contraction](), closed
+        while coarse.graph.n > (most or MAX_CLUSTERS):
+            wide = coarse.graph.n >= MIN_NODES_OF_WIDE_CLUSTERS
+            steps.append(Contraction.of(coarse, shortest_path_trees(coarse, CLUSTER_HOPS + wide)))
             coarse = steps[-1].coarse
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """Pull a seam of the coarse surface tight on the surface, step by step; it passes its leaves."""
+        """Map a coarse seam to the surface step by step, and pull it tight; `leaves` are fixed."""
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
-    """The trees of shortest paths to the nearest roots, which are more than `hops` edges apart.
+    """Return trees of shortest paths to the nearest root; roots are more than `hops` edges apart.
 
-    Each hole is a root with no other node.
+    Each hole is a root without other nodes.
     """
     graph, holes = closed.graph, np.arange(closed.graph.n_holes)
     by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))
-    curvature = np.maximum(np.abs(closed.curvature), constants.MIN_PEAK_CURVATURE)
+    curvature = np.maximum(np.abs(closed.curvature), MIN_PEAK_CURVATURE)
     peak = np.round(np.log2(curvature)).astype(np.int16)
     order = by_chance[np.argsort(peak[by_chance], kind="stable")][::-1]
     excluded = np.zeros(graph.n, dtype=bool)
@@ -160,7 +168,8 @@ def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     return Forest(root, before, distance)
 
 
-def _outline(graph: SurfaceGraph, forest: Forest) -> _Outline:
+def _contract_graph(graph: SurfaceGraph, forest: Forest) -> _ContractedGraph:
+    """Contract the trees of a forest, and remove faces with only two sides."""
     roots = np.flatnonzero(forest.before < 0)
     place = np.empty(graph.n, dtype=np.int64)
     place[roots] = np.arange(len(roots))
@@ -173,12 +182,12 @@ def _outline(graph: SurfaceGraph, forest: Forest) -> _Outline:
     a, b = graph.ends.T
     way = forest.distance[a] + forest.distance[b] + graph.length
 
-    crossed = _crossed(graph, np.flatnonzero(inner & ~in_tree), ends[:, 0], way)
+    crossed = _select_crossed_edges(graph, np.flatnonzero(inner & ~in_tree), ends[:, 0], way)
     face = connected_labels(graph.faces[crossed], graph.n_faces)
     keep = ~in_tree
     keep[crossed] = False
     edge = np.flatnonzero(keep)
-    edge, sides = _without_digons(edge, face[graph.faces[edge]], way)
+    edge, sides = _remove_digons(edge, face[graph.faces[edge]], way)
     used = np.zeros(int(sides.max()) + 1, dtype=bool)
     used[sides] = True
     sides = (np.cumsum(used) - 1)[sides]
@@ -192,13 +201,16 @@ def _outline(graph: SurfaceGraph, forest: Forest) -> _Outline:
         length=way[edge],
         position=graph.position[roots],
     )
-    return _Outline(label, roots, edge, coarse)
+    return _ContractedGraph(label, roots, edge, coarse)
 
 
-def _crossed(graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: FloatArray) -> IntArray:
-    """Of the edges within clusters those whose two faces become one: all, short of an annulus.
+def _select_crossed_edges(
+    graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: FloatArray
+) -> IntArray:
+    """Return edges within clusters across which the two faces are merged.
 
-    Around what is no disk the shortest ways stay.
+    These are all such edges, except one for each way around a cluster that is not a disk: there the
+    shortest edges remain.
     """
     crossed = spanning_forest(graph.faces, within, graph.n_faces)
     if len(crossed) == len(within):
@@ -209,31 +221,31 @@ def _crossed(graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: Floa
     no_disk[cluster[left]] = True
     again = within[no_disk[cluster[within]]]
     longest_first = again[np.argsort(-way[again], kind="stable")]
-    others = crossed[~no_disk[cluster[crossed]]]  # no face is beside edges within two clusters
+    others = crossed[~no_disk[cluster[crossed]]]  # no face has edges within two clusters
     return np.append(others, spanning_forest(graph.faces, longest_first, graph.n_faces))
 
 
-def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
-    """Of the edges along a strip of faces with two sides the shortest, and the faces beside the strip."""
+def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
+    """Merge each strip of two-sided faces into its shortest edge; return the edges and their faces."""
     n = int(sides.max()) + 1
     number = np.bincount(sides.ravel(), minlength=n)
-    alone = sides[:, 0] == sides[:, 1]  # an edge with one face on both sides is no strip's
+    alone = sides[:, 0] == sides[:, 1]  # an edge with the same face on both sides is not in a strip
     number[sides[alone, 0]] = 0
     digon = number == 2
     at, of = np.repeat(np.arange(len(edge)), 2), sides.ravel()
-    both = np.empty((n, 2), dtype=np.int64)  # the first and the last edge of each face: the last one written
+    both = np.empty((n, 2), dtype=np.int64)  # the first and the last edge of each face: the last write wins
     both[of[::-1], 0], both[of, 1] = at[::-1], at
     strip = connected_labels(both[digon], len(edge))
-    outer = ~digon[sides]  # a strip has two such sides; one that is closed has none
+    outer = ~digon[sides]  # an open strip has two such sides, a closed strip none
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
-    if closed.any():  # two clusters are the whole sphere: their edges stay
+    if closed.any():  # two clusters cover a sphere: keep their edges
         return edge, sides
     size = int(strip.max()) + 1
     length, least = way[edge], np.full(size, np.inf)
     np.minimum.at(least, strip, length)
     shortest = np.flatnonzero(length == least[strip])[::-1]
     best, beside = np.empty(size, dtype=np.int64), np.empty((size, 2), dtype=np.int64)
-    best[strip[shortest]] = shortest  # the last one written stays, here and below
+    best[strip[shortest]] = shortest  # the last write wins, here and below
     at, side = np.nonzero(outer)
     of, faces = strip[at], sides[at, side]
     beside[of[::-1], 0], beside[of, 1] = faces[::-1], faces
@@ -243,9 +255,10 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
 def _finite_volumes(
     closed: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray
 ) -> SurfaceLaplacian:
-    """The Laplacian of the clusters: weights of the bonds across, by the part of the way that they go.
+    """Return the Laplacian of the clusters.
 
-    That is the Laplacian of finite volumes: if u is linear, what flows from one cluster to the next is right.
+    The weight of a bond between two clusters is scaled by the part of the way between their roots that it
+    covers. For linear functions, this finite-volume scheme gives the exact flux between clusters.
     """
     graph, position, (one, other) = closed.graph, closed.graph.position, closed.laplacian.bonds.T
     across = np.flatnonzero(label[one] != label[other])
@@ -254,9 +267,9 @@ def _finite_volumes(
     step, whole = position[b] - position[a], position[roots[j]] - position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
-        hole = i < graph.n_holes  # which has no place of its own
+        hole = i < graph.n_holes  # a hole has no position
         if hole.any():
             edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()  # a hole has a long row
             share[hole] = edge / (edge + distance[b[hole]])
-    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), constants.MIN_BOND_WEIGHT, 1)
+    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), MIN_BOND_WEIGHT, 1)
     return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)

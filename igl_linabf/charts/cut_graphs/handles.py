@@ -1,44 +1,48 @@
-"""Loops that open the handles of a closed surface."""
+"""Loops that cut the handles of a closed surface."""
 
 import numpy as np
 
 from ..._core import spanning_forest
 from ..._types import IntArray
-from . import constants
 from .closed_surface import ClosedSurface
-from .graph import SurfaceGraph, without_stubs
+from .constants import STRICTLY_SHORTER
+from .graph import SurfaceGraph, prune_stubs
 
-Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
+FIRST_BASE_POINTS = 4  # distant base points of the first round of loops
+MAX_BASE_POINTS = 6  # base points of each further round, in the middle of the best loops
+BASE_POINT_ROUNDS = 3  # rounds of base points, including the first
+
+Loops = tuple[IntArray, IntArray]  # a cut graph, and the edge in the middle of each loop
 
 
-def open_handles(closed: ClosedSurface, rounds: int = constants.BASE_POINT_ROUNDS) -> IntArray:
-    """The shortest cut graph made of loops through one point, over several base points."""
+def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntArray:
+    """Return the shortest cut graph of loops through one point, over several base points."""
     graph, tried = closed.graph, set[int]()
     bases = [int(np.argmax(np.abs(closed.curvature)))]
-    while len(bases) < constants.FIRST_BASE_POINTS:
+    while len(bases) < FIRST_BASE_POINTS:
         bases.append(int(np.argmax(graph.shortest_paths(np.array(bases))[0])))
     best = shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
-        # a loop is short as seen from a point on it
+        # a loop is short if its base point lies on it
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
-        bases = bases[:: -(-len(bases) // constants.MAX_BASE_POINTS) or 1]
+        bases = bases[:: -(-len(bases) // MAX_BASE_POINTS) or 1]
         best = shortest_loops(graph, bases, best)
     return best[0]
 
 
 def shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | None = None) -> Loops:
-    """The shortest of the cut graphs of loops through each base point, and of one that is known."""
+    """Return the shortest among `best` and the cut graphs of loops through each base point."""
     for base in bases:
-        loops = _loops_through(graph, base)
-        if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * constants.STRICTLY_SHORTER:
+        loops = _find_loops(graph, base)
+        if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * STRICTLY_SHORTER:
             best = loops
     assert best is not None
     return best
 
 
-def _loops_through(graph: SurfaceGraph, base: int) -> Loops:
-    """The cut graph of the shortest loops through `base`, and the edges in their middle."""
+def _find_loops(graph: SurfaceGraph, base: int) -> Loops:
+    """Return the cut graph of the shortest loops through `base`, and the edge in the middle of each."""
     distance, before, _ = graph.shortest_paths(np.array([base]))
     shortest = graph.neighbours[1]
     a, b = graph.ends[shortest].T
@@ -51,4 +55,4 @@ def _loops_through(graph: SurfaceGraph, base: int) -> Loops:
     in_cotree[spanning_forest(graph.faces, longest_first, graph.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = graph.union(across, graph.path_edges(before, graph.ends[across].ravel()))
-    return without_stubs(graph, seam, seam[:0]), across  # what all loops share on their way to the base
+    return prune_stubs(graph, seam, seam[:0]), across  # removes the path to the base that all loops share

@@ -1,4 +1,4 @@
-"""The Laplacian of a closed surface, and its systems with zero at some nodes."""
+"""The Laplacian of a closed surface, and linear systems of it with Dirichlet conditions."""
 
 from collections.abc import Callable
 from copy import copy
@@ -15,17 +15,17 @@ from .constants import MAX_BOND_WEIGHT
 
 
 class DirichletSolver:
-    """Solves L u = r with u = 0 at fixed nodes.
+    """A solver of L u = r with u = 0 at fixed nodes.
 
-    A fixed node keeps its row, as one of the identity. So the pattern is the same whichever nodes are fixed.
-    It is analysed once: that takes as long as a factorisation.
+    The rows of fixed nodes are replaced by rows of the identity. The sparsity pattern therefore does not
+    depend on the fixed nodes, and is analysed only once, which takes as long as a factorisation.
 
     Parameters
     ----------
     lower : (n, n) sparse array
-        The lower triangle of L, with every node's diagonal.
+        The lower triangle of L, with the diagonal entry of every node.
     analysis : Analysis
-        Of its pattern.
+        The symbolic analysis of its pattern.
     """
 
     def __init__(self, lower: sparse.csc_array, analysis: Analysis) -> None:
@@ -35,24 +35,24 @@ class DirichletSolver:
         self._diagonal = np.flatnonzero(self._row == self._column)
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
-        """u for a right side (n,), of which the rows of the fixed nodes do not count."""
+        """Return u for a right-hand side (n,); its rows at fixed nodes are ignored."""
         return self.solver(fixed)(r)
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
-        """`solve` for several right sides, (n,) or (n, k): the system is factored once."""
-        factored, free = self.factored(fixed), self.free(fixed)
-        return lambda r: factored.solve(np.where(free, r.T, 0.0).T)
+        """Return a function that solves for right-hand sides (n,) or (n, k); the system is factored once."""
+        factor, free = self.factor(fixed), self.free(fixed)
+        return lambda r: factor.solve(np.where(free, r.T, 0.0).T)
 
     def free(self, fixed: IntArray) -> BoolArray:
-        """(n,) bool: the other nodes."""
+        """Return a mask of the nodes that are not fixed, (n,) bool."""
         free = np.ones(self._lower.shape[0], dtype=bool)
         free[fixed] = False
         return free
 
-    def factored(self, fixed: IntArray) -> Factor:
-        """The Laplacian with the identity at the fixed nodes."""
+    def factor(self, fixed: IntArray) -> Factor:
+        """Factor the Laplacian with rows of the identity at the fixed nodes."""
         free = self.free(fixed)
-        lower = copy(self._lower)  # the same pattern, which SciPy need not check again
+        lower = copy(self._lower)  # a copy of the array makes SciPy skip its checks
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
         return self._analysis.factor(lower.data)
@@ -67,9 +67,9 @@ class SurfaceLaplacian:
     n : int
         Number of nodes.
     bonds : (#B, 2) int64
-        The nodes that it joins: the ends of the edges, and of the diagonals of polygons.
+        The pairs of nodes that L couples: the ends of edges and of diagonals of polygons.
     cotangent, weight : (#B,) float64
-        Of each bond: half the sum of the cotangents; and the same, raised to a positive number.
+        For each bond, half the sum of the cotangents; and the same, clipped to a positive range.
     """
 
     n: int
@@ -79,24 +79,27 @@ class SurfaceLaplacian:
 
     @cached_property
     def lower(self) -> sparse.csc_array:
-        """The lower triangle of L, (n, n). Every node has a diagonal, also one without bonds."""
+        """The lower triangle of L, (n, n). Every node has a diagonal entry, even without bonds."""
         return self._matrix(self.weight)
 
     @cached_property
     def dirichlet(self) -> DirichletSolver:
-        """Solves systems of L."""
+        """Solver of Dirichlet problems of L."""
         return DirichletSolver(self.lower, self._analysis)
 
     @cached_property
     def dirichlet_of_cotangents(self) -> DirichletSolver:
-        """The same with the cotangents themselves for weights, if double precision holds them."""
+        """The same with the cotangents as weights, without clipping.
+
+        If a cotangent is too large for double precision, the clipped weights are used.
+        """
         if not (np.abs(self.cotangent) < MAX_BOND_WEIGHT).all():
             return self.dirichlet
         return DirichletSolver(self._matrix(self.cotangent), self._analysis)
 
     @property
     def thin_share(self) -> float:
-        """Share of the bonds whose cotangents sum to zero or less: their triangles are thin."""
+        """Share of bonds whose cotangents sum to zero or less, which indicates thin triangles."""
         return float(np.mean(self.cotangent <= 0)) if len(self.cotangent) else 0.0
 
     @cached_property

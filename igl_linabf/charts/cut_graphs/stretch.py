@@ -1,11 +1,12 @@
-"""The stretch to expect of a map, from its seam alone.
+"""The expected stretch of a map, computed from its seam.
 
-A conformal map has the scale e^u, with L u = -K and u = 0 on the seam; L is the Laplacian, K the curvature.
+A conformal map has the scale e^u, where L u = -K and u = 0 on the seam; L is the Laplacian, K the curvature.
 
-An isometric map does not keep angles, and so has less to stretch. Its strain is small and obeys linear
-elasticity: of all strains that take the curvature away, it is the one of the least integral of squares. By
-Airy's stress function its trace w is the one of the least integral of w^2 with L w = -K off the seam,
-whatever w is on it: u without its harmonic part. The L2 stretch is then 1 + 3/4 of the mean of w^2.
+An isometric map does not preserve angles, and therefore stretches less. Its strain is small and obeys linear
+elasticity: among all strains that remove the curvature, it minimises the integral of the squared strain. In
+terms of Airy's stress function, the trace w of the strain minimises the integral of w^2 subject to L w = -K
+off the seam, with arbitrary values on the seam. Thus w is u without its harmonic part. The L2 stretch is then
+1 + 3/4 of the mean of w^2.
 """
 
 import numpy as np
@@ -13,52 +14,55 @@ from scipy import sparse
 
 from ..._types import FloatArray, IntArray
 from ...flattening import Isometric, Method
-from . import constants
 from .closed_surface import ClosedSurface
+
+MAX_LOG_SCALE = 100.0  # log scales are clipped to this value; scales beyond exp(350) overflow when squared
+ISOMETRIC_STRETCH_WEIGHT = 6.0  # factor of the L2 stretch beyond 1 of an isometric map in the cost
+MAX_TRACE_STEPS = 6  # conjugate gradient steps for the trace of the strain
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
-    """L2 stretch of the map of a surface cut at the nodes `fixed`, and the log scale that makes it, (n,).
+    """Return the expected L2 stretch of the map of a surface cut at the nodes `fixed`, and the log scale.
 
-    It is u of a conformal map, and w of an isometric one, whose stretch beyond 1 is multiplied by
-    `ISOMETRIC_STRETCH_WEIGHT`.
+    The log scale, (n,), is u for a conformal map and w for an isometric map. The stretch beyond 1 of an
+    isometric map is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
     """
     if not closed.isometric:
         u = log_scale(closed, fixed, closed.curvature)
         return expected_stretch(closed, u), u
-    stretch, w = _isometric(closed, fixed)
-    return 1 + constants.ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), w
+    stretch, w = _solve_isometric(closed, fixed)
+    return 1 + ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), w
 
 
 def isometric_stretch(closed: ClosedSurface, fixed: IntArray) -> float:
-    """The L2 stretch of an isometric map of the surface cut at the nodes `fixed`: 1 for none."""
-    return _isometric(closed, fixed)[0]
+    """Return the expected L2 stretch of an isometric map of the surface cut at the nodes `fixed`."""
+    return _solve_isometric(closed, fixed)[0]
 
 
-def _isometric(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
-    """The L2 stretch of an isometric map, and the trace w of its strain."""
+def _solve_isometric(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
+    """Return the L2 stretch of an isometric map, and the trace w of its strain."""
     weight = closed.area / closed.area.sum()
-    w = _trace(closed, fixed, weight)
+    w = _solve_trace(closed, fixed, weight)
     return 1 + 0.75 * float(weight @ w**2), w
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
-    """The L2 stretch of a conformal map with the log scale u."""
+    """Return the L2 stretch of a conformal map with the log scale u."""
     weight = closed.area / closed.area.sum()
     return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
 def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
-    """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
+    """Return the log of the conformal scale that removes `curvature` and is 1 at the nodes `fixed`."""
     u = closed.laplacian.dirichlet.solve(fixed, -curvature)
-    return np.clip(u, -constants.MAX_LOG_SCALE, constants.MAX_LOG_SCALE)
+    return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
-def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
-    """The w of the least mean square with L w = -K off the nodes `fixed`, by conjugate gradients.
+def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
+    """Return the w of least mean square with L w = -K off the nodes `fixed`, by conjugate gradients.
 
-    Unknown are its values at these nodes. A hole is one node, but w varies along it: so the nodes around it
-    are among them.
+    The unknowns are the values of w at these nodes. A hole is one node, but w varies along its boundary;
+    therefore the nodes adjacent to holes are unknowns, too.
     """
     lower = closed.laplacian.lower
     whole = lower + sparse.tril(lower, -1).T
@@ -66,7 +70,7 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
     solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
-    for _ in range(constants.MAX_TRACE_STEPS):
+    for _ in range(MAX_TRACE_STEPS):
         left = weight * w
         slope = (left - whole @ solve(left))[fixed]
         scaled = slope / weight[fixed]
@@ -78,9 +82,9 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         h = solve(-(whole @ values))
         h[fixed] = step
         w = w + down / float(h @ (weight * h)) * h
-    return np.clip(w, -constants.MAX_LOG_SCALE, constants.MAX_LOG_SCALE)
+    return np.clip(w, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
 def stretch_weight(method: Method) -> float:
     """Return the factor of the L2 stretch beyond 1 in the cost of a map by this method."""
-    return constants.ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0
+    return ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0

@@ -1,4 +1,4 @@
-"""The charts of several atlases on common pages."""
+"""Pack the charts of several atlases onto common pages."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from ...errors import MeshError
 from ...surface import Ragged, complex_positions, coordinates
 from ..atlas import Atlas
 from ..cost import page_cost
-from .packing import Wish, pack_maps
+from .packing import PackingRequest, pack_maps
 from .spacing import Packing
 
 
 def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> list[Atlas]:
     """Pack the charts of several atlases onto common pages, at one scale for all surfaces.
 
-    Meshes of one scene then share a texture. A single atlas is packed again, for another resolution.
+    The meshes of a scene can then share a texture. A single atlas can be packed again for another resolution.
 
     Parameters
     ----------
     atlases : sequence of Atlas
-        As `unwrap` returns them.
+        Atlases returned by `unwrap`.
     packing : Packing, optional
-        Its texel density is that of all surfaces.
+        Its texel density applies to all surfaces.
 
     Returns
     -------
     list of Atlas
-        The same atlases with new `TC`, `page`, `scale` and `fill`: each one's own share of the common pages.
-        The `cost` of the pages is that of all of them.
+        The same atlases with new `TC`, `page`, `scale` and `fill`, which is each atlas' own share of the
+        common pages. The `cost` of the pages is the cost of all common pages.
 
     Raises
     ------
     MeshError
-        With a texel density: the charts do not fit on the pages.
+        The charts do not fit on the pages at the texel density.
     ValueError
-        `packing` is none.
+        `packing` is not a `Packing`.
 
     Examples
     --------
@@ -51,8 +51,8 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     (1.0, 4.0)
     """
     parted = [_charts_of(atlas) for atlas in atlases]
-    wish = Wish.of_maps(packing)
-    placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
+    request = PackingRequest.of_maps(packing)
+    placed = pack_maps([chart for charts, _ in parted for chart in charts], request)
     if not placed:
         return list(atlases)
     last = max(p.page for p in placed) + 1
@@ -72,7 +72,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
                 TC=TC,
                 page=np.array([p.page for p in own], dtype=np.int64),
                 scale=abs(own[0].ratio),
-                aspect=wish.spacing.aspect,
+                aspect=request.spacing.aspect,
                 fill=sum(p.area for p in own) / last,
                 cost=replace(atlas.cost, page=page),
             )
@@ -81,12 +81,12 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
 
 
 def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
-    """Its charts at the surface's scale, and the rows of TC that they have one after the other."""
+    """Return the charts of an atlas at the surface's scale, and their rows of TC, chart by chart."""
     n = len(atlas.charts)
     if not n:
         return [], np.zeros(0, dtype=np.int64)
     if not atlas.scale > 0:
-        raise MeshError("an atlas has no scale: pass atlases that unwrap has made")
+        raise MeshError("an atlas has no scale: pass atlases that unwrap returned")
     triangles = atlas.triangles
     chart = atlas.chart if atlas.split is None else atlas.chart[atlas.split.face]
     chart_of_row = np.full(len(atlas.TC), -1)

@@ -1,4 +1,4 @@
-"""Charts with their maps, which are cut further: polygons, which stay whole, and the edges between them."""
+"""Charts with their maps that can be cut between polygons."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,16 +12,18 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import scaled_to_surface, uv_of_part
 from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
-from .constants import HULL_DIRECTIONS, MIN_MAP_AREA
 from .outlines import Outline, rectangles
 
+MIN_MAP_AREA = 1e-12  # area of a part's map over its area on the surface, below which it has no outline
+HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
+
 _angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
-OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # directions, (2, HULL_DIRECTIONS)
+OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # unit vectors, (2, HULL_DIRECTIONS)
 
 
 @dataclass(frozen=True, eq=False)
 class FlatChart:
-    """A chart, or a part of one, with its map.
+    """A chart, or a part of a chart, with its map.
 
     Attributes
     ----------
@@ -37,28 +39,28 @@ class FlatChart:
 
     @cached_property
     def z(self) -> ComplexArray:
-        """The map, (#V,)."""
+        """The map as complex numbers, (#V,)."""
         return complex_positions(self.uv)
 
     @cached_property
     def centre(self) -> FloatArray:
-        """Of the polygons in the map, (#P, 2)."""
+        """Centres of the polygons in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
         return centres(self.piece.polygon_labels, (a + b + c) / 3)
 
     @cached_property
-    def _between(self) -> tuple[IntArray, FloatArray]:
+    def _inner_edges(self) -> tuple[IntArray, FloatArray]:
         return edges_between_polygons(self.piece)
 
     @property
     def sides(self) -> IntArray:
-        """The polygons on both sides of each edge between two of them, (2, #E)."""
-        return self._between[0]
+        """The polygons on both sides of each edge between two polygons, (2, #E)."""
+        return self._inner_edges[0]
 
     @property
     def lengths(self) -> FloatArray:
-        """Of these edges on the surface, (#E,)."""
-        return self._between[1]
+        """Lengths of these edges on the surface, (#E,)."""
+        return self._inner_edges[1]
 
     @cached_property
     def ends(self) -> IntArray:
@@ -74,36 +76,39 @@ class FlatChart:
 
     @cached_property
     def areas(self) -> FloatArray:
-        """Of the polygons on the surface and in the map, (2, #P)."""
+        """Areas of the polygons on the surface and in the map, (2, #P)."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
         polygon = self.piece.polygon_labels
         return np.stack([np.bincount(polygon, double) / 2 for double in (self.piece.measured[0], mapped)])
 
     @property
     def area(self) -> float:
-        """Of the map."""
+        """Area of the map."""
         return float(self.areas[1].sum())
 
     @cached_property
     def hull(self) -> float:
-        """The area of the convex hull of those points of the map that are farthest out in some directions."""
+        """Area of the convex hull of the map's extreme points in `HULL_DIRECTIONS` directions."""
         rim = self.uv[self.rim[0][:, 0]]
         x, y = rim[(rim @ OUTWARDS).argmax(axis=0)].T
         return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
     @cached_property
     def diagonal(self) -> float:
-        """Of the upright rectangle around the map."""
+        """Diagonal of the map's axis-aligned bounding rectangle."""
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
-    def divided_near(self, along: FloatArray, band: float) -> BoolArray:
-        """The polygons on one side of the shortest seam near a line, by signed distances from it, (#P,)."""
+    def divide_at_line(self, along: FloatArray, band: float) -> BoolArray:
+        """Return a mask of the polygons on one side of the shortest seam near a line, (#P,).
+
+        `along` has the signed distance of each polygon from the line, (#P,).
+        """
         return sides_of_least_cut(self.sides, self.lengths, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
-        """The chart cut between its polygons of two sides, (#P,); each part at the scale of its own area.
+        """Cut the chart between its polygons on both sides, (#P,); each part has the scale of its own area.
 
-        They are in the order of their first faces, as those of `PolygonGroups.outlines`.
+        Parts are sorted by their first faces, as in `PolygonGroups.outlines`.
         """
         piece = self.piece
         parts = sorted(piece.divided(side[piece.polygon_labels]), key=lambda part: int(part.faces[0]))
@@ -113,12 +118,15 @@ class FlatChart:
         ]
 
     def polygons(self) -> "PolygonGroups":
-        """Each a group of its own."""
+        """Return groups that each consist of one polygon."""
         polygons = np.arange(len(self.centre))
         return PolygonGroups(self, polygons, self.centre, np.ones(len(self.sides[0]), dtype=bool))
 
     def groups(self, squares: int) -> "PolygonGroups":
-        """The connected polygons in each square of a grid, so many along the chart; if these are fewer."""
+        """Group the connected polygons in each square of a grid with `squares` squares along the chart.
+
+        If the chart has no more polygons than the grid has squares, each polygon is a group.
+        """
         centre, sides = self.centre, self.sides
         if len(centre) <= squares**2:
             return self.polygons()
@@ -135,84 +143,92 @@ class PolygonGroups:
     Attributes
     ----------
     chart : FlatChart
-    of : (#P,) int64
+    label : (#P,) int64
         The group of each polygon.
     centre : (#G, 2) float64
-        Of the groups, in the map.
-    between : (#E,) bool
-        Which of the chart's edges are between two groups.
+        Centres of the groups in the map.
+    is_border : (#E,) bool
+        Whether each of the chart's edges is between two groups.
     """
 
     chart: FlatChart
-    of: IntArray
+    label: IntArray
     centre: FloatArray
-    between: BoolArray
+    is_border: BoolArray
 
     @cached_property
     def sides(self) -> IntArray:
-        """The groups on both sides of each of these edges, (2, #between)."""
-        return np.asarray(self.of[self.chart.sides[:, self.between]])
+        """The groups on both sides of each edge between two groups, (2, #B)."""
+        return np.asarray(self.label[self.chart.sides[:, self.is_border]])
 
     @cached_property
     def lengths(self) -> FloatArray:
-        """Of these edges on the surface, (#between,)."""
-        return np.asarray(self.chart.lengths[self.between])
+        """Lengths of these edges on the surface, (#B,)."""
+        return np.asarray(self.chart.lengths[self.is_border])
 
     @cached_property
     def outer(self) -> BoolArray:
-        """Which groups are at the boundary, (#G,)."""
+        """Whether each group is at the boundary, (#G,)."""
         outer = np.zeros(len(self.centre), dtype=bool)
-        outer[self.of[self.chart.rim[1]]] = True
+        outer[self.label[self.chart.rim[1]]] = True
         return outer
 
     @cached_property
     def areas(self) -> FloatArray:
-        """Of the groups on the surface and in the map, (2, #G)."""
-        return np.stack([np.bincount(self.of, area) for area in self.chart.areas])
+        """Areas of the groups on the surface and in the map, (2, #G)."""
+        return np.stack([np.bincount(self.label, area) for area in self.chart.areas])
 
     def outlines(self, beyond: BoolArray) -> list[list[Outline]]:
-        """The outlines of the parts that several cuts leave; `beyond`, (#cuts, #G), is one side of each.
+        """Return the outlines of the parts for each of several cuts.
 
-        They are as those of `whole_outlines`: a cut that leaves a part without area in the map has none.
+        `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part has no area in the
+        map, the list of its cut is empty, as in `whole_outlines`.
         """
         n, cuts = len(self.centre), len(beyond)
         cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
         ends = np.empty((*cut.shape, 2), dtype=np.int64)
         ends[...] = self.sides.T + n * np.arange(cuts)[:, None, None]
         by, edge = np.nonzero(cut)
-        ends[by, edge, 1] = ends[by, edge, 0]  # an edge that is cut joins nothing
+        ends[by, edge, 1] = ends[by, edge, 0]  # a cut edge joins no groups
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
         rim, polygon = self.chart.rim
-        seam = self.chart.ends[self.between][edge]
+        seam = self.chart.ends[self.is_border][edge]
         around = np.concatenate((np.tile(rim, (cuts, 1)), seam, seam[:, ::-1]))
-        at_rim = self.of[polygon] + n * np.arange(cuts)[:, None]
+        at_rim = self.label[polygon] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
         sides = Ragged.of_sizes(np.bincount(of, minlength=len(own)))
-        made = _outlines(self.chart.z[around[order].T], sides, own, mapped)
+        made = _make_outlines(self.chart.z[around[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
-        return [_all_or_none(made[i:j]) for i, j in pairwise(begin)]
+        return [_require_all(made[i:j]) for i, j in pairwise(begin)]
 
 
 def whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
-    """The outlines of charts, each at the scale of its own area, turned to its narrowest rectangle.
+    """Return the outlines of charts, each at the scale of its own area and turned to its narrowest rectangle.
 
-    The rectangle's lower left corner is at the origin. If a chart has no area in the map, there are none.
+    The rectangle's lower left corner is at the origin. If any chart has no area in the map, the list is
+    empty.
     """
     sides = Ragged.of_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
     own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
-    return _all_or_none(_outlines(ends.T, sides, own, mapped))
+    return _require_all(_make_outlines(ends.T, sides, own, mapped))
 
 
-def _all_or_none(outlines: list[Outline | None]) -> list[Outline]:
+def _require_all(outlines: list[Outline | None]) -> list[Outline]:
+    """Return the outlines; an empty list if any is None."""
     has = [outline for outline in outlines if outline is not None]
     return has if len(has) == len(outlines) else []
 
 
-def _outlines(ends: ComplexArray, sides: Ragged, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:
-    """The outlines of parts with these sides, (2, #S), of their own areas and those in the map."""
+def _make_outlines(
+    ends: ComplexArray, sides: Ragged, own: FloatArray, mapped: FloatArray
+) -> list[Outline | None]:
+    """Return the outlines of parts with the given sides, (2, #S), at the scale of their own areas.
+
+    The outline of a part without area in the map is None.
+    """
     kept = mapped > MIN_MAP_AREA * own
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
     start, end = ends * sides.repeat(scale)

@@ -1,9 +1,10 @@
-"""The places and turns of charts on pages: a search by masks, the cells of a grid that charts touch.
+"""Search for the positions and turns of charts on pages, using masks: the grid cells that charts touch.
 
-Charts are placed one after another, mostly the largest first. Each comes to where the square that holds all
-of them grows least, and there nearest to the corner. This is tried on a coarse grid, in several orders, with
-many turns of each chart. The best layouts are found again on a fine grid, with the turns that they have. A
-few charts are also moved before, if there is time: one comes earlier or later, or keeps one of its turns.
+Charts are placed one after another, usually the largest first. Each chart goes where the square that holds
+all charts grows least and, among such places, nearest to the corner. A coarse grid compares several orders,
+with many turns of each chart. The best layouts are repeated on a fine grid with fixed turns. If there are few
+charts, random moves improve the coarse layout first: a chart comes earlier or later in the order, or is
+restricted to one turn.
 """
 
 from __future__ import annotations
@@ -16,25 +17,47 @@ import numpy as np
 
 from ..._core import on_shelves
 from ..._types import ComplexArray, FloatArray, IntArray
-from . import constants
+from .constants import (
+    COARSE_TURNS,
+    EXPECTED_FILL,
+    GROWING_ROOM,
+    MAX_MOVED_CHARTS,
+    MIN_SHAPED_AREA,
+    TRIAL_GRID,
+)
 from .outlines import NO_PLACES, ChartMasks, Outline, masks_of
 from .spacing import Spacing
+
+# charts up to which three orders and two fine layouts are tried instead of two and one
+MAX_REORDERED_CHARTS = 40
+MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instead of as rectangles
+RECTANGLE_FILL = 0.9  # fill of its bounding rectangle from which a chart is turned by quarter turns only
+MOVE_TURNS = 32  # turns of each chart among which random moves choose
+COARSE_GRID = 64  # cells along the page's side when orders are compared
+FINE_GRID = 448  # cells along the page's side in the final layout
+MAX_MOVED_PLACES = 400  # charts that all random moves together place again
+MAX_MOVES = 100  # random moves, at most
+CLOSE_SIDE = 1.02  # side of a coarse layout over the best one, up to which it is tried on the fine grid
+FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
+MAX_FINE_TRIALS = 8  # fine trials of one layout
+SIDE_HALVINGS = 7  # bisection steps for the side of several pages
+MAX_SIDE_RATIO = 1e3  # side over its lower bound beyond which the charts cannot fit because of the gaps
 
 Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Where charts are on pages, in the charts' units.
+    """The positions and turns of charts on pages, in the units of the charts.
 
     Attributes
     ----------
     turn : (#C,) complex128
     page : (#C,) int64
     corner : (#C,) complex128
-        Where the origin of the turned chart comes to, from the page's lower left corner.
+        The position of the turned chart's origin, relative to the page's lower left corner.
     side : float
-        The width of a page; gaps between charts are shares of it, and of its height.
+        The width of a page. Gaps between charts are shares of its width and height.
     """
 
     turn: ComplexArray
@@ -54,9 +77,9 @@ class Charts:
         Widths and heights.
     areas : (#C,) float64
     upright : bool
-        Turn them by quarter turns only.
+        Turn the charts by quarter turns only.
     fixed : bool
-        Do not turn them.
+        Do not turn the charts.
     """
 
     outlines: Sequence[Outline]
@@ -66,34 +89,37 @@ class Charts:
     fixed: bool = False
 
     def least_side(self, aspect: float) -> float:
-        """The width of a page for the longest chart: nothing on a page is longer than its diagonal."""
+        """Return a lower bound of the page width: no chart on a page is longer than the diagonal."""
         return float(self.sizes.max() / np.hypot(1, aspect))
 
     def turns(self, number: int) -> list[ComplexArray]:
-        """`turns_of` these charts."""
+        """Return the turns of each chart to try: `turns_of`, or only the identity if charts are fixed."""
         if self.fixed:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
         return turns_of(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
-    def placed_by_shape(self) -> IntArray:
-        """All charts; of many the largest ones, and the others are placed as rectangles in the gaps."""
+    def select_shaped(self) -> IntArray:
+        """Return the charts that are placed by their shapes: at most `MAX_SHAPED_CHARTS`, largest first.
+
+        All other charts are placed as rectangles in the gaps.
+        """
         areas: FloatArray = self.areas
-        if len(areas) <= constants.MAX_SHAPED_CHARTS:
+        if len(areas) <= MAX_SHAPED_CHARTS:
             return np.arange(len(areas))
-        largest = np.argsort(-areas, kind="stable")[: constants.MAX_SHAPED_CHARTS]
-        return np.asarray(largest[areas[largest] > constants.MIN_SHAPED_AREA * areas.sum()])
+        largest = np.argsort(-areas, kind="stable")[:MAX_SHAPED_CHARTS]
+        return np.asarray(largest[areas[largest] > MIN_SHAPED_AREA * areas.sum()])
 
 
 def turns_of(
     areas: FloatArray, sizes: FloatArray, total: float, number: int, upright: bool
 ) -> list[ComplexArray]:
-    """So many turns by equal angles for each chart, or four, of charts of a layout of this total area.
+    """Return `number` turns by equal angles for each chart, or at most four for rectangular charts.
 
-    Rectangles are turned by quarters only, unless they are long: those may fit along a page's diagonal.
-    Opposite turns stand side by side, so that only one of two masks is drawn.
+    Long rectangles have all turns, because they may fit along a page's diagonal; `total` is the total area of
+    the layout. Opposite turns are adjacent, because the mask of one is the other's turned by 180 degrees.
     """
     quarters = min(number, 4)
-    rectangular = areas > constants.RECTANGLE_FILL * sizes.prod(axis=1)
+    rectangular = areas > RECTANGLE_FILL * sizes.prod(axis=1)
     rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2
     numbers = np.where(upright | rectangular, quarters, number)
     halves = {n: np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (quarters, number)}
@@ -102,52 +128,60 @@ def turns_of(
 
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
-    """Charts on pages of this side, on so many at most or as many as it takes; None if they do not fit."""
+    """Lay out charts on pages of the given side; None if they do not fit.
+
+    At most `pages` pages are used; None means any number.
+    """
     if charts.least_side(spacing.aspect) > side * spacing.inner:
         return None
-    turns = charts.turns(constants.COARSE_TURNS)
-    return _raised(_on_pages(charts, charts.placed_by_shape(), turns, side, spacing, pages), spacing)
+    turns = charts.turns(COARSE_TURNS)
+    return _convert_aspect(
+        _place_on_pages(charts, charts.select_shaped(), turns, side, spacing, pages), spacing
+    )
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
-    """The layout on pages of the shortest side, on which charts are largest; None if none has room for gaps.
+    """Lay out charts on pages of the shortest side, where charts are largest; None if the gaps leave no room.
 
-    If it is to be `thorough`, a few charts are moved, too, which takes up to half a second.
+    If `thorough`, random moves of a few charts are tried, which takes up to half a second.
     """
-    return _raised(_largest(charts, spacing, pages, thorough), spacing)
+    return _convert_aspect(_find_largest_layout(charts, spacing, pages, thorough), spacing)
 
 
-def _raised(layout: Layout | None, spacing: Spacing) -> Layout | None:
-    """The layout on pages as high as they are: the search has cells of their aspect, and square pages."""
+def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
+    """Convert a layout from the square pages of the search to pages with the given aspect."""
     if layout is None or spacing.aspect == 1:
         return layout
     return replace(layout, corner=layout.corner.real + 1j * layout.corner.imag * spacing.aspect)
 
 
-def _largest(charts: Charts, spacing: Spacing, pages: int, thorough: bool) -> Layout | None:
+def _find_largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool) -> Layout | None:
+    """Find the layout of `largest_layout` on square pages."""
     n = len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
     if n == 1:
         side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
-    shaped, turns = charts.placed_by_shape(), np.ones((n, 1), dtype=np.complex128)
+    shaped, turns = charts.select_shaped(), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
-        found = _coarse(charts, shaped, spacing)
+        found = _find_coarse_layouts(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
-            close = sum(entry.needed <= constants.CLOSE_SIDE * found[0].needed for entry in _different(found))
-            number = min(close, 2 if n <= constants.MAX_REORDERED_CHARTS else 1)
-            if thorough and n <= constants.MAX_MOVED_CHARTS:
-                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, number + 1)
-            return _fine(charts, found, spacing, number)
+            close = sum(entry.needed <= CLOSE_SIDE * found[0].needed for entry in _drop_duplicates(found))
+            number = min(close, 2 if n <= MAX_REORDERED_CHARTS else 1)
+            if thorough and n <= MAX_MOVED_CHARTS:
+                return _refine_layouts(
+                    charts, [_move_charts(charts, found[0], spacing), *found], spacing, number + 1
+                )
+            return _refine_layouts(charts, found, spacing, number)
         turns[shaped] = found[0].layout.turn[shaped, None]
-    return _shortest_side(charts, shaped, turns, spacing, pages)
+    return _bisect_side(charts, shaped, turns, spacing, pages)
 
 
-def _shortest_side(
+def _bisect_side(
     charts: Charts, shaped: IntArray, turns: Turns, spacing: Spacing, pages: int
 ) -> Layout | None:
-    """The layout on pages of the shortest side that a bisection finds, with these turns."""
+    """Find the layout on pages of the shortest side by bisection, with the given turns."""
     aspect = spacing.aspect
     least = (
         np.sqrt(charts.areas.sum() / aspect / pages),
@@ -156,13 +190,13 @@ def _shortest_side(
     )
     low = float(max(least)) / spacing.inner
     best, high = None, 1.5 * low
-    while best is None and high < constants.MAX_SIDE_RATIO * low:
-        best = _on_pages(charts, shaped, turns, high, spacing, pages)
+    while best is None and high < MAX_SIDE_RATIO * low:
+        best = _place_on_pages(charts, shaped, turns, high, spacing, pages)
         high = 1.5 * high if best is None else high
     low = max(low, high / 1.5)
-    for _ in range(0 if best is None else constants.SIDE_HALVINGS):
+    for _ in range(0 if best is None else SIDE_HALVINGS):
         trial = (low + high) / 2
-        layout = _on_pages(charts, shaped, turns, trial, spacing, pages)
+        layout = _place_on_pages(charts, shaped, turns, trial, spacing, pages)
         if layout is None:
             low = trial
         else:
@@ -172,16 +206,19 @@ def _shortest_side(
 
 @dataclass(frozen=True, eq=False)
 class _PlacedCharts:
-    """Some of `n` charts in their places on pages, on a grid that has `cells` to a unit of the charts."""
+    """Some of `n` charts that are placed on pages, on a grid with `cells` cells per unit of the charts.
+
+    `extents` has the cells that the charts take on each page, from the left and from below.
+    """
 
     n: int
     masks: ChartMasks
     cells: float
     places: IntArray
-    extents: IntArray  # of what they take on each page, in cells
+    extents: IntArray
 
     def layout(self, order: IntArray, side: float) -> Layout:
-        """Of charts that were placed in this order; the others stay at the origin of the first page."""
+        """Return the layout of charts placed in this order; other charts stay at the first page's origin."""
         k, page, x, y = self.places.T
         turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
         number = np.zeros(self.n, dtype=np.int64)
@@ -192,17 +229,17 @@ class _PlacedCharts:
 
 @dataclass(frozen=True, eq=False)
 class _SquareLayout:
-    """A layout on one page, and the square that its charts take.
+    """A layout on one page, and the square around its charts.
 
-    Gaps are shares of `side`. On a shorter page they are wider than they need be; on a longer one they would
-    be too narrow.
+    Gaps are shares of `side`. On a shorter page they would be wider than necessary, and on a longer page too
+    narrow.
     """
 
     placed: _PlacedCharts
     order: IntArray
-    side: float  # of the page that the gaps are for
-    cells: int  # along the square, with a gap
-    needed: float  # side of the page that has room for the square
+    side: float  # width of the page that defines the gaps
+    cells: int  # cells along the square, including one gap
+    needed: float  # width of the smallest page that holds the square
 
     @cached_property
     def layout(self) -> Layout:
@@ -213,45 +250,51 @@ class _SquareLayout:
         return self.needed <= self.side
 
 
-def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
-    """Layouts on a coarse grid, the best one first: charts in the order of areas, lengths or rectangles."""
-    n, grid = len(shaped), constants.COARSE_GRID
-    turns = charts.turns(constants.COARSE_TURNS * (2 if n <= constants.MAX_MOVED_CHARTS else 1))
+def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
+    """Return layouts on a coarse grid, best first.
+
+    The charts are placed in the order of areas, of lengths, or of the areas of their rectangles.
+    """
+    n, grid = len(shaped), COARSE_GRID
+    turns = charts.turns(COARSE_TURNS * (2 if n <= MAX_MOVED_CHARTS else 1))
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    all_shaped = n == len(charts.outlines)  # else rectangles fill the gaps that these leave
-    number = 1 if not all_shaped else 3 if n <= constants.MAX_REORDERED_CHARTS else 2
+    all_shaped = n == len(charts.outlines)  # otherwise rectangles fill the gaps
+    number = 1 if not all_shaped else 3 if n <= MAX_REORDERED_CHARTS else 2
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:number]}
     orders = [np.array(order) for order in sorted(order_by)]
     found: list[_SquareLayout] = []
-    expected = float(np.sqrt(areas.sum() / spacing.aspect / constants.EXPECTED_FILL))
+    expected = float(np.sqrt(areas.sum() / spacing.aspect / EXPECTED_FILL))
     side = max(expected, charts.least_side(spacing.aspect))
     for _ in range(2 if all_shaped else 1):
-        masks = _masks(charts, shaped, turns, side, grid, spacing)  # for all orders
+        masks = _draw_masks(charts, shaped, turns, side, grid, spacing)  # shared by all orders
         found += [
-            _square_layout(
+            _make_square_layout(
                 len(charts.outlines), shaped[order], masks, masks.spans[order], side, grid, spacing
             )
             for order in orders
         ]
         least = min(entry.needed for entry in found)
-        # the page that they need; or, if that is this one, a slightly other grid, which rounds otherwise
+        # retry at the width that is needed or, if it is the same, on a grid that rounds differently
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.needed)
 
 
-def _moved(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLayout:
-    """A layout in a smaller square, after random moves: of a chart in the order, or to one of its turns."""
+def _move_charts(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLayout:
+    """Return a layout in a smaller square, after random moves.
+
+    A move changes the place of a chart in the order, or restricts a chart to one of its turns.
+    """
     chance, n = np.random.default_rng(0), len(start.order)
-    side, grid = start.needed, constants.TRIAL_GRID
+    side, grid = start.needed, TRIAL_GRID
     cells = grid / side
-    masks = _masks(charts, np.arange(n), charts.turns(constants.MOVE_TURNS), side, grid, spacing)
-    best = _square_layout(n, start.order, masks, masks.spans[start.order], side, grid, spacing)
-    spans = masks.spans  # of a chart that keeps one turn, of its mask alone
+    masks = _draw_masks(charts, np.arange(n), charts.turns(MOVE_TURNS), side, grid, spacing)
+    best = _make_square_layout(n, start.order, masks, masks.spans[start.order], side, grid, spacing)
+    spans = masks.spans  # a chart that is restricted to one turn has a span of one mask
     up_to = np.cumsum(charts.areas / charts.areas.sum())
     longest = np.minimum.reduceat(masks.shapes.max(axis=1), masks.spans[:, 0])
-    least = int(longest.max())  # cells along any square for them
-    for _ in range(min(constants.MAX_MOVES, constants.MAX_MOVED_PLACES // n)):
+    least = int(longest.max())  # lower bound of the cells along the square
+    for _ in range(min(MAX_MOVES, MAX_MOVED_PLACES // n)):
         if best.cells <= least:
             break
         order, now = best.order, spans
@@ -267,22 +310,22 @@ def _moved(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLay
             chart = int(up_to.searchsorted(chance.random() * up_to[-1]) if by_area else chance.integers(n))
             (first, after), held = masks.spans[chart].tolist(), spans[chart].tolist()
             own = [first, after]
-            if held == own or chance.random() < 0.7:  # else it may have any turn again
+            if held == own or chance.random() < 0.7:  # otherwise all turns are allowed again
                 k = first + int(chance.integers(after - first))
                 own = [k, k + 1]
             if own == held:
                 continue
             now = spans.copy()
             now[chart] = own
-        known = _unchanged(best, spans, order, now)
-        placed = _place(n, masks, now[order], cells, best.cells, 1, known)
-        if placed is not None:  # it takes no more cells; one that takes as many may lead on
-            best, spans = _in_square(placed, order, side, grid, spacing), now
+        known = _find_unchanged_places(best, spans, order, now)
+        placed = _place_charts(n, masks, now[order], cells, best.cells, 1, known)
+        if placed is not None:  # accept ties, which may lead to a better layout
+            best, spans = _measure_square(placed, order, side, grid, spacing), now
     return best
 
 
-def _unchanged(best: _SquareLayout, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
-    """The places of the first charts, as far as neither the new order nor the new spans change any."""
+def _find_unchanged_places(best: _SquareLayout, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
+    """Return the places of the first charts, up to the first one that the new order or spans affect."""
     places = best.placed.places
     k, (first, after), (own_first, own_after) = places[:, 0], spans[order].T, now[order].T
     same = (order == best.order) & (own_first >= first) & (own_after <= after)
@@ -290,26 +333,28 @@ def _unchanged(best: _SquareLayout, spans: IntArray, order: IntArray, now: IntAr
     return places[: len(same) if same.all() else int(same.argmin())]
 
 
-def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number: int) -> Layout | None:
-    """The best of the first coarse layouts, found again on a fine grid; None if none fits its page.
+def _refine_layouts(
+    charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number: int
+) -> Layout | None:
+    """Return the best of `number` coarse layouts, repeated on a fine grid; None if none fits its page.
 
-    There a chart may just miss the bay of another one, and the square is far larger. If this happens to all
-    of the first ones, more of them are tried.
+    On the fine grid, a chart may just fail to fit into the bay of another chart, which makes the square much
+    larger. If this happens to all of the first layouts, further layouts are tried.
     """
     found: list[_SquareLayout] = []
-    grid, close = constants.FINE_GRID, constants.CLOSE_SIDE * min(entry.needed for entry in coarse)
-    for tried, entry in enumerate(_different(coarse)):
+    grid, close = FINE_GRID, CLOSE_SIDE * min(entry.needed for entry in coarse)
+    for tried, entry in enumerate(_drop_duplicates(coarse)):
         best_side = min((made.needed for made in found if made.fits), default=np.inf)
         if tried >= number and (best_side <= close or entry.needed >= best_side):
             break
-        side, turns = entry.needed * (1 + constants.FINE_SLACK), entry.layout.turn[:, None]
-        for trial in range(constants.MAX_FINE_TRIALS):
-            masks = _masks(charts, entry.order, turns, side, grid, spacing)
+        side, turns = entry.needed * (1 + FINE_SLACK), entry.layout.turn[:, None]
+        for trial in range(MAX_FINE_TRIALS):
+            masks = _draw_masks(charts, entry.order, turns, side, grid, spacing)
             n = len(charts.outlines)
-            found.append(_square_layout(n, entry.order, masks, masks.spans, side, grid, spacing))
+            found.append(_make_square_layout(n, entry.order, masks, masks.spans, side, grid, spacing))
             if found[-1].fits:
                 break
-            side = max(side, found[-1].needed) * (1 + constants.FINE_SLACK * 2**trial)
+            side = max(side, found[-1].needed) * (1 + FINE_SLACK * 2**trial)
     fitting = [entry for entry in (*found, *coarse) if entry.fits]
     if not fitting:
         return None
@@ -317,43 +362,44 @@ def _fine(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number:
     return replace(best.layout, side=best.needed)
 
 
-def _different(layouts: list[_SquareLayout]) -> list[_SquareLayout]:
-    """The first one of each order and turns."""
+def _drop_duplicates(layouts: list[_SquareLayout]) -> list[_SquareLayout]:
+    """Return the first layout for each combination of order and turns."""
     first: dict[tuple[bytes, bytes], _SquareLayout] = {}
     for entry in layouts:
         first.setdefault((entry.order.tobytes(), entry.layout.turn.tobytes()), entry)
     return list(first.values())
 
 
-def _masks(
+def _draw_masks(
     charts: Charts, chosen: IntArray, turns: Turns, side: float, grid: int, spacing: Spacing
 ) -> ChartMasks:
-    """The masks of the chosen charts on pages of this side, which have `grid` cells along it."""
+    """Draw the masks of the chosen charts on pages of this side, with `grid` cells along it."""
     which, gap = chosen.tolist(), spacing.gap * grid
     outlines, own = [charts.outlines[i] for i in which], [turns[i] for i in which]
     return ChartMasks.of(masks_of(outlines, own, grid / side, gap, spacing.aspect))
 
 
-def _square_layout(
+def _make_square_layout(
     n: int, order: IntArray, masks: ChartMasks, spans: IntArray, side: float, grid: int, spacing: Spacing
 ) -> _SquareLayout:
-    """Some of `n` charts on one page, with the gaps of a page of this side, which has `grid` cells."""
-    room, placed = constants.GROWING_ROOM, None
+    """Place some of `n` charts on one page, with the gaps of a page of this side and `grid` cells."""
+    room, placed = GROWING_ROOM, None
     while placed is None:
-        placed = _place(n, masks, spans, grid / side, int(room * grid), 1)
-        room *= constants.GROWING_ROOM
-    return _in_square(placed, order, side, grid, spacing)
+        placed = _place_charts(n, masks, spans, grid / side, int(room * grid), 1)
+        room *= GROWING_ROOM
+    return _measure_square(placed, order, side, grid, spacing)
 
 
-def _in_square(
+def _measure_square(
     placed: _PlacedCharts, order: IntArray, side: float, grid: int, spacing: Spacing
 ) -> _SquareLayout:
+    """Return the layout with the square around its charts."""
     cells = int(placed.extents.max())
     needed = (cells - spacing.gap * grid) / grid * side / spacing.inner
     return _SquareLayout(placed, order, side, cells, needed)
 
 
-def _place(
+def _place_charts(
     n: int,
     masks: ChartMasks,
     spans: IntArray,
@@ -362,26 +408,26 @@ def _place(
     pages: int,
     known: IntArray = NO_PLACES,
 ) -> _PlacedCharts | None:
-    """`ChartMasks.place` of some of `n` charts; None if there is no room for all of them."""
+    """Place some of `n` charts with `ChartMasks.place`; None if there is no room for all of them."""
     places, extents = masks.place(side, pages, spans, known)
     if len(places) and places[-1, 0] < 0:
         return None
     return _PlacedCharts(n, masks, cells, places, extents)
 
 
-def _on_pages(
+def _place_on_pages(
     charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Charts on pages of this side: some by their shapes, and the others as rectangles in the gaps.
+    """Place charts on pages of this side: some by their shapes, and the rest as rectangles in the gaps.
 
-    The rectangles lie on their longer sides, and stand on shelves, the highest ones first.
+    The rectangles lie on their longer sides and are placed on shelves, highest first.
     """
-    n, grid = len(charts.outlines), constants.FINE_GRID
+    n, grid = len(charts.outlines), FINE_GRID
     gap, cells = spacing.gap * grid, grid / side
     inner = int(spacing.inner * grid + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    masks = _masks(charts, order, turns, side, grid, spacing)
-    placed = _place(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
+    masks = _draw_masks(charts, order, turns, side, grid, spacing)
+    placed = _place_charts(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
     if placed is None:
         return None
     layout = placed.layout(order, side)
@@ -389,7 +435,7 @@ def _on_pages(
     if not len(small):
         return layout
     turn, number, corner = layout.turn, layout.page, layout.corner
-    taken = masks.taken(inner, placed.places)
+    taken = masks.find_taken_cells(inner, placed.places)
     width, height = charts.sizes[small].T
     lies = (width >= height) | charts.fixed
     boxes = np.where(lies[:, None], charts.sizes[small], charts.sizes[small, ::-1])

@@ -1,4 +1,4 @@
-"""Charts as outlines, as the rectangles around them, and as masks: the cells of a page that they touch."""
+"""Outlines of charts, their bounding rectangles, and their masks: the cells of a page that they touch."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from ...surface import Ragged
 
 
 def rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
-    """Lower left corners of the upright rectangles around charts, and width + i height."""
+    """Return the lower left corners of the bounding rectangles of charts, and width + i height."""
     low = charts.min(z.real) + 1j * charts.min(z.imag)
     return low, charts.max(z.real) + 1j * charts.max(z.imag) - low
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The boundary edges of a chart in the plane: those sides of its triangles that do not cancel out.
+    """The boundary edges of a chart in the plane: the sides of its triangles that do not cancel out.
 
     Attributes
     ----------
     start, end : (#S,) complex128
-        The chart lies on their left.
+        The chart is on the left of each edge.
     weight : (#S,) int64
-        How many triangles lie on its left, less those on its right; 1 in an oriented manifold.
+        Number of triangles on the left minus the number on the right; 1 in an oriented manifold.
     area : float
-        Of the chart.
+        Area of the chart.
     """
 
     start: ComplexArray
@@ -41,7 +41,7 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """The cells that a chart touches at several turns, each mask within the smallest rectangle of cells.
+    """The cells that a chart touches at several turns, each mask within its smallest rectangle of cells.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Masks:
     shapes : (#M, 2) int64
         Rows and columns.
     origin : (#M,) complex128
-        The point of the turned chart that comes to the mask's lower left corner.
+        The point of the turned chart at the mask's lower left corner.
     blocks : (#B, 4) int64
-        The cells as blocks: first row, first column, columns, rows. The largest come first.
+        The cells as blocks: first row, first column, columns, rows. The largest blocks come first.
     start : (#M + 1,) int64
-        Mask k has the blocks from start[k] to start[k + 1].
+        Mask k consists of the blocks from start[k] to start[k + 1].
     """
 
     turns: ComplexArray
@@ -75,16 +75,17 @@ NO_PLACES = np.empty((0, 4), np.int64)
 
 @dataclass(frozen=True, eq=False)
 class ChartMasks:
-    """The masks of several charts, one chart after another, in the arrays that `Masks` has for one.
+    """The masks of several charts, in concatenated arrays of `Masks`.
 
-    A chart's *place* is four numbers: its mask, and the page, column and row of the cell where this mask's
-    lower left corner is. All are -1 if there was no room for the chart.
+    A chart's *place* has four numbers: its mask, and the page, column and row of the mask's lower left cell.
+    All are -1 if there was no room for the chart.
 
     Attributes
     ----------
     spans : (#C, 2) int64
         Chart i has the masks from spans[i, 0] to spans[i, 1].
     turns, shapes, origin, blocks, start
+        The concatenated attributes of `Masks`.
     """
 
     spans: IntArray
@@ -96,10 +97,10 @@ class ChartMasks:
 
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> ChartMasks:
-        """Those of these charts."""
+        """Concatenate the masks of charts."""
         first = Ragged.of_sizes([len(one.turns) for one in masks])
         reached = Ragged.of_sizes([len(one.blocks) for one in masks]).start
-        masks = masks or (NO_MASKS,)  # of no chart
+        masks = masks or (NO_MASKS,)
         start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
         start[:-1] += first.repeat(reached[:-1])
         return cls(
@@ -114,7 +115,7 @@ class ChartMasks:
     def place(
         self, side: int, pages: int, spans: IntArray, known: IntArray = NO_PLACES
     ) -> tuple[IntArray, IntArray]:
-        """Place charts one after another, each at one of the masks of its span, on so many pages at most.
+        """Place charts one after another, each at one of the masks of its span, on at most `pages` pages.
 
         A page has `side` cells along it. The places of the first charts may be `known`.
 
@@ -122,23 +123,25 @@ class ChartMasks:
         -------
         places : (#spans, 4) int64
         extents : (#pages, 2) int64
-            Cells from the left and from below that the charts of each page take.
+            Cells that the charts of each page take, counted from the left and from below.
         """
         return place_masks(side, pages, spans, self.shapes, self.blocks, self.start, known)
 
-    def taken(self, side: int, places: IntArray) -> BoolArray:
-        """The cells (#pages, side, side) that charts at these places take."""
+    def find_taken_cells(self, side: int, places: IntArray) -> BoolArray:
+        """Return a mask of the cells, (#pages, side, side), that charts at these places take."""
         return taken_cells(side, places, self.blocks, self.start)
 
 
 def outlines(
     z: ComplexArray, F: IntArray, vertices: Ragged, faces: Ragged, area: FloatArray
 ) -> list[Outline]:
-    """The outlines of charts whose vertices and faces stand one after the other."""
+    """Return the outlines of charts whose vertices and faces are concatenated."""
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
     first = np.flatnonzero(np.diff(key // 2, prepend=-1))
-    net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key  # how often each edge runs upwards
+    net = (
+        np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key
+    )  # number of times each edge runs upwards
     left = net != 0
     (low, high), net = np.divmod(key[first[left]] // 2, len(z)), net[left]
     start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)
@@ -157,19 +160,19 @@ def masks_of(
     gap: float,
     aspect: float = 1.0,
 ) -> list[Masks]:
-    """The cells that charts touch, turned by each of their turns and widened by half a gap to all four sides.
+    """Return the cells that charts touch at each of their turns, widened by half a gap on all four sides.
 
-    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells, which are
-    `aspect` times as high as wide.
+    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells, whose
+    height is `aspect` times their width.
     """
     if not outlines:
         return []
     if aspect != 1:
         return [
-            _masks_in_low_cells(outline, by, cells_per_unit, gap, aspect)
+            _draw_masks_in_low_cells(outline, by, cells_per_unit, gap, aspect)
             for outline, by in zip(outlines, turns, strict=True)
         ]
-    half = _half(gap)
+    half = _half_gap(gap)
     number = [len(by) for by in turns]
     sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
@@ -185,18 +188,18 @@ def masks_of(
     return made
 
 
-def _half(gap: float) -> float:
-    """Half a gap, and a little more against rounding."""
+def _half_gap(gap: float) -> float:
+    """Return half a gap, slightly enlarged to absorb rounding errors."""
     return gap / 2 * (1 + 1e-9) + 1e-9
 
 
-def _masks_in_low_cells(
+def _draw_masks_in_low_cells(
     outline: Outline, turns: ComplexArray, cells_per_unit: float, gap: float, aspect: float
 ) -> Masks:
-    """The masks of one outline in cells that are not square: turned, and then drawn in cells that are."""
+    """Return the masks of one outline in cells that are not square: turn it first, then scale its height."""
     n, number = len(outline.start), len(turns)
     start, end = (
-        _lowered(np.multiply.outer(turns, ends), aspect).ravel() for ends in (outline.start, outline.end)
+        _scale_height(np.multiply.outer(turns, ends), aspect).ravel() for ends in (outline.start, outline.end)
     )
     shapes, low, blocks, begin = rasterize(
         start,
@@ -205,11 +208,11 @@ def _masks_in_low_cells(
         n * np.arange(number + 1),
         np.full(number, cells_per_unit, dtype=np.complex128),
         np.arange(number),
-        _half(gap),
+        _half_gap(gap),
     )
     return Masks(turns, shapes, low / cells_per_unit, blocks, begin)
 
 
-def _lowered(z: ComplexArray, aspect: float) -> ComplexArray:
-    """Points of a page that is `aspect` times as high as wide, where it is a square."""
+def _scale_height(z: ComplexArray, aspect: float) -> ComplexArray:
+    """Scale the height of points so that a page whose height is `aspect` times its width becomes a square."""
     return np.asarray(z.real + 1j * z.imag / aspect)

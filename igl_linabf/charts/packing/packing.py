@@ -1,4 +1,4 @@
-"""Charts side by side on pages, at one common scale: what is asked for, and the charts in their places."""
+"""Pack charts onto pages at one common scale: the caller's request, and the placed charts."""
 
 from __future__ import annotations
 
@@ -21,25 +21,29 @@ from ...surface import (
     signed_double_areas,
     times_power_of_two,
 )
-from .constants import MAX_HULL_POINTS, MAX_MOVED_CHARTS, SINGLE_CHART_TURNS, UDIM_ROW
+from .constants import MAX_MOVED_CHARTS
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, given_packing, page_size
 
+UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
+SINGLE_CHART_TURNS = 1_000  # turns of a quarter that are tried for the smallest square around a single chart
+MAX_HULL_POINTS = 2_000  # points of the convex hull that are turned, evenly chosen
+
 
 @dataclass(frozen=True, eq=False)
 class PackedChart:
-    """A chart on its page: the point u + iv of what it was is at `ratio * (u + iv) + shift`, in page widths.
+    """A chart on its page. The chart's point u + iv is at `ratio * (u + iv) + shift`, in page widths.
 
     Attributes
     ----------
     ratio : complex
-        Turn and scale. Its absolute value is the common scale, the same for all charts.
+        Turn and scale. Its absolute value is the common scale of all charts.
     shift : complex
     uv : (#V, 2) float64
-        The chart's coordinates there, in page widths and heights; NaN at vertices that no face refers to.
+        Coordinates on the page, in page widths and heights; NaN at vertices without faces.
     area : float
-        Its area there, in pages.
+        Area on the page, as a share of the page.
     page : int
         Page k is the square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     """
@@ -54,22 +58,22 @@ class PackedChart:
 def pack_charts(
     charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None, *, rotate: bool = True
 ) -> list[PackedChart]:
-    """Pack charts into the unit square by similarities of one common scale, without mirroring.
+    """Pack charts into the unit square by similarities with one common scale, without mirroring.
 
     Parameters
     ----------
     charts : sequence of (uv, F)
-        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
-        they shall keep (that of their 3-D areas).
+        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale that
+        they keep (usually the scale of their 3-D areas).
     packing : Packing, optional
         Its texel density is per unit of length of `uv`.
     rotate : bool
-        Turn charts; otherwise they are moved and scaled alone.
+        Whether charts may be turned. Otherwise they are only moved and scaled.
 
     Returns
     -------
     list of PackedChart
-        In the order of `charts`; the same for the same input.
+        In the order of `charts`. The result is deterministic.
 
     Raises
     ------
@@ -95,28 +99,28 @@ def pack_charts(
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    wish = replace(Wish.of_maps(packing), fixed=not rotate)
-    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
+    request = replace(PackingRequest.of_maps(packing), fixed=not rotate)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], request)
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a caller asks of the packing, in units of the charts.
+class PackingRequest:
+    """The caller's packing options, in units of the charts.
 
     Attributes
     ----------
     spacing : Spacing
     side : float or None
-        The width of a page; None: as short as it can be.
+        The width of a page; None for the shortest possible width.
     pages : int or None
-        At most; None: as many as it takes.
+        The maximum number of pages; None for any number.
     resolution : (int, int) or None
         Width and height of a page, in texels.
     upright : bool
-        Turn several charts by quarter turns only.
+        Turn charts by quarter turns only, if there are several.
     unit : float
-        Units of the charts to a unit of the caller.
+        Length of the caller's unit, in units of the charts.
     fixed : bool
         Do not turn charts.
     unseen : float
@@ -133,18 +137,18 @@ class Wish:
     unseen: float = 1.0
 
     @classmethod
-    def of_maps(cls, packing: Packing | None) -> Wish:
-        """What the caller asks for of maps without a surface."""
-        wish = cls.of(packing)
-        if wish.unseen != 1:
+    def of_maps(cls, packing: Packing | None) -> PackingRequest:
+        """Return the request for maps without a surface, which cannot use `Packing.unseen`."""
+        request = cls.of(packing)
+        if request.unseen != 1:
             raise ValueError(
                 "unseen is for unwrap and pack, which have the surface: leave it out, small charts stay small"
             )
-        return wish
+        return request
 
     @classmethod
-    def of(cls, packing: Packing | None) -> Wish:
-        """What the caller asks for; by default one page with a margin."""
+    def of(cls, packing: Packing | None) -> PackingRequest:
+        """Convert a `Packing` to a request; by default one page with a margin."""
         packing = given_packing(packing)
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
         if packing.texel_density is None or size is None:
@@ -153,8 +157,8 @@ class Wish:
             side = size[0] / packing.texel_density
         return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen)
 
-    def scaled(self, power: int) -> Wish:
-        """The same, for charts that have been scaled by this power of two."""
+    def scaled(self, power: int) -> PackingRequest:
+        """Return the request for charts that have been scaled by this power of two."""
         if self.side is None:
             return self
         side, unit = (times_power_of_two(number, power) for number in (self.side, self.unit))
@@ -166,15 +170,15 @@ class Wish:
         return replace(self, side=side, unit=unit)
 
 
-def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[PackedChart]:
-    """`pack_charts` of charts that are checked; every vertex has a face."""
+def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest) -> list[PackedChart]:
+    """Pack charts that have been checked, as `pack_charts` does; every vertex must have a face."""
     if not maps:
         return []
-    z, area, turn, origin, vertices, charts = _prepared(maps, wish)
-    layout = _layout(charts, wish)
+    z, area, turn, origin, vertices, charts = _prepare_charts(maps, request)
+    layout = _find_layout(charts, request)
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
-    low, scale = _fitted(z, layout, vertices, wish)
-    page, aspect = layout.page, wish.spacing.aspect
+    low, scale = _fit_to_pages(z, layout, vertices, request)
+    page, aspect = layout.page, request.spacing.aspect
     tile = page % UDIM_ROW + 1j * aspect * (page // UDIM_ROW)
     at = tile - scale * low
     z = scale * z + vertices.repeat(at)
@@ -190,20 +194,22 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     ]
 
 
-def pack_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[PackedChart], bool]:
-    """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
-    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= MAX_MOVED_CHARTS
+def pack_quickly(
+    maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest
+) -> tuple[list[PackedChart], bool]:
+    """Pack charts without random moves; also return whether a thorough search would try moves."""
+    return pack_maps(maps, replace(request, resolution=None)), len(maps) <= MAX_MOVED_CHARTS
 
 
 def fill_of(placed: Sequence[PackedChart]) -> float:
-    """The share of the pages that charts cover."""
+    """Return the share of the pages that charts cover."""
     return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
 
 
-def _prepared(
-    maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
+def _prepare_charts(
+    maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest
 ) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
-    """Charts turned to their narrowest rectangles, and moved so that these begin at the origin.
+    """Turn charts to their narrowest rectangles, and move their lower left corners to the origin.
 
     Returns
     -------
@@ -212,9 +218,9 @@ def _prepared(
     area : (#C,) float64
     turn : (#C,) complex128
     origin : (#C,) complex128
-        The point of the turned chart that came to the origin.
+        The point of the turned chart that was moved to the origin.
     vertices : Ragged
-        A row of `z` for each chart.
+        The vertices of each chart, row indices into `z`.
     charts : Charts
     """
     positions, triangles = zip(*maps, strict=True)
@@ -228,59 +234,60 @@ def _prepared(
     if flat.any():
         i = int(np.argmax(flat))
         raise MeshError(f"chart {i} has no area (its {len(triangles[i])} faces lie on a line): leave it out")
-    if wish.fixed or (wish.upright and len(maps) > 1):
+    if request.fixed or (request.upright and len(maps) > 1):
         turn = np.ones(len(maps), np.complex128)
     elif len(maps) == 1:
-        turn = np.array([_fittest_turn(z, wish.spacing.aspect)])
+        turn = np.array([_find_best_turn(z, request.spacing.aspect)])
     else:
         turn = narrowest_turns(z, vertices.start)
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
     charts = Charts(
-        outlines(z, F, vertices, faces, area), coordinates(extent), area, wish.upright, wish.fixed
+        outlines(z, F, vertices, faces, area), coordinates(extent), area, request.upright, request.fixed
     )
     return z, area, turn, origin, vertices, charts
 
 
-def _layout(charts: Charts, wish: Wish) -> Layout:
-    n, spacing = len(charts.outlines), wish.spacing
-    if wish.side is None:
-        found = largest_layout(charts, spacing, wish.pages or 1, thorough=wish.resolution is not None)
+def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
+    """Find the layout of charts, or raise a `MeshError` that states why they do not fit."""
+    n, spacing = len(charts.outlines), request.spacing
+    if request.side is None:
+        found = largest_layout(charts, spacing, request.pages or 1, thorough=request.resolution is not None)
         if found is None:
             raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
         return found
-    found = fixed_layout(charts, wish.side, spacing, wish.pages)
+    found = fixed_layout(charts, request.side, spacing, request.pages)
     if found is not None:
         return found
-    assert wish.resolution is not None
-    wide_page, high_page = wish.resolution
-    density = wide_page / wish.side  # texels per unit of the charts
-    asked = density * wish.unit
-    allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
+    assert request.resolution is not None
+    wide_page, high_page = request.resolution
+    density = wide_page / request.side  # texels per unit of the charts
+    asked = density * request.unit
+    allowed = "a page" if request.pages in (None, 1) else f"{request.pages} pages"
     remedy = "use a smaller density or a larger resolution"
-    if wish.pages is not None:
+    if request.pages is not None:
         remedy = "use a smaller density, a larger resolution, or more pages"
     verb = "do" if n > 1 else "does"
-    too_large = _too_large(charts, wish.side, spacing)
+    too_large = _find_too_large(charts, request.side, spacing)
     if len(too_large):
         wide, high = charts.sizes[too_large[0]] * density
         why = f"chart {too_large[0]} takes {wide:.0f} x {high:.0f}"
         if len(too_large) > 1:
-            why = f"charts {some(too_large)} are too large for any; {why}"
+            why = f"charts {some(too_large)} are too large for any page; {why}"
     else:
-        share = float(charts.areas.sum()) / wish.side**2 / spacing.aspect
-        why = f"each one does alone; together they cover {share:.3g} pages, without the gaps between them"
+        share = float(charts.areas.sum()) / request.side**2 / spacing.aspect
+        why = f"each one fits alone; together they cover {share:.3g} pages, without the gaps between them"
     raise MeshError(
         f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
         f"{wide_page} x {high_page} texels ({why}): {remedy}"
     )
 
 
-def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
-    """The charts that do not fit on a page of this side alone, the longest ones first."""
+def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
+    """Return the charts that do not fit on a page of this side even alone, longest first."""
     short = side * spacing.inner * min(1, spacing.aspect)
-    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # others do as they are
+    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # shorter charts fit in any direction
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
         replace(
@@ -295,16 +302,18 @@ def _too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
     return np.asarray(long[~np.array(fits, dtype=bool)])
 
 
-def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:
-    """For each chart, the point that comes to its page's lower left corner; and the scale.
+def _fit_to_pages(
+    z: ComplexArray, layout: Layout, vertices: Ragged, request: PackingRequest
+) -> tuple[ComplexArray, float]:
+    """Return, for each chart, the point at its page's lower left corner; and the scale.
 
-    Pages of a given side have that scale. Others are as large as their charts, which leaves gaps no narrower
-    than they were.
+    If the side of pages is given, it determines the scale. Otherwise pages shrink to the size of their
+    charts, which does not make gaps narrower.
     """
-    spacing, diagonal = wish.spacing, complex(1, wish.spacing.aspect)
-    if wish.side is not None:
-        inset = (spacing.gap / 2 - spacing.border) * wish.side
-        return np.full(len(vertices), inset * diagonal), 1 / wish.side
+    spacing, diagonal = request.spacing, complex(1, request.spacing.aspect)
+    if request.side is not None:
+        inset = (spacing.gap / 2 - spacing.border) * request.side
+        return np.full(len(vertices), inset * diagonal), 1 / request.side
     n = int(layout.page.max()) + 1
     lows, highs = rectangles(z, vertices)
     highs += lows
@@ -316,11 +325,11 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tu
     return (low @ [1, 1j] - spacing.border * diagonal / scale)[layout.page], scale
 
 
-def _fittest_turn(z: ComplexArray, aspect: float) -> complex:
-    """The turn of a single chart that makes the upright page around it smallest."""
+def _find_best_turn(z: ComplexArray, aspect: float) -> complex:
+    """Return the turn of a single chart that minimises the size of the page around it."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
-    # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
+    # Qhull treats long thin charts as flat: whiten the points, which preserves the vertices of the hull
     hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)

@@ -1,8 +1,9 @@
-"""Charts cut further for their pages: those larger than a page, and those with limbs where that pays.
+"""Cut charts further for their pages: charts larger than a page, and charts with limbs if the cut pays.
 
-A page costs its area over that of the charts, and a seam its length over the square root of the surface's
-area. `trade` is the seam length that lowering the page's cost by 1 is worth, as it is for the L2 stretch. The
-parts keep the chart's map, each at the scale of its own area: so what is packed is what was tried.
+The cost of a page is its area over the area of the charts. The cost of a seam is its length over the square
+root of the surface's area. `trade` is the seam length that may be spent to lower the page's cost by 1, as for
+the L2 stretch. Parts keep the chart's map, each at the scale of its own area. Therefore the charts that are
+packed are exactly the charts that were tried.
 """
 
 from dataclasses import dataclass, replace
@@ -16,27 +17,43 @@ from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ...surface import Submesh, complex_positions
 from ..atlas import Chart, flattening_of_part
 from ..constants import HALVING_BAND
-from . import constants
+from .constants import MIN_SHAPED_AREA
 from .flat_charts import OUTWARDS, FlatChart, whole_outlines
-from .packing import Wish
+from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
-Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
+MOST_TRIAL_CHARTS = 30  # largest charts that are on the trial page
+MAX_PAGE_CUTS = 8  # cuts for one page
+LINE_DIRECTIONS = 8  # directions of the lines across a chart along which it may be cut
+LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
+MAX_PACKED_LINES = 8  # most promising lines whose parts are packed
+MAX_SEAM_LINES = 3  # best lines near which the shortest seam is found and its parts are packed
+# expected length of the shortest seam near a line, over the length of the edges that the line crosses
+SEAM_PER_LINE = 0.8
+LINE_TOLERANCE = 1.1  # allowed cost of a line over the allowed cost of the seam near it
+BEST_FILL = 0.77  # largest fill of a page that is expected
+PAGE_PER_HULL = 1.25  # expected area of the page over the area of the convex hulls of its charts
+PAGE_PER_DIAGONAL = 0.7  # side of a page that holds a chart, over the diagonal of its bounding rectangle
+LINE_GRID = 64  # squares along a chart in which connected polygons are grouped, to choose lines
+SEAM_BAND = 0.04  # share of the chart's width around a line within which the shortest seam is found
+MAX_CHART_SIDE = 0.98  # share of a page's side that a chart may take; rounding to cells takes the rest
+
+Charts = list[tuple[Chart, Submesh]]  # charts with their pieces of the surface
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Charts after some cuts.
+    """The charts after some cuts.
 
     Attributes
     ----------
     charts : list of FlatChart
     tried : list of TrialChart
-        The same on the trial page.
+        The same charts on the trial page.
     size : float
-        The area of the page that they take, over their own.
+        The area of the page that they take, over their own area.
     worth : float
-        What the cuts save of the page, as seam length, less their own.
+        Net gain of the cuts: the saved page area, in units of seam length, minus the length of the cuts.
     """
 
     charts: list[FlatChart]
@@ -45,44 +62,49 @@ class _State:
     worth: float
 
 
-def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) -> tuple[Charts, float]:
-    """The charts, some of them cut along short seams; and the size of a trial page with all of them whole.
+def cut_for_fill(
+    done: Charts, request: PackingRequest, trade: float, most_stretch: float
+) -> tuple[Charts, float]:
+    """Cut some charts along short seams for a fuller page; also return the size of a trial page without cuts.
 
-    One cut alone may not pay where two do, so one more is tried before the best ones so far are taken. Of
-    many charts only the largest ones are looked at, since the others go into gaps. A chart stays whole if a
-    part would have a stretch of more than `most_stretch`. The size is infinite if no cut is tried.
+    Two cuts may pay where one does not. Therefore one more cut is tried before the best state so far is
+    accepted. If there are many charts, only the largest are considered, because small charts go into gaps. A
+    chart stays whole if the stretch of a part would exceed `most_stretch`. The size is infinite if no cut is
+    tried.
     """
     if trade == 0:
         return done, np.inf
-    charts, others = _largest(_flat(done), np.array([chart.scale == 1 for chart, _ in done]))
+    charts, others = _select_largest(
+        _make_flat_charts(done), np.array([chart.scale == 1 for chart, _ in done])
+    )
     if not charts:
         return done, np.inf
-    page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
+    page = TrialPage(sum(chart.area for chart in charts), request.spacing, request.upright)
     outlines = whole_outlines(charts)
     if not outlines:
         return done, np.inf
-    tried = page.charts(outlines)
+    tried = page.draw_charts(outlines)
     state = best = _State(charts, tried, page.size(tried), 0.0)
-    for _ in range(constants.MAX_PAGE_CUTS):
-        after = _best_cut(state, page, trade, best.worth, last=state is not best)
+    for _ in range(MAX_PAGE_CUTS):
+        after = _find_best_cut(state, page, trade, best.worth, last=state is not best)
         if after is None:
             break
         state = after
         if state.worth > best.worth:
             best = state
     parts = sorted([*best.charts, *others], key=lambda chart: chart.parent)
-    return _within(done, _parted(done, parts), parts, most_stretch), page.least_size(tried)
+    return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.least_size(tried)
 
 
-def cut_to_fit(done: Charts, wish: Wish) -> Charts:
-    """Charts that fit on pages of the side that is asked for: larger ones are halved along short seams.
+def cut_to_fit(done: Charts, request: PackingRequest) -> Charts:
+    """Halve charts along short seams until they fit on pages of the requested side.
 
-    A chart that no line parts stays as it is.
+    A chart that no line divides remains as it is.
     """
-    assert wish.side is not None
-    most = constants.MAX_CHART_SIDE * wish.side * wish.spacing.inner
-    most_long, most_short = most * max(1, wish.spacing.aspect), most * min(1, wish.spacing.aspect)
-    waiting, small = _flat(done), list[FlatChart]()
+    assert request.side is not None
+    most = MAX_CHART_SIDE * request.side * request.spacing.inner
+    most_long, most_short = most * max(1, request.spacing.aspect), most * min(1, request.spacing.aspect)
+    waiting, small = _make_flat_charts(done), list[FlatChart]()
     while waiting:
         chart = waiting.pop()
         z = chart.z
@@ -94,33 +116,36 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
         fits = scale * longest <= most_long and scale * min(wide, high) <= most_short
         if not fits:
             along -= (along.min() + along.max()) / 2
-            parts = chart.parts(chart.divided_near(along, HALVING_BAND))
+            parts = chart.parts(chart.divide_at_line(along, HALVING_BAND))
         if fits or len(parts) == 1:
             small.append(chart)
         else:
             waiting += parts
-    return _parted(done, sorted(small, key=lambda chart: (chart.parent, int(chart.piece.faces[0]))))
+    return _replace_cut_charts(
+        done, sorted(small, key=lambda chart: (chart.parent, int(chart.piece.faces[0])))
+    )
 
 
-def _flat(done: Charts) -> list[FlatChart]:
+def _make_flat_charts(done: Charts) -> list[FlatChart]:
+    """Return the charts with their maps."""
     return [FlatChart(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
 
 
-def _largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
-    """The largest charts of `whole` scale, in their order, and the others."""
+def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
+    """Return the largest charts marked in `whole`, in their order, and all other charts."""
     is_large = whole
-    if len(charts) > constants.MOST_TRIAL_CHARTS:
+    if len(charts) > MOST_TRIAL_CHARTS:
         size = np.array([chart.piece.measured[0].sum() for chart in charts]) * whole
         is_large = np.zeros(len(charts), dtype=bool)
-        is_large[np.argsort(-size, kind="stable")[: constants.MOST_TRIAL_CHARTS]] = True
-        is_large &= size > constants.MIN_SHAPED_AREA * size.sum()
+        is_large[np.argsort(-size, kind="stable")[:MOST_TRIAL_CHARTS]] = True
+        is_large &= size > MIN_SHAPED_AREA * size.sum()
     return [chart for chart in charts if is_large[chart.parent]], [
         chart for chart in charts if not is_large[chart.parent]
     ]
 
 
-def _parted(done: Charts, parts: list[FlatChart]) -> Charts:
-    """The charts as they are, or their parts, with their maps."""
+def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
+    """Replace each chart that was cut with its parts and their maps."""
     numbers = np.bincount([part.parent for part in parts])
     new = [part for part in parts if numbers[part.parent] > 1]
     overlaps = [
@@ -132,15 +157,15 @@ def _parted(done: Charts, parts: list[FlatChart]) -> Charts:
     table = [(part.piece, part.uv, count) for part, count in zip(new, overlaps, strict=True)]
     measured = iter(quality_of_each(table))
     return [
-        (_part_of(*done[part.parent], part, next(measured)), part.piece)
+        (_make_part(*done[part.parent], part, next(measured)), part.piece)
         if numbers[part.parent] > 1
         else done[part.parent]
         for part in parts
     ]
 
 
-def _within(done: Charts, made: Charts, parts: list[FlatChart], most_stretch: float) -> Charts:
-    """The parts that are made of the charts; those charts whole of which a part has too much stretch."""
+def _limit_stretch(done: Charts, made: Charts, parts: list[FlatChart], most_stretch: float) -> Charts:
+    """Return the parts; but keep a chart whole if the stretch of one of its parts is too large."""
     whole: Charts = []
     for parent, group in groupby(zip(parts, made, strict=True), key=lambda pair: pair[0].parent):
         own = [entry for _, entry in group]
@@ -149,56 +174,54 @@ def _within(done: Charts, made: Charts, parts: list[FlatChart], most_stretch: fl
     return whole
 
 
-def _part_of(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
+def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
+    """Return a part of a chart as a `Chart`."""
     result = flattening_of_part(chart.result, piece, part.piece, part.uv)
-    result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
+    result = replace(result, message=f"{result.message}; a part of the map that was cut")
     return replace(
         chart, faces=part.piece.faces, result=result, quality=quality, overlapping=quality.overlaps
     )
 
 
-def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
-    """The charts after one more cut; None if none could be worth more than the best ones so far.
+def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
+    """Return the state after one more cut; None if no cut could be worth more than the best state so far.
 
-    The `last` cut must be worth more itself; others may also lead on.
+    If the cut is the `last` one, it must be worth more itself; otherwise it may prepare a further cut.
 
     The chart that wastes most of the page is cut. For many lines across it, the convex hulls of the parts
-    tell what page they may take. The parts of the best lines are packed; and last those of the shortest
-    seams beside the very best lines.
+    predict the size of the page. The parts are then packed for the best lines, and finally for the shortest
+    seams near the very best lines.
     """
     charts, size = state.charts, state.size
     areas, hulls, diagonals = np.array([(chart.area, chart.hull, chart.diagonal) for chart in charts]).T
-    k = int(np.argmax(_expected_page(hulls, diagonals) - areas))
+    k = int(np.argmax(_estimate_page_area(hulls, diagonals) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))
-    groups = chart.groups(constants.LINE_GRID)
-    normal, at = _lines_across(groups.centre)
+    groups = chart.groups(LINE_GRID)
+    normal, at = _draw_lines(groups.centre)
     hull, diagonal, crossed = divisions(
         groups.centre, groups.sides.T, groups.lengths, groups.outer, normal, at, OUTWARDS
     )
     hull += np.delete(hulls, k).sum()
     diagonal = np.maximum(diagonal, np.delete(diagonals, k).max(initial=0.0))
-    pages = np.maximum(_expected_page(hull, diagonal) / page.area, 1.0)
-    seams = constants.SEAM_PER_LINE * crossed / unit
-    lines = np.argsort(trade * pages + crossed / unit, kind="stable")[: constants.MAX_PACKED_LINES]
-    lines = lines[state.worth + trade * (size - 1 / constants.BEST_FILL) - seams[lines] > best]
+    pages = np.maximum(_estimate_page_area(hull, diagonal) / page.area, 1.0)
+    seams = SEAM_PER_LINE * crossed / unit
+    lines = np.argsort(trade * pages + crossed / unit, kind="stable")[:MAX_PACKED_LINES]
+    lines = lines[state.worth + trade * (size - 1 / BEST_FILL) - seams[lines] > best]
     if not len(lines):
         return None
     most = state.worth + trade * size - best if last else np.inf
     others = [*state.tried[:k], *state.tried[k + 1 :]]
-    parts = page.charts_of_each(groups.outlines(normal[lines] @ groups.centre.T > at[lines, None]))
-    hoped = constants.LINE_TOLERANCE * most
-    chosen, _ = _cheapest(page, others, parts, seams[lines], trade, constants.MAX_SEAM_LINES, hoped)
+    parts = page.draw_each(groups.outlines(normal[lines] @ groups.centre.T > at[lines, None]))
+    hoped = LINE_TOLERANCE * most
+    chosen, _ = _select_cheapest(page, others, parts, seams[lines], trade, MAX_SEAM_LINES, hoped)
     if not len(chosen):
         return None
     sides = np.stack(
-        [
-            chart.divided_near(chart.centre @ normal[i] - at[i], constants.SEAM_BAND)
-            for i in lines[chosen].tolist()
-        ]
+        [chart.divide_at_line(chart.centre @ normal[i] - at[i], SEAM_BAND) for i in lines[chosen].tolist()]
     )
     seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
-    parts = page.charts_of_each(chart.polygons().outlines(sides))
-    chosen, costs = _cheapest(page, others, parts, seams, trade, 1, most)
+    parts = page.draw_each(chart.polygons().outlines(sides))
+    chosen, costs = _select_cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):
         return None
     i, cost = int(chosen[0]), float(costs[0])
@@ -210,15 +233,15 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: b
     )
 
 
-def _expected_page(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
-    """The area of a page that has room for convex hulls of these areas, and for rectangles so long."""
-    square = constants.PAGE_PER_DIAGONAL**2 * diagonals**2
-    return np.asarray(np.maximum(constants.PAGE_PER_HULL * hulls, square))
+def _estimate_page_area(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
+    """Return the expected area of a page for charts with these convex hull areas and diagonals."""
+    square = PAGE_PER_DIAGONAL**2 * diagonals**2
+    return np.asarray(np.maximum(PAGE_PER_HULL * hulls, square))
 
 
-def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Normals and offsets of lines across points."""
-    directions, number = constants.LINE_DIRECTIONS, constants.LINES_ACROSS
+def _draw_lines(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the normals and offsets of lines across points."""
+    directions, number = LINE_DIRECTIONS, LINES_ACROSS
     angle = np.pi * np.arange(directions) / directions
     normal = np.column_stack((np.cos(angle), np.sin(angle)))
     along = points @ normal.T
@@ -227,7 +250,7 @@ def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.repeat(normal, number, axis=0), at.ravel()
 
 
-def _cheapest(
+def _select_cheapest(
     page: TrialPage,
     others: list[TrialChart],
     several: list[list[TrialChart]],
@@ -236,7 +259,10 @@ def _cheapest(
     number: int,
     limit: float,
 ) -> tuple[IntArray, FloatArray]:
-    """Which lists of parts, beside others, cost least by page and seam, the first one least; the costs."""
+    """Return the `number` cheapest lists of parts with costs below `limit`, and their costs, ascending.
+
+    The cost is the cost of the page and of the seam, with the charts `others` on the same page.
+    """
     costs = list[tuple[float, int]]()
     for i, size in enumerate(page.sizes(others, several)):
         if len(several[i]) > 1:

@@ -1,4 +1,4 @@
-"""How a caller wants charts to be packed, and what lies between them on a page."""
+"""The caller's packing options, and the distances between charts on a page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import is_number
-from .constants import DEFAULT_MARGIN, DEFAULT_PADDING, MAX_GAP
+
+DEFAULT_PADDING = 2.0  # texels between two charts, if a resolution is given
+DEFAULT_MARGIN = 0.005  # share of the page's side between two charts, if no resolution is given
+MAX_GAP = 0.1  # largest gap between two charts, as a share of the page's side
 
 
 @dataclass(frozen=True)
@@ -18,11 +21,11 @@ class Spacing:
     Attributes
     ----------
     gap : float
-        Between two charts, in u or in v.
+        Distance between two charts, in u or in v.
     border : float
-        To the page's border.
+        Distance to the page's border.
     aspect : float
-        The page's height over its width.
+        Height of the page over its width.
     """
 
     gap: float
@@ -31,10 +34,11 @@ class Spacing:
 
     @classmethod
     def of(cls, packing: Packing) -> Spacing:
-        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
+        """Return the spacing of a packing: the margin, or the padding if there is a resolution.
 
-        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none. On
-        pages that are not square, the padding is at least as wide along the longer side.
+        The margin applies on all sides; half of the padding applies at the border. The bilinear footprint of
+        a point is less than one texel wide on each side; therefore charts two texels apart share no texels.
+        On pages that are not square, the padding is at least as wide along the longer side.
         """
         if packing.resolution is None:
             return cls(packing.margin, packing.margin)
@@ -44,25 +48,25 @@ class Spacing:
 
     @property
     def inner(self) -> float:
-        """The side of what charts may cover."""
+        """The width of the page without its borders."""
         return 1 - 2 * self.border
 
-    def wider(self, by: float) -> Spacing:
-        """The same and `by` more on all sides."""
+    def widen(self, by: float) -> Spacing:
+        """Return the spacing with `by` added on all sides."""
         return replace(self, gap=self.gap + by, border=self.border + by)
 
-    def at_most(self, gap: float) -> Spacing:
-        """The same, made smaller in proportion, if the gap is larger than this."""
+    def limit_gap(self, gap: float) -> Spacing:
+        """Return the spacing, scaled down if necessary so that the gap is at most `gap`."""
         return self if self.gap <= gap else replace(self, gap=gap, border=self.border * gap / self.gap)
 
 
 def page_size(resolution: Any) -> tuple[int, int]:
-    """Width and height of a page in texels, of what a caller gives as its resolution.
+    """Return the width and height of a page in texels for a caller's resolution.
 
     Raises
     ------
     ValueError
-        It is no whole number from 1 on, nor two of them.
+        The resolution is neither a positive integer nor a pair of them.
     """
     sides = tuple(resolution) if isinstance(resolution, tuple | list) else (resolution, resolution)
     if len(sides) != 2 or not all(is_number(side, 1, whole=True) for side in sides):
@@ -80,31 +84,31 @@ class Packing:
     Attributes
     ----------
     resolution : int or (int, int), optional
-        Texels along a page's side, or its width and height. Texture coordinates are shares of both, so a page
-        that is not square is the unit square in them, too. Distances are then given by `padding`, not by
-        `margin`, and `unwrap` cuts charts of many limbs further where a fuller page is worth the seam, as
-        `Seams.trade` says.
+        Texels along a page's side, or its width and height. Texture coordinates are relative to both, so a
+        page that is not square is the unit square in texture coordinates, too. With a resolution, distances
+        are given by `padding` instead of `margin`, and `unwrap` cuts charts with many limbs further if a
+        fuller page is worth the seam (see `Seams.trade`).
     padding : float
-        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
+        Texels between two charts, in u or in v, and half as many at the border. With 2 or more, no two
         charts share a texel of a bilinear lookup. Needs `resolution`.
     texel_density : float, optional
-        Texels per unit of length of V, on average over a chart; needs `resolution`. `unwrap` cuts charts that
-        are larger than a page, unless seams are given. By default charts are as large as the pages hold.
+        Texels per unit of length of V, averaged over a chart. Needs `resolution`. `unwrap` cuts charts that
+        are larger than a page, unless seams are given. By default charts are as large as the pages allow.
     pages : int, optional
-        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
-        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+        Number of pages; with `texel_density` the maximum number, and by default as many as necessary. Page k
+        is the unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     margin : float
-        Distance between charts, and to the border, as a share of the unit square's side, without a
-        `resolution`. If there are too many charts for it, `unwrap` takes a smaller one, with a warning.
+        Distance between charts, and to the border, as a share of the unit square's side, if there is no
+        `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning.
     unseen : float
-        Texel density of charts that no ray from outside reaches, as of cavities, over that of the others:
-        above 0, up to 1. For `unwrap` without cones, and `pack`. Each chart is tried at 8 of its faces in 100
-        directions.
+        Texel density of charts that no ray from outside reaches, such as cavities, relative to all other
+        charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
+        from 8 faces of each chart in 100 directions.
 
     Raises
     ------
     ValueError
-        A number is out of its range, or one needs another that is not given.
+        A number is out of its range, or an option needs another option that is not given.
 
     Examples
     --------
@@ -159,12 +163,12 @@ class Packing:
 
 
 def given_packing(packing: Packing | None) -> Packing:
-    """What a caller gives; by default one page with a margin.
+    """Return the caller's packing; by default one page with a margin.
 
     Raises
     ------
     ValueError
-        It is something else.
+        It is not a `Packing`.
     """
     if packing is None:
         return Packing()

@@ -1,4 +1,4 @@
-"""A page on a coarse grid, on which charts are packed again and again: their masks are drawn once."""
+"""A page on a coarse grid for repeated packing trials; the masks of each chart are drawn only once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from .spacing import Spacing
 
 @dataclass(frozen=True, eq=False)
 class TrialChart:
-    """A chart as it is packed on a trial page."""
+    """A chart on a trial page."""
 
     masks: Masks
     area: float
@@ -25,7 +25,7 @@ class TrialChart:
 
 @dataclass(frozen=True, eq=False)
 class TrialPage:
-    """A page for charts of this area, whatever parts they are cut into.
+    """A page for charts of the given total area, no matter how they are cut into parts.
 
     Attributes
     ----------
@@ -41,11 +41,11 @@ class TrialPage:
 
     @property
     def _cells(self) -> float:
-        """Cells to a unit of the charts: the grid is that of the page which they are expected to take."""
+        """Grid cells per unit of the charts, for the page that the charts are expected to take."""
         return TRIAL_GRID / float(np.sqrt(self.area / self.spacing.aspect / EXPECTED_FILL))
 
-    def charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
-        """Of outlines that are turned to their narrowest rectangles."""
+    def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
+        """Return the trial charts of outlines, which must be turned to their narrowest rectangles."""
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
         sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
@@ -54,18 +54,18 @@ class TrialPage:
         masks = masks_of(outlines, turns, self._cells, gap, self.spacing.aspect)
         return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
-    def charts_of_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
-        """Of several lists of outlines."""
-        made = self.charts([outline for outlines in several for outline in outlines])
+    def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
+        """Return the trial charts of several lists of outlines."""
+        made = self.draw_charts([outline for outlines in several for outline in outlines])
         start = Ragged.of_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[TrialChart]) -> float:
-        """The area of the page that charts take, over their own; the largest ones are placed first."""
+        """Return the area of the page that charts take, over their own area; the largest are placed first."""
         return next(self.sizes([], [charts]))(np.inf)
 
     def least_size(self, charts: Sequence[TrialChart]) -> float:
-        """The least `size` with the largest charts by area, by length or by rectangle placed first."""
+        """Return the least `size` over orders by area, by length and by the area of the rectangle."""
         masks = ChartMasks.of([chart.masks for chart in charts])
         boxes = np.array([chart.masks.shapes[0] for chart in charts])
         keys = np.array([chart.area for chart in charts]), boxes.max(axis=1), boxes.prod(axis=1)
@@ -77,9 +77,9 @@ class TrialPage:
     def sizes(
         self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:
-        """`size` of each of several lists of charts beside others, as functions of a limit.
+        """Yield functions that return the `size` of each of several lists of charts together with `others`.
 
-        Where the size is not below the limit, they return infinity, the sooner the lower it is.
+        They take a limit, and return infinity if the size is not below the limit. Low limits save time.
         """
         charts = [*others, *(chart for own in several for chart in own)]
         masks = ChartMasks.of([chart.masks for chart in charts])
@@ -92,8 +92,9 @@ class TrialPage:
             yield partial(self._size, masks, spans)
 
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
+        """Return the size of charts placed in the order of `spans`; infinity if it reaches `limit`."""
         gap = self.spacing.gap * TRIAL_GRID
-        # cells along a page that its charts would cover
+        # cells along a page that the charts would fill completely
         full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1

@@ -1,6 +1,6 @@
-"""Maps whose seams shift a periodic texture by whole periods, so that it goes on across them.
+"""Maps whose seams shift a periodic texture by whole periods, so that it continues across them.
 
-In: charts whose seams turn by quarter turns. Out: the charts shifted, and the period that fits.
+Input: charts whose seams turn by quarter turns. Output: the shifted charts, or a period that fits.
 """
 
-from .period import with_period
+from .period import shift_by_period

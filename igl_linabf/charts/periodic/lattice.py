@@ -1,19 +1,20 @@
-"""Complex integers that are nearest to given numbers by a quadratic form: the closest vector problem."""
+"""The closest vector problem: complex integers nearest to given numbers under a quadratic form."""
 
 import numpy as np
 
 from ..._types import ComplexArray, FloatArray, IntArray
-from . import constants
 
-NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])  # of 0 in the lattice
+BEAM_WIDTH = 256  # partial choices that the beam search keeps
+
+NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])  # 0 and its neighbours
 
 
-def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
-    """Complex integers q for which the Hermitian form of q - wanted is small.
+def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
+    """Return complex integers q that make the Hermitian form of q - wanted small.
 
-    They are rounded one after another, each moved by how far those before it are off (Babai 1986). Those that
-    cost most if they are off come first (Wolniansky et al. 1998). The best partial choices are kept: a beam
-    search.
+    The numbers are rounded one after another, each after a correction for the errors of the previous numbers
+    (Babai 1986). The numbers whose errors cost most come first (Wolniansky et al. 1998). A beam search keeps
+    the best partial choices.
 
     Parameters
     ----------
@@ -21,7 +22,7 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
         Hermitian, positive definite.
     wanted : (n,) complex128
     """
-    order = _weakest_first(form)
+    order = _order_by_cost(form)
     upper = np.linalg.cholesky(form[np.ix_(order, order)]).conj().T
     aim = wanted[order]
     chosen, cost = np.zeros((1, len(aim)), dtype=np.complex128), np.zeros(1)
@@ -29,7 +30,7 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
         best = aim[j] - (chosen[:, j + 1 :] - aim[j + 1 :]) @ upper[j, j + 1 :] / upper[j, j]
         tried = np.round(best)[:, None] + NEIGHBOURHOOD
         costs: FloatArray = cost[:, None] + np.abs(upper[j, j] * (tried - best[:, None])) ** 2
-        kept = np.argsort(costs, axis=None, kind="stable")[: constants.BEAM_WIDTH]
+        kept = np.argsort(costs, axis=None, kind="stable")[:BEAM_WIDTH]
         chosen, cost = chosen[kept // len(NEIGHBOURHOOD)], costs.ravel()[kept]
         chosen[:, j] = tried.ravel()[kept]
     q = np.empty_like(wanted)
@@ -37,8 +38,11 @@ def nearest_whole(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
     return q
 
 
-def _weakest_first(form: ComplexArray) -> IntArray:
-    """An order whose last one costs most if it is off, at the best of the others; then the one before it."""
+def _order_by_cost(form: ComplexArray) -> IntArray:
+    """Return an order of the numbers by the cost of their errors, ascending.
+
+    The cost of an error is the least value of the form over all errors of the numbers before it in the order.
+    """
     inverse = np.linalg.inv(form)
     left = np.ones(len(form), dtype=bool)
     order = np.empty(len(form), dtype=np.int64)

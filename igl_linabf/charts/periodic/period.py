@@ -1,4 +1,4 @@
-"""A map whose seams shift a periodic texture by whole periods, so that it goes on across them."""
+"""Shift the seams of a map by whole periods of a texture, so that it continues across them."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -12,58 +12,61 @@ from ...errors import MeshError, OutcomeWarning, some, stack_level
 from ...measures import quality_of
 from ...surface import Submesh
 from ..atlas import Atlas, Chart, seams_and_mismatch
-from . import constants
-from .shifted_maps import Shifted
+from .shifted_maps import ShiftedMaps
+
+MAX_PERIOD_HALVINGS = 8  # halvings of a period that flips triangles, to suggest a shorter one
+MAX_ROOMS = 4  # packings with increasing room around charts
+GAP_ROUNDING = 1e-6  # tolerance for rounding, as a share of the gap
 
 
-def with_period(
+def shift_by_period(
     surface: Submesh, pack: Callable[[float], Atlas], pieces: list[Submesh], period: float, gap: float
 ) -> Atlas:
-    """The atlas with seams that shift by whole periods; its charts stay `gap` apart if they can.
+    """Return the atlas with seams that shift by whole periods; its charts stay `gap` apart if possible.
 
-    `pack(room)` packs the charts with that much more room around each: shifts mostly move them by less than a
-    period. `pieces` are the charts' surfaces.
+    `pack(room)` packs the charts with the additional distance `room` around each chart, because shifts
+    usually move them by less than a period. `pieces` are the surfaces of the charts.
 
     Raises
     ------
     MeshError
-        Triangles would flip; the message has a period that would do.
+        Triangles would flip. The message has a feasible period.
     """
-    for room in period * 2.0 ** np.arange(constants.MAX_ROOMS):
-        atlas = _shifted(surface, pack(room), pieces, period)
-        if not _near(atlas.TC, pieces, gap):
+    for room in period * 2.0 ** np.arange(MAX_ROOMS):
+        atlas = _shift_atlas(surface, pack(room), pieces, period)
+        if not _are_near(atlas.TC, pieces, gap):
             return atlas
-    said = "parts of charts lie over others, or near to them, as the period moves them: use a shorter period"
+    said = "the period moves charts over or near to other charts: use a shorter period"
     warnings.warn(said, OutcomeWarning, stacklevel=stack_level())
     return atlas
 
 
-def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
-    """Whether the boundaries of two charts are nearer than `gap`."""
+def _are_near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
+    """Return True if the boundaries of two charts are closer than `gap`."""
     maps = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     rims = [
         shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
         for piece, uv in zip(pieces, maps, strict=True)
     ]
-    nearer = gap * (1 - constants.GAP_ROUNDING)
+    nearer = gap * (1 - GAP_ROUNDING)
     one, other = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=nearer)
     return bool((one != other).any())
 
 
-def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
-    """The atlas with seams that shift by whole periods; charts may then lie over each other."""
+def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
+    """Return the atlas with seams that shift by whole periods; its charts may overlap."""
     if not len(atlas.seams):
         return replace(atlas, period=period)
-    shifted = Shifted.of(surface, atlas.TC, atlas.FTC)
-    TC, charts = _moved(shifted, atlas, pieces, period)
-    if flips := _new_flips(charts, atlas.charts):
+    shifted = ShiftedMaps.of(surface, atlas.TC, atlas.FTC)
+    TC, charts = _shift_charts(shifted, atlas, pieces, period)
+    if flips := _describe_new_flips(charts, atlas.charts):
         advice, shorter = "use other cones", period
-        for _ in range(constants.MAX_PERIOD_HALVINGS):
+        for _ in range(MAX_PERIOD_HALVINGS):
             shorter /= 2
-            if not _new_flips(_moved(shifted, atlas, pieces, shorter)[1], atlas.charts):
+            if not _describe_new_flips(_shift_charts(shifted, atlas, pieces, shorter)[1], atlas.charts):
                 advice = f"use {shorter:.3g}, or other cones"
                 break
-        raise MeshError(f"{flips}, as cones lie too near to each other for this period: {advice}")
+        raise MeshError(f"{flips}, because cones are too close to each other for this period: {advice}")
     V = np.concatenate([piece.V for piece in pieces])
     whole = Submesh(V, atlas.FTC, surface.faces, atlas.origin, surface.n_given)
     mismatch = seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
@@ -72,11 +75,11 @@ def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: floa
     )
 
 
-def _moved(
-    shifted: Shifted, atlas: Atlas, pieces: list[Submesh], period: float
+def _shift_charts(
+    shifted: ShiftedMaps, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
-    """The texture coordinates for a period, and the charts with the quality that they then have."""
-    TC = shifted.by(period)
+    """Return the texture coordinates for a period, and the charts with their new quality."""
+    TC = shifted.shift(period)
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
     for chart, piece, uv in zip(atlas.charts, pieces, parts, strict=True):
@@ -85,8 +88,8 @@ def _moved(
     return TC, tuple(charts)
 
 
-def _new_flips(moved: Sequence[Chart], charts: Sequence[Chart]) -> str:
-    """The first chart in which more triangles flip than before, in words; "" if there is none."""
+def _describe_new_flips(moved: Sequence[Chart], charts: Sequence[Chart]) -> str:
+    """Describe the first chart with more flipped triangles than before; return "" if no chart has more."""
     for i, (now, before) in enumerate(zip(moved, charts, strict=True)):
         if (flips := now.quality.flips - before.quality.flips) > 0:
             return f"{flips} triangles of chart {i} (faces {some(now.faces)}) would flip"

@@ -1,4 +1,4 @@
-"""The turns and shifts from one side of a seam to the other, and which of these shifts can be chosen."""
+"""Turns and shifts from one side of a seam to the other, and the shifts that can be chosen freely."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from ..._types import ComplexArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
 from ..atlas import rows_of_texture_seams
-from . import constants
+
+QUARTER_TURN_TOL = 1e-3  # largest relative deviation of the sides of a seam edge from a quarter turn
 
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """Both sides of the seam edges: the first side is brought to the second one by turn * z + shift.
+    """Both sides of the seam edges: turn * z + shift maps the first side to the second.
 
     Attributes
     ----------
     vertex : (#S, 2) int64
         The ends of each edge.
     first, second : (#S, 2) int64
-        Their copies on either side, rows of `TC`.
+        Their copies on either side: row indices into `TC`.
     turn : (#S,) complex128
         A power of i.
     shift : (#S,) complex128
@@ -37,6 +38,7 @@ class SeamSides:
 
     @classmethod
     def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
+        """Measure the turns and shifts of all seam edges of a map."""
         topology = surface.topology
         rows = rows_of_texture_seams(topology, FTC)
         start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
@@ -48,7 +50,7 @@ class SeamSides:
         ratio = (z[second[:, 1]] - z[second[:, 0]]) / (z[first[:, 1]] - z[first[:, 0]])
         quarters = np.round(np.angle(ratio) / (np.pi / 2)).astype(np.int64) % 4
         turn = np.array([1, 1j, -1, -1j])[quarters]
-        off = np.flatnonzero(~(np.abs(ratio - turn) < constants.QUARTER_TURN_TOL))
+        off = np.flatnonzero(~(np.abs(ratio - turn) < QUARTER_TURN_TOL))
         if len(off):
             raise MeshError(
                 f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "
@@ -58,14 +60,15 @@ class SeamSides:
         return cls(vertex, first, second, turn, (z[second] - turn[:, None] * z[first]).mean(axis=1))
 
 
-Sums = list[tuple[int, complex]]  # of shifts: pairs of a seam edge and a power of i, its factor
+Sums = list[tuple[int, complex]]  # linear combination of shifts: seam edges, and powers of i as factors
 
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """The copies of a seam vertex: copy k lies at turns[k] * (place of the first copy) + sums[k] of shifts.
+    """The copies of a seam vertex, in order around it.
 
-    `closing` are the turn and the sum of the whole way around the vertex; None at the boundary.
+    Copy k is at turns[k] * (position of the first copy) + sums[k], a linear combination of shifts. `closing`
+    has the turn and the sum of the full circle around the vertex; None at the boundary.
     """
 
     vertex: int
@@ -76,13 +79,13 @@ class Fan:
 
     @property
     def turns_back(self) -> bool:
-        """Whether the turns around the vertex cancel: it is no cone."""
+        """Whether the turns around the vertex cancel, so that it is not a cone."""
         return self.closing is not None and self.closing[0] == 1
 
 
 def fans_of(sides: SeamSides) -> list[Fan]:
-    """The copies of all seam vertices, in order around each."""
-    ways: dict[int, list[tuple[int, int, bool]]] = {}  # from each copy: edge, the copy across, forward
+    """Return the copies of all seam vertices, in order around each vertex."""
+    ways: dict[int, list[tuple[int, int, bool]]] = {}  # for each copy: edge, copy across the edge, forward
     copies: dict[int, list[int]] = {}
     for e, (vertices, first, second) in enumerate(
         zip(sides.vertex.tolist(), sides.first.tolist(), sides.second.tolist(), strict=True)
@@ -118,18 +121,20 @@ def fans_of(sides: SeamSides) -> list[Fan]:
 
 @dataclass(frozen=True, eq=False)
 class FreeShifts:
-    """All shifts as functions of those that can be chosen: around a vertex that is no cone they cancel.
+    """All shifts as linear functions of the free shifts.
+
+    The shifts around a vertex that is not a cone cancel.
 
     Attributes
     ----------
     edges : (#K,) int64
-        Those whose shifts can be chosen.
+        The seam edges whose shifts are free.
     shifts : (#S, #K) complex128
-        The shifts of all edges by those that can be chosen.
+        The shifts of all edges as functions of the free shifts.
     cones : (#C,) int64
-        Those whose places the shifts determine.
+        The cones whose positions are determined by the shifts.
     places : (#C, #K) complex128
-        The places of their first copies.
+        The positions of their first copies as functions of the free shifts.
     """
 
     edges: IntArray
@@ -139,7 +144,7 @@ class FreeShifts:
 
     @classmethod
     def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
-        """The free shifts of one seam edge or more."""
+        """Return the free shifts of all seams; there must be a seam edge."""
         seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
         own: dict[int, list[Fan]] = {}
         for fan in fans:
@@ -147,7 +152,7 @@ class FreeShifts:
         of_edge = seam[sides.vertex[:, 0]]
         order = np.argsort(of_edge, kind="stable")
         seams = np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)
-        made = [_shifts_of_one(sides, edges, own[int(of_edge[edges[0]])]) for edges in seams]
+        made = [_solve_seam(sides, edges, own[int(of_edge[edges[0]])]) for edges in seams]
         chosen, shifts, cones, places = zip(*made, strict=True)
         return cls(
             np.concatenate(chosen),
@@ -157,22 +162,22 @@ class FreeShifts:
         )
 
 
-def _shifts_of_one(
+def _solve_seam(
     sides: SeamSides, edges: IntArray, fans: list[Fan]
 ) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
-    """The attributes of `FreeShifts` of one connected seam.
+    """Return the attributes of `FreeShifts` for one connected seam.
 
-    On a spanning tree of its edges each vertex that is no cone determines the shift of the edge towards the
-    root. The shifts of all other edges can be chosen.
+    On a spanning tree of its edges, each vertex that is not a cone determines the shift of the edge towards
+    the root. The shifts of all other edges are free.
     """
     fan_of = {fan.vertex: fan for fan in fans}
-    order, above = _tree(sides, edges, fans)
+    order, above = _span_seam(sides, edges, fans)
     on_tree = {above[v] for v in order if above[v] >= 0}
     bound = {above[v] for v in order if above[v] >= 0 and fan_of[v].turns_back}
     choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
     assert len(bound) <= len(on_tree)
     row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
-    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # of shifts, by what is chosen
+    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # shifts as functions of the free shifts
     rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
     for v in reversed(order):
         fan = fan_of[v]
@@ -195,10 +200,17 @@ def _shifts_of_one(
     return choice, rows, held, places
 
 
-def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
-    """A spanning tree of a seam: vertices, each after its parent, and the edges to parents; -1 at roots.
+def _span_seam(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
+    """Return a spanning forest of a seam.
 
-    Roots are cones or on the boundary, if a component of the seam has such vertices.
+    Roots are cones or boundary vertices, if a component of the seam has such vertices.
+
+    Returns
+    -------
+    order : list of int
+        The vertices, each after its parent.
+    above : dict
+        The edge from each vertex to its parent; -1 for roots.
     """
     beside: dict[int, list[tuple[int, int]]] = {fan.vertex: [] for fan in fans}
     for e, (a, b) in zip(edges.tolist(), sides.vertex[edges].tolist(), strict=True):

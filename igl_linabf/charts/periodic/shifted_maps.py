@@ -10,22 +10,27 @@ from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
-from . import constants
-from .lattice import nearest_whole
+from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, fans_of
-from .stiffness import Stiffness, changes, energy
+from .stiffness import Stiffness, displacement_energy, triangle_changes
+
+COST_OF_SHIFT = 0.01  # cost of each shift by itself, over the mean cost of a shift
+MIN_SHIFT_COST = 1e-7  # least mean cost of a shift, over the energy of moving the seam's triangles alone
+COLUMNS_AT_ONCE = 32  # right-hand sides that are solved in one call
+MAX_WEIGHTINGS = 4  # rounds that increase the weight of triangles which change much, while triangles flip
+DOUBLING_CHANGE = 0.3  # relative change of a triangle that doubles its weight
 
 
 @dataclass(frozen=True, eq=False)
-class Shifted:
-    """All ways to shift the seams of a map.
+class ShiftedMaps:
+    """All maps that result from shifts of the seams of a map.
 
-    The sides of a seam edge are at z and i^k z + t. If each shift t is whole periods along both axes, a
-    periodic texture goes on across the seam. The shifts determine the place of each cone: the fixed point of
-    the turns around it. All other points are displaced with the least energy, and the shifts are those whole
-    periods for which this energy is small (`nearest_whole`). As a quadratic form of the shifts, it takes one
-    solve for each shift that can be chosen, whatever the period. If triangles flip, those that change much
-    are weighted more.
+    The sides of a seam edge are at z and i^k z + t. If each shift t is a whole number of periods along both
+    axes, a periodic texture continues across the seam. The shifts determine the position of each cone, which
+    is the fixed point of the turns around it. All other points are displaced with the least energy, and
+    `find_nearest_integers` chooses whole periods that keep this energy small. As a quadratic form of the
+    shifts, the energy takes one solve for each free shift, independent of the period. If triangles flip, the
+    weights of the triangles that change most are increased.
 
     Attributes
     ----------
@@ -36,13 +41,13 @@ class Shifted:
     sides : SeamSides
     free : FreeShifts
     first : (#V,) complex128
-        The place of each vertex: that of its first copy, if it has several.
+        The position of each vertex, or of its first copy if it has several.
     turn : (#TC, #V) complex128
-        The places of all copies by those of the first copies, if no seam shifts.
-    moved : (#TC, #S) complex128
-        What the shifts of the seam edges add to these places.
+        The positions of all copies as functions of the first copies, without shifts.
+    shift_matrix : (#TC, #S) complex128
+        The contribution of the shifts of the seam edges to these positions.
     corner : (3, #F) int64
-        The rows of the triangles.
+        The row indices of the triangles' corners.
     """
 
     z: ComplexArray
@@ -51,17 +56,17 @@ class Shifted:
     free: FreeShifts
     first: ComplexArray
     turn: sparse.csr_array
-    moved: sparse.csr_array
+    shift_matrix: sparse.csr_array
     corner: IntArray
 
     @classmethod
-    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> Shifted:
-        """The ways to shift a map that has a seam.
+    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMaps:
+        """Return the shifts of a map that has a seam.
 
         Raises
         ------
         MeshError
-            A seam turns by no multiple of 90 degrees.
+            A seam does not turn by a multiple of 90 degrees.
         """
         z, n = complex_positions(TC), len(surface.V)
         sides = SeamSides.of(surface, z, FTC)
@@ -89,50 +94,51 @@ class Shifted:
             np.ascontiguousarray(FTC.T),
         )
 
-    def by(self, period: float) -> FloatArray:
-        """The texture coordinates whose seams shift by whole periods, (#TC, 2)."""
-        q, area = self._whole(period), signed_double_areas(self.z, self.corner)
-        moved, weight = self._moved(q, period, self._even), np.ones(len(area))
-        for _ in range(constants.MAX_WEIGHTINGS):
+    def shift(self, period: float) -> FloatArray:
+        """Return the texture coordinates whose seams shift by whole periods, (#TC, 2)."""
+        q, area = self._choose_shifts(period), signed_double_areas(self.z, self.corner)
+        moved, weight = self._displace(q, period, self._uniform), np.ones(len(area))
+        for _ in range(MAX_WEIGHTINGS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
-            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / constants.DOUBLING_CHANGE)
-            moved = self._moved(q, period, self._with(weight))
+            weight = weight * (1 + triangle_changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
+            moved = self._displace(q, period, self._weighted(weight))
         return coordinates(moved)
 
-    def _moved(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
-        """The map whose shifts that can be chosen are q periods."""
+    def _displace(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
+        """Return the map whose free shifts are q periods."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
         d[cones] = period * (self.free.places @ q) - self.first[cones]
-        shifted = self.turn @ self.first + self.moved @ shift
+        shifted = self.turn @ self.first + self.shift_matrix @ shift
         force = self.turn.conj().T @ (stiffness.of_copies @ (shifted - self.z)) + stiffness.of_vertices @ d
         d[stiffness.inner] = stiffness.solve(-force[stiffness.inner])
         return np.asarray(shifted + self.turn @ d)
 
-    def _whole(self, period: float) -> ComplexArray:
-        """The chosen shifts, in periods."""
+    def _choose_shifts(self, period: float) -> ComplexArray:
+        """Return the chosen free shifts, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
         for own, form in self._forms:
-            q[own] = nearest_whole(form, wanted[own])
+            q[own] = find_nearest_integers(form, wanted[own])
         return q
 
     @cached_property
-    def _even(self) -> Stiffness:
-        """The stiffness in which all triangles count the same."""
-        return self._with(np.ones(self.corner.shape[1]))
+    def _uniform(self) -> Stiffness:
+        """The stiffness with equal weights for all triangles."""
+        return self._weighted(np.ones(self.corner.shape[1]))
 
-    def _with(self, weight: FloatArray) -> Stiffness:
-        return Stiffness.of(energy(self.z, self.corner, weight), self.turn, self.free.cones)
+    def _weighted(self, weight: FloatArray) -> Stiffness:
+        """Return the stiffness with these weights of the triangles."""
+        return Stiffness.of(displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones)
 
     @cached_property
     def _forms(self) -> list[tuple[IntArray, ComplexArray]]:
-        """For each component of the surface its shifts, and the energy as their Hermitian form.
+        """The free shifts of each component of the surface, and their energy as a Hermitian form.
 
-        Components share the columns that are solved for.
+        Components share the columns of right-hand sides.
         """
-        stiffness = self._even
+        stiffness = self._uniform
         label = self.component[self.sides.vertex[self.free.edges, 0]]
         order = np.argsort(label, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
@@ -141,20 +147,20 @@ class Shifted:
             column[own] = np.arange(len(own))
         shape = len(label), max(map(len, groups), default=0)
         compressed = sparse.csr_array((np.ones(len(label)), (np.arange(len(label)), column)), shape=shape)
-        alone = self.moved @ self.free.shifts + self.turn[:, self.free.cones] @ self.free.places
+        alone = self.shift_matrix @ self.free.shifts + self.turn[:, self.free.cones] @ self.free.places
         pushed = stiffness.of_copies @ alone
         force = (self.turn.conj().T @ pushed).tocsr()[stiffness.inner]
         forms = (alone.conj().T @ pushed @ compressed).toarray()
-        told = constants.MIN_COST_TOLD * np.abs(forms).max(initial=0.0)
-        for k in range(0, forms.shape[1], constants.COLUMNS_AT_ONCE):
-            at_once = slice(k, k + constants.COLUMNS_AT_ONCE)
+        least = MIN_SHIFT_COST * np.abs(forms).max(initial=0.0)
+        for k in range(0, forms.shape[1], COLUMNS_AT_ONCE):
+            at_once = slice(k, k + COLUMNS_AT_ONCE)
             columns = np.asfortranarray((force @ compressed[:, at_once]).toarray())
             forms[:, at_once] -= force.conj().T @ stiffness.solve(columns)
-        return [(own, _definite(forms[own, : len(own)], told)) for own in groups]
+        return [(own, _make_definite(forms[own, : len(own)], least)) for own in groups]
 
 
-def _definite(form: ComplexArray, told: float) -> ComplexArray:
-    """A Hermitian form, made positive definite: nothing below zero, and each shift has a cost of its own."""
+def _make_definite(form: ComplexArray, least: float) -> ComplexArray:
+    """Return a Hermitian form made positive definite, with a small cost for each shift by itself."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
-    size = max(float(values.mean()), told)
-    return np.asarray((vectors * (np.maximum(values, 0) + constants.COST_OF_SHIFT * size)) @ vectors.conj().T)
+    size = max(float(values.mean()), least)
+    return np.asarray((vectors * (np.maximum(values, 0) + COST_OF_SHIFT * size)) @ vectors.conj().T)

@@ -11,7 +11,10 @@ from scipy import sparse
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
-from . import constants
+
+PULL_TO_PLACE = 1e-8  # share of the diagonal that is added to the energy to make it definite
+MIN_AREA_OVER_LARGEST = 1e-8  # smaller areas of triangles are raised to this share of the largest
+SCALE_WEIGHT = 0.1  # weight of changes of scale and direction, relative to changes of angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,13 +24,14 @@ class Stiffness:
     Attributes
     ----------
     of_copies : (#TC, #TC) complex128
-        The energy by the displacements of all rows of the map.
+        The energy as a form of the displacements of all rows of the map.
     of_vertices : (#V, #V) complex128
-        The energy by the displacements of the vertices, whose copies move alike but for their turns.
+        The energy as a form of the displacements of the vertices. All copies of a vertex move alike, up to
+        turns.
     inner : (#V,) bool
-        The vertices that are not held in place.
+        The vertices that are not fixed.
     solve : callable
-        The inverse of `of_vertices` at these.
+        The inverse of `of_vertices` at the vertices that are not fixed.
     """
 
     of_copies: sparse.csr_array
@@ -37,37 +41,38 @@ class Stiffness:
 
     @classmethod
     def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
-        """Of an energy and the vertices that are held; `turn` gives copies by vertices, (#TC, #V)."""
+        """Factor an energy with fixed vertices `held`; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
-        A = (A + A.conj().T) / 2  # its diagonal is real to the last bit
-        A = (A + sparse.diags_array(constants.PULL_TO_PLACE * A.diagonal())).tocsr()
+        A = (A + A.conj().T) / 2  # makes the diagonal exactly real
+        A = (A + sparse.diags_array(PULL_TO_PLACE * A.diagonal())).tocsr()
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False
         lower = sparse.tril(A[inner][:, inner]).tocsc()
         return cls(of_copies, A, inner, partial(solve_complex, Solvers().factor(lower)))
 
 
-def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
-    """The sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2, (#TC, #TC), of displacements d.
+def displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
+    """Return the energy of displacements d as a matrix, (#TC, #TC).
 
-    The first term is the distortion of angles that they add, the second the change of scale and direction.
-    `corner` are the rows of the triangles, (3, #F).
+    It is the sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2. The first term is the
+    distortion of angles, the second the change of scale and direction. `corner` has the row indices of the
+    triangles, (3, #F).
     """
     side, area = _sides_and_areas(z, corner)
     i, j = (a.ravel() for a in np.meshgrid(range(3), range(3), indexing="ij"))
     product = side[i].conj() * side[j]
-    entries = (product + constants.SCALE_WEIGHT * product.conj()) * (weight / area**2)
+    entries = (product + SCALE_WEIGHT * product.conj()) * (weight / area**2)
     return sparse.csr_array((entries.ravel(), (corner[i].ravel(), corner[j].ravel())), shape=(len(z),) * 2)
 
 
-def changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
-    """How much the displacement d changes the triangles of a map, (#F,): (|dbar d|^2 + |del d|^2)^(1/2)."""
+def triangle_changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
+    """Return how much the displacement d changes each triangle, (#F,): (|dbar d|^2 + |del d|^2)^(1/2)."""
     side, area = _sides_and_areas(z, corner)
     both = (side * d[corner]).sum(axis=0), (side.conj() * d[corner]).sum(axis=0)
     return np.asarray(np.hypot(np.abs(both[0]), np.abs(both[1])) / (2 * area))
 
 
 def _sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
-    """The sides opposite to corners, (3, #F), and twice the areas."""
+    """Return the sides opposite to corners, (3, #F), and twice the areas."""
     area = np.abs(signed_double_areas(z, corner))
-    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, constants.MIN_AREA_OVER_LARGEST * area.max())
+    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, MIN_AREA_OVER_LARGEST * area.max())

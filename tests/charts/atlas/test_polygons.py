@@ -1,4 +1,4 @@
-"""Faces of more than three corners: split without flips, cut along their own edges, given back."""
+"""Polygons are split without flips and cut along their edges, and results have their shape."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def flat(rows: object) -> np.ndarray:
 
 
 def star(k: int, seed: int) -> np.ndarray:
-    """A simple polygon around the origin, mostly concave, in a plane of its own."""
+    """Return a simple polygon around the origin, usually concave, in a random plane."""
     rng = np.random.default_rng(seed)
     angle = (np.arange(k) + 0.8 * rng.random(k)) * 2 * np.pi / k
     arm = 0.1 + rng.random(k)
@@ -38,7 +38,7 @@ def star(k: int, seed: int) -> np.ndarray:
 
 
 def signed_areas(points: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, float]:
-    """Of the triangles towards the polygon's normal, and of the polygon."""
+    """Return the areas of triangles relative to the polygon's normal, and the area of the polygon."""
     centred = points - points.mean(axis=0)
     normal = np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2
     area = np.linalg.norm(normal)
@@ -48,7 +48,7 @@ def signed_areas(points: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, float]:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(4, 12) | st.sampled_from([40, 230]), st.integers(0, 2**32 - 1))
-def test_no_triangle_of_a_simple_polygon_is_turned_over(k: int, seed: int) -> None:
+def test_triangles_of_a_simple_polygon_are_not_flipped(k: int, seed: int) -> None:
     points = star(k, seed)
     triangles = Polygons.of([list(range(k))]).split(points)
     areas, whole = signed_areas(points, triangles.F)
@@ -68,7 +68,7 @@ def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
 @pytest.mark.parametrize(
     "F",
     [
-        [[0, 1, 2, 3], [0, 3, 2, 1]],  # a card: both of its faces have the same diagonals
+        [[0, 1, 2, 3], [0, 3, 2, 1]],  # two faces back to back share their diagonals
         [[0, 1, 2, 3], [0, 2, 4]],
         [[0, 1, 2, 3], [0, 2, 4, 5], [4, 2, 6]],
         [[0, 1, 2, 3, 7], [0, 7, 3, 2, 1]],
@@ -90,7 +90,7 @@ def test_no_diagonal_is_an_edge_or_a_diagonal_of_another_polygon(F: list[list[in
 
 
 @pytest.mark.parametrize("name", ["rough cube", "torus", "dual"])
-def test_seams_run_along_edges_that_the_mesh_has(name: str) -> None:
+def test_seams_follow_edges_of_polygons(name: str) -> None:
     V, F = {"rough cube": quads, "torus": torus_of_quads, "dual": dual}[name]()
     atlas = unwrap(V, F, progress=False)
     assert atlas.good
@@ -108,8 +108,8 @@ def test_seams_run_along_edges_that_the_mesh_has(name: str) -> None:
     )
 
 
-def test_overlaps_are_split_along_edges_that_the_mesh_has() -> None:
-    """A strip of quadrangles, wound up by a turn and a half in its plane: its flat map lies over itself."""
+def test_overlaps_are_split_along_edges_of_polygons() -> None:
+    """The flat map of a coiled strip of quadrangles, 1.5 turns in its plane, overlaps itself."""
     t = np.repeat(np.linspace(0, 9, 37), 2)
     radius = np.tile([1.0, 0.8], 37)
     V = np.column_stack((radius * np.cos(t), radius * np.sin(t), 0.02 * t))
@@ -121,7 +121,7 @@ def test_overlaps_are_split_along_edges_that_the_mesh_has() -> None:
     assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
 
 
-def test_stretch_is_bounded_along_edges_that_the_mesh_has() -> None:
+def test_stretch_is_bounded_by_cuts_along_edges_of_polygons() -> None:
     V, F = torus_of_quads()
     atlas = unwrap(V, F, Seams(max_stretch=1.005), progress=False)
     assert atlas.good
@@ -166,7 +166,7 @@ def test_degenerate_polygons_keep_their_rows(name: str) -> None:
     assert flat(atlas.FTC).min() >= 0
 
 
-def test_what_is_no_face_is_named() -> None:
+def test_invalid_faces_are_named() -> None:
     V, F = quads()
     for bad, said in (
         ([*F.tolist(), [0, 1]], "faces 96 have fewer than three corners"),
@@ -204,7 +204,7 @@ def test_repairs_name_polygons() -> None:
     assert (atlas.origin[flat(atlas.FTC)] == flat(turned)).all()
 
 
-def test_coordinates_of_any_size_split_polygons_alike_and_without_warnings() -> None:
+def test_the_split_does_not_depend_on_the_scale_and_does_not_warn() -> None:
     V = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0.0]])
     faces = Polygons.of([[0, 1, 2, 3, 4]])
     with warnings.catch_warnings():
@@ -220,8 +220,8 @@ def test_coordinates_of_any_size_split_polygons_alike_and_without_warnings() -> 
 
 
 @pytest.mark.parametrize("sides", [3, 4])
-def test_where_the_map_turns_over_is_a_seam(sides: int) -> None:
-    """Two halves of a sheet share one place in the map, as mirror images, and meet in the middle line."""
+def test_folds_of_the_map_are_seams(sides: int) -> None:
+    """Two halves of a sheet are mirror images in the same place of the map, and meet in the middle."""
     columns = np.arange(-3.0, 4)
     V = np.array([[x, y, 0] for x in columns for y in (0.0, 1.0)])
     F = np.array([[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(6)])
@@ -232,14 +232,14 @@ def test_where_the_map_turns_over_is_a_seam(sides: int) -> None:
     mask = texture_seams(F, F, V, mirrored, sides=True)
     assert mask.sum() == 2
     assert len(unwrap(V, F, mask).charts) == 2
-    # neither a map that lies flat has a seam there, nor faces whose orientation is mixed, nor one of no area
+    # flat maps, faces of mixed orientation, and maps without area have no seam there
     for map_ in (V[:, :2], -V[:, :2], mirrored * [[0, 1]]):
         assert len(texture_seams(F, F, V, map_)) == 0
     mixed = F.copy()
     mixed[::2] = mixed[::2, ::-1]
     assert texture_seams(mixed, mixed, V, mirrored).tolist() == [[6, 7]]
     assert len(texture_seams(mixed, mixed, V, V[:, :2])) == 0
-    # a sliver that single precision turns over is not cut out
+    # a sliver that is flipped by single precision is not cut out
     rounded = V[:, :2] + [[1000, 0]]
     rounded[6] = (rounded[4] + rounded[8]) / 2 + [0, -4e-5]
     assert (
@@ -248,7 +248,7 @@ def test_where_the_map_turns_over_is_a_seam(sides: int) -> None:
     )
 
 
-def test_vertices_doubled_at_old_seams_are_told_with_their_number(tmp_path: Path) -> None:
+def test_doubled_vertices_at_old_seams_are_counted_in_a_warning(tmp_path: Path) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     half = V[F].mean(axis=1)[:, 0] > 0
     rim = np.intersect1d(F[half], F[~half])

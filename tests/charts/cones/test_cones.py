@@ -1,4 +1,4 @@
-"""Cones: angle sums that are reached, seams whose sides match, and what the maps must not depend on."""
+"""Cones: angle sums, seams with matching sides, and invariances of the maps."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from igl_linabf import (
     unwrap,
 )
 from igl_linabf.angles import constraints_of, rescale_triangles, residual
-from igl_linabf.charts.cones.seams import paths_across, seam_through
+from igl_linabf.charts.cones.seams import find_closed_paths, find_seam
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.packing.spacing import Spacing
-from igl_linabf.charts.periodic.lattice import nearest_whole
+from igl_linabf.charts.periodic.lattice import find_nearest_integers
 from igl_linabf.cli import main
 from igl_linabf.io import read_texture
 from igl_linabf.surface import Submesh
@@ -44,13 +44,13 @@ CLOSED = ("pial", "closed__igl_cow.off", "closed__optcuts_horse_f10000.obj", "cl
 HANDLES = ("nut", "double_torus", "closed__igl_3holes.off", "handles__bff_punctured-torus.obj")
 BOUNDED = ("ball", "crown", "punctured_nut", "stress__optcuts_duck1.obj", "holes__igl_halftunnel.off")
 ALL = CLOSED + HANDLES + BOUNDED
-SEVERAL = ("ant", "multi__bff_teapot.obj")  # pieces
+SEVERAL = ("ant", "multi__bff_teapot.obj")  # meshes of several components
 
 Surface = tuple[np.ndarray, np.ndarray]
 
 
 def cube(n: int, size: tuple[float, float, float] = (1, 1, 1)) -> Surface:
-    """A box of n by n squares a side, in four triangles each."""
+    """Return a box with n by n squares per side, each split into four triangles."""
     t = np.linspace(-1, 1, 2 * n + 1)
     even = np.arange(0, 2 * n, 2)
     x, y = (i.ravel() for i in np.meshgrid(even, even, indexing="ij"))
@@ -72,7 +72,7 @@ def corners_of(V: np.ndarray) -> np.ndarray:
 
 
 def angles_of(atlas: Atlas) -> np.ndarray:
-    """Target angles of all faces."""
+    """Return the target angles of all faces."""
     angles = np.empty(atlas.FTC.shape)
     for chart in atlas.charts:
         angles[chart.faces] = chart.result.angles
@@ -80,7 +80,7 @@ def angles_of(atlas: Atlas) -> np.ndarray:
 
 
 def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
-    """Both sides of each seam edge as complex vectors in the map, (2, #E)."""
+    """Return both sides of each seam edge as complex vectors in the map, (2, #E)."""
     side = {}
     for t in range(len(F)):
         for k in range(3):
@@ -90,13 +90,13 @@ def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
 
 
 def free(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> Atlas:
-    """The same seam with a free boundary."""
+    """Return the map of the same seam with a free boundary."""
     return unwrap(V, F, atlas.seams)
 
 
 @pytest.mark.parametrize("how", [None, "quarter"])
 @pytest.mark.parametrize("name", ALL + SEVERAL)
-def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
+def test_angle_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
     V, F = load(name)
     atlas = unwrap(V, F, cones=Cones(find_cones(V, F), angles=how))
     assert not atlas.quality.flips
@@ -122,14 +122,14 @@ def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
     "name",
     ("pial", "nut", "double_torus", "crown", "closed__igl_fandisk.off", "closed__igl_3holes.off", SEVERAL[1]),
 )
-def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None:
+def test_a_periodic_texture_continues_across_quarter_seams(name: str) -> None:
     V, F = load(name)
     period = 1 / 200
     given = Cones(find_cones(V, F), angles="quarter")
     atlas = unwrap(V, F, cones=replace(given, period=period))
     assert atlas.good and not atlas.quality.flips
     assert atlas.seam_mismatch <= 1e-9
-    # from one side of a seam edge to the other: a quarter turn and whole periods, at both of its ends
+    # a quarter turn and whole periods map one side of a seam edge to the other, at both ends
     at = {}
     for vertices, places in zip(F.tolist(), atlas.TC[atlas.FTC] @ [1, 1j], strict=True):
         at.update({(vertices[k - 1], vertices[k]): places[[k - 1, k]] for k in range(3)})
@@ -143,31 +143,31 @@ def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None
     shift = (other - quarter[:, None] * one) / period
     assert np.abs(shift - np.round(shift)).max() <= 1e-9
     assert len(np.unique(np.round(shift))) > 2
-    # and the map is hardly another one
+    # and the map changes little
     free = unwrap(V, F, cones=given, packing=Packing(margin=0.01))
     assert atlas.quality.angle_distortion <= 1.05 * free.quality.angle_distortion
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
 
 
-def test_whole_numbers_are_the_nearest_ones_of_a_form() -> None:
+def test_integers_are_nearest_under_the_form() -> None:
     rng = np.random.default_rng(0)
     even = np.stack(np.meshgrid(*[np.arange(-3, 4)] * 4), axis=-1).reshape(-1, 2, 2) @ [1, 1j]
     for _ in range(50):
         A = np.eye(2) + rng.uniform(-0.4, 0.4, (2, 2, 2)) @ [1, 1j]
         wanted = rng.uniform(-0.5, 0.5, (2, 2)) @ [1, 1j]
-        off = (np.concatenate((even, nearest_whole(A.conj().T @ A, wanted)[None])) - wanted) @ A.T
+        off = (np.concatenate((even, find_nearest_integers(A.conj().T @ A, wanted)[None])) - wanted) @ A.T
         costs = (np.abs(off) ** 2).sum(axis=1)
         assert costs[-1] <= costs.min() + 1e-12
-    # of many, far better than each alone
+    # for many numbers, far better than rounding each separately
     A = rng.normal(size=(30, 30, 2)) @ [1, 1j]
     wanted = rng.uniform(-9, 9, (30, 2)) @ [1, 1j]
-    q = nearest_whole(A.conj().T @ A, wanted)
+    q = find_nearest_integers(A.conj().T @ A, wanted)
     assert (q == np.round(q)).all()
     assert np.linalg.norm(A @ (q - wanted)) < np.linalg.norm(A @ (np.round(wanted) - wanted)) / 1.5
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # parts of the map may touch
-def test_a_period_that_flips_triangles_is_refused_with_one_that_does_not() -> None:
+def test_a_period_that_flips_triangles_is_refused_with_a_feasible_one() -> None:
     V, F = load("closed__optcuts_horse_f10000.obj")
     with pytest.raises(MeshError, match=r"triangles of chart .* would flip") as raised:
         unwrap(V, F, cones=Cones("auto", angles="quarter", period=0.15))
@@ -175,7 +175,7 @@ def test_a_period_that_flips_triangles_is_refused_with_one_that_does_not() -> No
     assert not unwrap(V, F, cones=Cones("auto", angles="quarter", period=enough)).quality.flips
 
 
-def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> None:
+def test_unused_vertices_do_not_change_maps_with_a_period() -> None:
     V, F = load("closed__igl_fandisk.off")
     given = Cones(10, angles="quarter", period=1 / 100)
     atlas = unwrap(V, F, cones=given)
@@ -184,7 +184,7 @@ def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> 
     assert np.abs(among.TC - atlas.TC).max() < 1e-9
 
 
-def test_pieces_have_a_period_whatever_is_beside_them() -> None:
+def test_components_do_not_affect_each_others_period() -> None:
     V, F = load("closed__igl_fandisk.off")
     sheet = np.array([[9.0, 0, 0], [10, 0, 0], [9, 1, 0]]), np.array([[0, 1, 2]])
     given = Cones("auto", angles="quarter", period=1 / 500)
@@ -199,13 +199,13 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
     surface = joined(*((V + 3 * k, F) for k in range(8)))
     given = Cones("auto", angles="quarter", period=1 / 50)
     asked: list[float] = []
-    wider = Spacing.wider
+    wider = Spacing.widen
 
     def small_at_first(spacing: Spacing, by: float) -> Spacing:
         asked.append(by)
         return wider(spacing, 0.0 if len(asked) == 1 else by)
 
-    monkeypatch.setattr(Spacing, "wider", small_at_first)
+    monkeypatch.setattr(Spacing, "widen", small_at_first)
     atlas = unwrap(*surface, cones=given, packing=Packing(resolution=256, padding=2))
     assert asked == [0.02, 0.04]
     corners = atlas.TC[atlas.FTC]
@@ -215,7 +215,7 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
     assert not len(overlaps(atlas.TC, atlas.FTC, between=True))
 
 
-def test_triangles_between_three_cones_have_a_period_too() -> None:
+def test_triangles_between_three_cones_can_have_a_period() -> None:
     V, F = igl.icosahedron()
     atlas = unwrap(V, F, cones=Cones(np.arange(12), angles="quarter", period=1 / 100))
     assert atlas.good
@@ -223,14 +223,14 @@ def test_triangles_between_three_cones_have_a_period_too() -> None:
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf"])
-def test_a_tube_without_vertices_inside_turns_by_quarters_too(method: str) -> None:
+def test_a_tube_without_interior_vertices_turns_by_quarters(method: str) -> None:
     i, j = np.arange(20), np.roll(np.arange(20), -1)
     angle = 2 * np.pi * i / 20
     low, high = (np.column_stack((r * np.cos(angle), r * np.sin(angle), 2.5 - r + 0 * i)) for r in (2, 1))
     F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
     V = np.vstack((low, high))
     atlas = unwrap(V, F, None, method, cones=Cones("auto", angles="quarter", period=1 / 100))
-    assert atlas.good and not len(atlas.cones)  # other turns have no period
+    assert atlas.good and not len(atlas.cones)  # a period needs quarter turns
     assert atlas.seam_mismatch < 1e-8
 
 
@@ -241,7 +241,7 @@ def test_a_period_needs_quarter_cones(asked: dict[str, object]) -> None:
         unwrap(V, F, cones=Cones(**{"period": 0.01, **asked}))
 
 
-def test_a_period_and_angles_that_are_no_quarter_turns_are_refused() -> None:
+def test_a_period_with_other_angles_is_refused() -> None:
     V, F = load("pial")
     with pytest.raises(MeshError, match="no multiple of 90 degrees"):
         unwrap(V, F, cones=Cones(find_cones(V, F, 6), angles=np.full(6, 4 * np.pi / 3), period=0.01))
@@ -275,7 +275,7 @@ def test_more_cones_save_stretch(name: str) -> None:
     assert many < 1.6
 
 
-def test_a_box_comes_out_as_its_net() -> None:
+def test_a_box_becomes_its_net() -> None:
     V, F = cube(6, (1, 2, 3))
     atlas = unwrap(V, F, cones=Cones(corners_of(V), angles="quarter"))
     assert np.allclose(atlas.cone_angles, 3 * np.pi / 2)
@@ -305,8 +305,8 @@ def test_a_sphere_with_the_cones_of_a_cube_keeps_its_symmetry() -> None:
         assert np.abs(turned - angles).max() <= 1e-8
 
 
-def test_a_tube_that_is_closed_by_cones_keeps_its_length() -> None:
-    """A cylinder pressed flat and sewn up at both ends: two cones of 180 degrees at each end."""
+def test_a_tube_closed_by_cones_keeps_its_length() -> None:
+    """A flattened cylinder that is sewn up at both ends has two cones of 180 degrees at each end."""
     around, rows = 32, 50
     side = 2 * np.pi / around
     i, k = np.arange(rows + 1)[:, None], np.arange(around)
@@ -347,7 +347,7 @@ def test_position_scale_and_numbering(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["pial", "double_torus", "closed__igl_3holes.off", "crown"])
-def test_the_factor_that_gave_the_cones_their_angles_changes_no_map(name: str) -> None:
+def test_reusing_the_factor_of_the_cones_does_not_change_the_map(name: str) -> None:
     V, F = load(name)
     cones = find_cones(V, F, 8)
     known = unwrap(V, F, cones=cones)
@@ -364,7 +364,7 @@ def test_converged_abf_with_cones() -> None:
     assert converged.quality.angle_distortion < linear.quality.angle_distortion
 
 
-def test_a_long_horn_gets_a_cone_though_its_angle_is_narrow() -> None:
+def test_a_long_horn_gets_a_cone_despite_its_narrow_angle() -> None:
     horn = pv.ParametricConicSpiral(u_res=40, v_res=40, w_res=40).triangulate().clean()
     V, F = np.asarray(horn.points, dtype=float), horn.regular_faces
     atlas = unwrap(V, F, cones="auto")  # without a cone the L2 stretch is above 1e5
@@ -391,7 +391,7 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
 
 
 @pytest.mark.parametrize("n", [8, None])
-def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int | None) -> None:
+def test_quarter_cones_move_until_handles_turn_by_quarters(n: int | None) -> None:
     V, F = load("closed__igl_3holes.off")
     stay = unwrap(V, F, cones=Cones(find_cones(V, F, n), angles="quarter")).quality
     atlas = unwrap(V, F, cones=Cones("auto" if n is None else n, angles="quarter"))
@@ -404,7 +404,7 @@ def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int |
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     surface = Submesh.checked_manifold(*load("nut"))
     piece = ClosedSurface.of(surface)
-    paths = paths_across(surface, piece.graph, seam_through(piece, np.zeros(0, dtype=np.int64)))
+    paths = find_closed_paths(surface, piece.graph, find_seam(piece, np.zeros(0, dtype=np.int64)))
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
@@ -417,28 +417,28 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     assert np.abs(alpha - rescale_triangles(surface.topology, length, 0 * u)[0]).max() > 0.01
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # they are cut open
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # a one-sided surface is cut open
 @pytest.mark.parametrize("asked", [{}, {"angles": "quarter"}, {"angles": "quarter", "period": 0.01}])
 @pytest.mark.parametrize("name", ["a one sided band", "a bottle without an inside", "a projective plane"])
-def test_one_sided_surfaces_have_cones_too(name: str, asked: dict[str, object]) -> None:
+def test_one_sided_surfaces_can_have_cones(name: str, asked: dict[str, object]) -> None:
     for cones in ("auto", 3):
         atlas = unwrap(*NASTY[name](), cones=Cones(cones, **asked))
         assert atlas.good and not atlas.quality.flips
         assert atlas.seam_mismatch <= 1e-6
 
 
-def test_seams_of_cones_that_do_not_match_are_told() -> None:
+def test_mismatched_seams_of_cones_are_reported() -> None:
     atlas = unwrap(*cube(3), cones=8)
     assert atlas.good
     assert "a factor of up to 1.5" in " ".join(replace(atlas, seam_mismatch=np.log(1.5)).troubles)
 
 
-def test_seams_that_do_not_match_are_told_where_no_cone_is_needed_too() -> None:
+def test_mismatched_seams_are_reported_without_cones() -> None:
     V, F = load("nut")
     with pytest.warns(OutcomeWarning, match="sides of seams do not match.*: give more cones"):
         atlas = unwrap(V, F, method=LinABF(iterations=1), cones=0)
     assert not len(atlas.cones) and not atlas.quality.flips
-    assert not unwrap(V, F, atlas.seams).troubles  # without cones nothing has to match
+    assert not unwrap(V, F, atlas.seams).troubles  # without cones, sides need not match
 
 
 def test_a_torus_needs_no_cone() -> None:
@@ -450,7 +450,7 @@ def test_a_torus_needs_no_cone() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # some spikes shrink
-def test_all_limbs_of_a_body_get_cones_however_many_they_are() -> None:
+def test_all_of_many_limbs_get_cones() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 5)
     V /= np.linalg.norm(V, axis=1)[:, None]
     k = np.arange(120) + 0.5
@@ -465,33 +465,33 @@ def test_all_limbs_of_a_body_get_cones_however_many_they_are() -> None:
 
 
 def sieve() -> Surface:
-    """A square plate with 4 x 4 square holes: genus 16."""
+    """Return a square plate with 4 x 4 square holes: genus 16."""
     full = np.ones((9, 9, 1), dtype=bool)
     full[1::2, 1::2] = False
     return igl.upsample(*voxels(full), 1)
 
 
 @pytest.mark.filterwarnings("ignore:.*L2 stretch of 10:igl_linabf.OutcomeWarning")
-def test_few_quarter_cones_on_a_surface_of_many_handles_share_what_they_take() -> None:
+def test_few_quarter_cones_share_the_curvature_of_many_handles() -> None:
     atlas = unwrap(*sieve(), cones=Cones(20, angles="quarter"))
     assert not atlas.quality.flips and atlas.seam_mismatch <= 1e-8
-    assert atlas.quality.stretch_l2 < 12  # 183 if one vertex of many triangles takes what is left
+    assert atlas.quality.stretch_l2 < 12  # 183 if one vertex with many triangles takes all excess curvature
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # of the steps on the way
-def test_cones_that_no_map_has_are_refused_with_what_would_help() -> None:
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # warnings of intermediate steps
+def test_infeasible_cones_are_refused_with_advice() -> None:
     with pytest.raises(MeshError, match=r"no map with the 16 cones .* was found: give more cones"):
         unwrap(*plate_with_holes(12), cones=Cones(16, angles="quarter"))
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")
-def test_quarter_cones_that_steps_lead_away_from_are_refused_before_other_steps_are_tried() -> None:
+def test_diverging_quarter_cones_are_refused_before_other_steps_are_tried() -> None:
     with pytest.raises(MeshError, match=r"no map with the 20 cones .* \(steps lead to angle sums \d+ away"):
         unwrap(*plate_with_holes(20), cones=Cones(20, angles="quarter"))
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
-def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # with the fewest cones
+def test_cones_that_are_found_have_feasible_angles() -> None:
     V, F = sieve()
     assert igl.euler_characteristic(F) == 2 - 2 * 16
     cones = find_cones(V, F)
@@ -503,14 +503,14 @@ def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
     assert len(unwrap(V, F, cones=enough).cones) == enough <= len(cones)
 
 
-def test_quarter_turns_that_cones_have_little_room_for_are_spread_over_all_of_them() -> None:
+def test_excess_quarter_turns_are_spread_over_all_cones() -> None:
     V, F = load("closed__igl_3holes.off")
     cones = find_cones(V, F)[:2]
     with pytest.raises(MeshError, match=r"give more cones near vertices .*, or other angles$"):
         unwrap(V, F, cones=Cones(cones, angles="quarter"))
 
 
-def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:
+def test_cones_of_a_repaired_mesh_are_the_given_vertices() -> None:
     V, F = cube(3)
     soup = V[F].reshape(-1, 3)
     corners = corners_of(V)
@@ -521,7 +521,7 @@ def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:
     assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
 
 
-def test_what_does_not_fit_is_refused_with_what_would() -> None:
+def test_invalid_cones_are_refused_with_valid_numbers() -> None:
     V, F = cube(3)
     corners = corners_of(V)
     with pytest.raises(MeshError, match=r"have to sum to 37\.69.*change them by \+12\.56"):
@@ -547,9 +547,9 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
     with pytest.raises(MeshError, match="within 0 and 6 pi"):
         middle = next(i for i in range(len(V)) if np.count_nonzero(i == F) == 6)
         unwrap(V, F, cones=Cones([middle, *corners[1:6]], angles=[7 * np.pi, *np.full(5, np.pi / 5)]))
-    with pytest.raises(ValueError, match="does not go together with seams"):
+    with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, find_seams(V, F), cones=corners)
-    with pytest.raises(ValueError, match="does not go together with seams"):
+    with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, Seams(trade=1), cones=corners)
     with pytest.raises(MeshError, match="yet to be found"):
         Cones(8, angles=np.full(8, 1.5 * np.pi))

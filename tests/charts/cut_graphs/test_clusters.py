@@ -1,4 +1,4 @@
-"""Seams of large surfaces: clusters keep handles and holes, and what is found on them is as good."""
+"""Clusters preserve handles and holes, and seams found on clusters are as good as on the surface."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
-from igl_linabf.charts.cut_graphs import constants
+from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contracted, shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contraction, shortest_path_trees
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.seams.growth import grow_seam, seam_cost
 from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
@@ -35,9 +35,9 @@ def surface(name: str) -> Submesh:
 
 
 def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Subdivided until seams are sought on clusters."""
+    """Return a mesh subdivided until seams are found on clusters."""
     V, F = load(name)
-    while len(V) <= constants.MAX_CLUSTERS:
+    while len(V) <= clusters.MAX_CLUSTERS:
         V, F = igl.upsample(V, F, 1)
     return V, F
 
@@ -46,7 +46,7 @@ def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    coarse = Contracted.of(piece, shortest_path_trees(piece, hops)).coarse
+    coarse = Contraction.of(piece, shortest_path_trees(piece, hops)).coarse
     assert coarse.graph.n < piece.graph.n / 2
     assert coarse.graph.n - len(coarse.graph.ends) + coarse.graph.n_faces == 2 - 2 * piece.graph.genus
     assert (coarse.graph.n_holes, coarse.graph.genus) == (piece.graph.n_holes, piece.graph.genus)
@@ -56,9 +56,9 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 
 @pytest.mark.parametrize("hops", [1, 3])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
+def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
+    smaller = Contraction.of(piece, shortest_path_trees(piece, hops))
     seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
@@ -69,16 +69,16 @@ def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops:
     assert piece.graph.topology_of(carried)[2]
     assert piece.graph.length_of(carried) <= smaller.coarse.graph.length_of(seam) * (
         1 + 1e-9
-    )  # ways in a cluster may be shared
+    )  # paths within a cluster may overlap
     assert piece.graph.length_of(drawn) <= piece.graph.length_of(carried) * (1 + 1e-9)
     assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
         piece.graph.ends[drawn].ravel()
     )
 
 
-def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
+def test_the_scale_of_clusters_approximates_that_of_their_nodes() -> None:
     piece = ClosedSurface.of(surface("closed__optcuts_horse_f10000.obj"))
-    smaller = Contracted.of(piece, shortest_path_trees(piece, 1))
+    smaller = Contraction.of(piece, shortest_path_trees(piece, 1))
     fixed = np.array([0])
     u = piece.laplacian.dirichlet.solve(fixed, -piece.curvature)
     coarse = smaller.coarse.laplacian.dirichlet.solve(smaller.label[fixed], -smaller.coarse.curvature)
@@ -87,12 +87,12 @@ def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
 
 
 @pytest.mark.parametrize("name", ["double_torus", "closed__igl_cow.off"])
-def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them(name: str) -> None:
+def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(name: str) -> None:
     V, F = fine(name)
     found = find_seams(V, F)
     F_cut = cut(V, F, found)[1]
     assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
-    moved = V * [-4, -4, 4]  # half a turn at another scale: without rounding, for equal ways are common here
+    moved = V * [-4, -4, 4]  # half a turn and an exact scale, because paths of equal length are common here
     assert np.array_equal(find_seams(moved, F), found)
     small_V, small_F = igl.icosahedron()
     both = find_seams(np.concatenate((V, small_V + 2 * np.ptp(V))), np.concatenate((F, small_F + len(V))))
@@ -100,20 +100,20 @@ def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them
 
 
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
-def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str, monkeypatch) -> None:
+def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, monkeypatch) -> None:
     part = Submesh.checked_manifold(*fine(name))
     piece, costs = ClosedSurface.of(part), []
     node = np.full(len(part.V), -1)
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
-    for most in (piece.graph.n, constants.MAX_CLUSTERS):
-        monkeypatch.setattr(constants, "MAX_CLUSTERS", most)
+    for most in (piece.graph.n, clusters.MAX_CLUSTERS):
+        monkeypatch.setattr(clusters, "MAX_CLUSTERS", most)
         edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), False, _PanelSeams.none(1), 0)
         costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 
-def test_two_ways_between_neighbours_do_not_become_one() -> None:
-    """Around a torus that is nearly square in section, two arcs of the seam join neighbouring vertices."""
+def test_two_arcs_between_adjacent_vertices_stay_apart() -> None:
+    """On a torus with a nearly square section, two arcs of the seam join adjacent vertices."""
     u, v = (
         a.ravel() for a in np.meshgrid(*(2 * np.pi * np.arange(n) / n for n in (110, 100)), indexing="ij")
     )
@@ -129,9 +129,9 @@ def test_two_ways_between_neighbours_do_not_become_one() -> None:
 def level_set(
     function: Callable[..., np.ndarray], reach: float, points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where a function is zero in a cube, open at its sides: the largest component."""
+    """Return the largest component of the zero set of a function in a cube, open at its sides."""
     grid = np.stack(np.meshgrid(*3 * [np.linspace(-reach, reach, points)], indexing="ij"), axis=-1)
-    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])  # x is the fastest
+    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])  # x varies fastest
     V, F, *_ = igl.marching_cubes(function(*grid.T), grid, *3 * [points], 0.0)
     V, F, *_ = clean(V, F)
     body = max(Submesh.checked(V, F).components(), key=lambda part: len(part.F))
@@ -139,23 +139,23 @@ def level_set(
 
 
 def schwarz(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Some cells of Schwarz's P surface, which the cube cuts open."""
+    """Return several cells of Schwarz's P surface, cut open by the cube."""
     return np.cos(x) + np.cos(y) + np.cos(z)
 
 
 def bored(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """A plate with nine bores."""
+    """Return a plate with nine bores."""
     bores = (0.12 - np.hypot(x - a, y - b) for a in (-0.5, 0, 0.5) for b in (-0.45, 0.05, 0.5))
     return np.maximum.reduce([np.abs(x) - 0.9, np.abs(y) - 0.8, np.abs(z) - 0.13, *bores])
 
 
 @pytest.mark.parametrize(("body", "reach", "points", "handles"), [(schwarz, 6.0, 40, 5), (bored, 1.0, 68, 9)])
-def test_large_bodies_of_many_handles_fall_into_sound_charts(
+def test_large_bodies_with_many_handles_become_good_charts(
     body: Callable[..., np.ndarray], reach: float, points: int, handles: int
 ) -> None:
     V, F = level_set(body, reach, points)
     whole = Submesh.checked_manifold(V, F)
-    assert len(V) > constants.MAX_CLUSTERS
+    assert len(V) > clusters.MAX_CLUSTERS
     assert whole.topology.genus == handles
     assert bool(whole.topology.loops) == (body is schwarz)
     atlas = unwrap(V, F, strict=True, progress=False)

@@ -1,4 +1,4 @@
-"""The stretch that seams are chosen by: known before there is a map."""
+"""The expected stretch, by which seams are chosen before there is a map."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from conftest import bumps, load
 from scipy.ndimage import zoom
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
+from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.constants import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.stretch import expected
 from igl_linabf.charts.seams.growth import gain_of_leaves
 from igl_linabf.surface import Submesh
 
 
 def torus(n: int = 60, m: int = 24) -> tuple[np.ndarray, np.ndarray]:
-    """Cut open along two circles."""
+    """Return a torus cut open along two circles."""
     u, v = (x.ravel() for x in np.meshgrid(np.arange(n + 1) / n, np.arange(m + 1) / m, indexing="ij"))
     grid = igl.triangulated_grid(m + 1, n + 1)[1]
     a, b = 2 * np.pi * u, 2 * np.pi * v
@@ -28,14 +28,16 @@ def torus(n: int = 60, m: int = 24) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cap() -> tuple[np.ndarray, np.ndarray]:
-    """A third of a sphere."""
+    """Return a third of a sphere."""
     V, F = igl.upsample(*igl.icosahedron(), 4)
     V /= np.linalg.norm(V, axis=1)[:, None]
     return igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] > 1 / 3])[:2]
 
 
 @pytest.mark.parametrize("surface", [cap, torus, bumps])
-def test_it_is_that_of_the_isometric_map(surface: Callable[[], tuple[np.ndarray, np.ndarray]]) -> None:
+def test_expected_stretch_is_the_stretch_of_the_isometric_map(
+    surface: Callable[[], tuple[np.ndarray, np.ndarray]],
+) -> None:
     V, F = surface()
     whole = ClosedSurface.of(Submesh.checked_manifold(V, F), isometric=True)
     stretch, _ = expected(whole, np.arange(whole.graph.n_holes))
@@ -44,12 +46,12 @@ def test_it_is_that_of_the_isometric_map(surface: Callable[[], tuple[np.ndarray,
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj", "pial"])
-def test_even_seams_are_worth_more_to_the_isometric_map(name: str) -> None:
+def test_seams_for_the_isometric_method_lower_the_cost_of_its_map(name: str) -> None:
     V, F = load(name)
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
 
     def cost(method: str) -> float:
-        """What the isometric map costs, cut along the seams for a method."""
+        """Return the cost of the isometric map, cut along the seams for a method."""
         seams = find_seams(V, F, method=method)
         atlas = unwrap(V, F, seams, "isometric")
         length = np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum() / size
@@ -61,7 +63,7 @@ def test_even_seams_are_worth_more_to_the_isometric_map(name: str) -> None:
 
 
 def bumpy(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
-    """A square with bumps of a sixth of its side."""
+    """Return a square with bumps of a sixth of its side."""
     x, y = (p.ravel() for p in np.meshgrid(*[np.linspace(0, 1, n)] * 2, indexing="ij"))
     height = np.random.default_rng(3).standard_normal((6, 6))
     z = 0.09 * zoom(height, n / 6, order=3).ravel()
@@ -75,7 +77,7 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
     whole, scale = expected(closed, boundary)
 
     def saved(leaf: int) -> float:
-        """Of the stretch, for the length of the way to a node."""
+        """Return the stretch that a path to a node saves, over its length."""
         way = closed.graph.path_edges(before, [leaf])
         return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 

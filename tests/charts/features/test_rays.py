@@ -1,4 +1,4 @@
-"""Charts that nobody sees share less of the page, if that is asked for: by `unwrap` and by `pack`."""
+"""`unwrap` and `pack` can reduce the share of charts that no ray from outside reaches."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def together(*surfaces: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.n
 
 
 def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
-    """The texel density of each component over that of the first, and the charts' own words."""
+    """Return the texel density of each component relative to the first, and the scales of the charts."""
     atlas = unwrap(V, F, packing=Packing(unseen=0.25, **options))
     TC = atlas.flat
     texels = igl.doublearea(TC, atlas.FTC) / igl.doublearea(V, F)
@@ -43,10 +43,10 @@ def test_cavities_share_less_of_the_page(options) -> None:
     assert scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]  # turned inside out
 
 
-def test_what_shows_from_anywhere_keeps_its_texels() -> None:
+def test_visible_charts_keep_their_texels() -> None:
     assert scales(*together(sphere(1.0), sphere(0.4, 3.0))).tolist() == [1.0, 1.0]
     V, F = sphere(1.0)
-    bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the ball in it shows through its opening
+    bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the ball inside is visible through the opening
     assert scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
 
 
@@ -55,14 +55,14 @@ def test_a_chart_that_fits_at_its_share_is_not_cut() -> None:
     page = {"resolution": 512, "texel_density": 512 / 3}
 
     def inside(**more: float) -> int:
-        """The charts of the inner sphere."""
+        """Return the charts of the inner sphere."""
         atlas = unwrap(V, F, packing=Packing(**page, **more))
         return len(np.unique(atlas.chart[len(F) // 2 :]))
 
     assert inside(unseen=0.25) < inside()
 
 
-def test_the_quality_is_that_of_charts_at_one_scale() -> None:
+def test_the_quality_ignores_scales_of_charts() -> None:
     V, F = together(sphere(1.0), sphere(0.6, inward=True))
     even, smaller = (unwrap(V, F, packing=Packing(unseen=share)) for share in (1, 0.25))
     assert [chart.scale for chart in smaller.charts] == [1.0, 0.25]
@@ -74,7 +74,7 @@ def test_the_quality_is_that_of_charts_at_one_scale() -> None:
 @pytest.mark.parametrize(("scale", "share"), [("even", 0.25), ("keep", 0.125)])
 def test_maps_are_packed_with_less_for_cavities(scale: str, share: float) -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
-    V, F = np.concatenate(([[np.nan] * 3], V)), F + 1  # unused vertices do no harm
+    V, F = np.concatenate(([[np.nan] * 3], V)), F + 1  # unused vertices are ignored
     n = len(F) // 2
     atlas = unwrap(V, F, packing=Packing(unseen=0.5))
     packed = pack(V, F, atlas.TC, atlas.FTC, Packing(resolution=256, unseen=0.25), scale=scale)
@@ -90,7 +90,7 @@ def test_maps_are_packed_with_less_for_cavities(scale: str, share: float) -> Non
     assert not pack(V, F, atlas.TC, atlas.FTC).unseen.any()
 
 
-def test_a_stack_shows_if_one_of_its_charts_does() -> None:
+def test_a_stack_is_visible_if_one_of_its_charts_is() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     one = unwrap(*sphere(1.0))
     shared = np.concatenate((one.FTC, one.FTC[:, ::-1]))  # ball and cavity have the same texels
@@ -103,14 +103,14 @@ def test_a_stack_shows_if_one_of_its_charts_does() -> None:
     assert pack(V, F, apart, shared, Packing(unseen=0.25)).unseen.tolist() == [False, True, True]
 
 
-def test_faces_without_a_map_hide_what_is_in_them() -> None:
+def test_faces_without_a_map_hide_charts_inside() -> None:
     V, F = together(sphere(1.0), sphere(0.4))
     one = unwrap(*sphere(0.4))
     FTC = np.concatenate((np.full_like(one.FTC, -1), one.FTC))
     assert pack(V, F, one.TC, FTC, Packing(unseen=0.25)).unseen.tolist() == [True]
 
 
-def test_deep_bowls_show_and_lids_hide_them() -> None:
+def test_deep_bowls_are_visible_unless_a_lid_hides_them() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 4)
     V = V / np.linalg.norm(V, axis=1)[:, None]
     middle = V[F].mean(axis=1)
@@ -124,7 +124,7 @@ def test_deep_bowls_show_and_lids_hide_them() -> None:
             assert are_unseen(points + moved, faces, charts).tolist() == [False, inner]
 
 
-def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
+def test_scales_are_kept_when_atlases_are_packed_again() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     assert {chart.scale for chart in unwrap(V, F).charts} == {1.0}
     atlas = unwrap(V, F, packing=Packing(unseen=0.5))
@@ -137,7 +137,7 @@ def test_it_is_asked_for_and_stays_when_atlases_are_packed_anew() -> None:
         assert np.isclose(ratio / 0.4**2, 0.25, rtol=0.02)
 
 
-def test_it_needs_a_surface_and_no_cones() -> None:
+def test_unseen_needs_a_surface_without_cones() -> None:
     V, F = sphere(1.0)
     for wrong in (0, -1, 1.5, np.nan, "half"):
         with pytest.raises(ValueError, match="unseen is"):

@@ -1,4 +1,4 @@
-"""Seams lie where they do not show."""
+"""Seams are placed where they are hidden."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
 
 
 def seen_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
-    """Length of the seams where the surface looks against the direction."""
+    """Return the length of the seams where the surface faces away from the direction."""
     a, b = V[seams.T]
     facing = igl.per_vertex_normals(V, F)[seams].mean(axis=1) @ hide
     return float(np.linalg.norm(a - b, axis=1)[facing < 0].sum())
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
+def test_seams_move_to_the_hidden_side(name: str) -> None:
     V, F = load(name)
     axes = np.eye(3)[np.argsort(np.ptp(V, axis=0))]
     for hide in (axes[0], -axes[0]):
@@ -45,7 +45,7 @@ def test_seams_of_many_small_bodies_lie_on_the_hidden_side() -> None:
     assert below == pytest.approx(-above, rel=0.1)
 
 
-def test_a_weight_a_face_hides_as_a_direction_does() -> None:
+def test_weights_of_faces_hide_seams_like_a_direction() -> None:
     V, F = load("pial")
     cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
     by_direction, by_weight = (unwrap(V, F, Seams(hide=h)) for h in ([0, 0, 1.0], 5 + 2 * cosine))
@@ -57,7 +57,7 @@ def test_a_weight_a_face_hides_as_a_direction_does() -> None:
 
 
 def bust() -> tuple[np.ndarray, np.ndarray]:
-    """A ball on an open neck, with some features on the side of +x."""
+    """Return a ball on an open neck, with features on the side of +x."""
     V, F = sphere(5)
     V = np.column_stack((V[:, :2], np.where(V[:, 2] < -0.75, 2 * V[:, 2] + 0.75, V[:, 2])))
     rng = np.random.default_rng(4)
@@ -67,7 +67,7 @@ def bust() -> tuple[np.ndarray, np.ndarray]:
     return igl.remove_unreferenced(V, F[V[F][:, :, 2].max(axis=1) > -1.2])[:2]
 
 
-FACES = {  # where each one looks
+FACES = {  # normals of the faces
     "disk__optcuts_david_o_f10000.obj": [1, 0, 1],
     "disk__igl_face.obj": [0, 0, 1],
     "disk__igl_lion.off": [0, 0, -1],
@@ -86,7 +86,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.72 * before
-        # the price of that, in L2 stretch: a longer seam may stretch less
+        # the cost in L2 stretch; a longer seam may stretch less
         longer = (found.seam_length - anywhere.seam_length) / size / TRADE
         assert found.quality.stretch_l2 - anywhere.quality.stretch_l2 + longer < 0.16
         assert found.seam_length < 1.5 * anywhere.seam_length
@@ -100,7 +100,7 @@ def test_the_back_of_a_body_inside_out_is_its_back() -> None:
         assert np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1) @ (side > 0) < 0.2
 
 
-def test_a_body_without_a_face_is_named_and_its_seams_lie_anywhere() -> None:
+def test_a_body_without_a_front_is_reported_and_cut_anywhere() -> None:
     V, F = sphere(4)
     with pytest.warns(MeshWarning, match="no body has details"):
         found = find_seams(V, F, hide="back")
@@ -128,7 +128,7 @@ def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:
         (np.ones(7), r"weights of the 20 faces"),
     ],
 )
-def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str) -> None:
+def test_invalid_directions_and_weights_are_refused(hide: object, says: str) -> None:
     V, F = igl.icosahedron()
     with pytest.raises(MeshError, match=says):
         find_seams(V, F, hide=hide)
@@ -136,7 +136,7 @@ def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str)
         unwrap(V, F, Seams(hide=hide))
 
 
-def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None:
+def test_the_command_hides_seams_and_refuses_invalid_directions(tmp_path) -> None:
     V, F = load("pial")
     mesh = tmp_path / "in.obj"
     igl.write_triangle_mesh(str(mesh), V, F)
@@ -150,7 +150,7 @@ def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None
 
 
 @pytest.mark.parametrize("name", ["soup of triangles", "three sheets at an edge", "faces turned at random"])
-def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path) -> None:
+def test_seams_of_a_file_are_used_for_unclean_meshes(name: str, tmp_path) -> None:
     V, F = NASTY[name]()
     with pytest.warns(match="repaired"):
         first = unwrap(V, F)

@@ -1,4 +1,4 @@
-"""Charts in the unit square: apart by the margin, at one scale, not mirrored."""
+"""Charts in the unit square are apart by the margin, at one scale, and not mirrored."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from igl_linabf.charts import pack_charts
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.layout_search import largest_layout
 from igl_linabf.charts.packing.outlines import masks_of
-from igl_linabf.charts.packing.packing import PackedChart, Wish, _prepared
+from igl_linabf.charts.packing.packing import PackedChart, PackingRequest, _prepare_charts
 from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
@@ -24,7 +24,7 @@ MARGIN = 0.005
 
 
 def star(rng: np.random.Generator, size: float, thin: float = 1) -> Chart:
-    """A fan with arms and bays, turned and moved at random."""
+    """Return a fan with arms and bays, turned and moved at random."""
     around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     radius = 1 + 0.5 * np.cos(rng.integers(2, 6) * around) + 0.2 * np.cos(7 * around + rng.uniform(0, 6))
     rim = radius * (thin * np.cos(around) + 1j / thin * np.sin(around))
@@ -50,7 +50,7 @@ SETS = {
 
 
 def boundary_samples(chart: Chart, step: float) -> np.ndarray:
-    """Points along the boundary, at most `step` apart."""
+    """Return points along the boundary, at most `step` apart."""
     uv, F = chart
     halves = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     edges, count = np.unique(halves, axis=0, return_counts=True)
@@ -62,7 +62,7 @@ def boundary_samples(chart: Chart, step: float) -> np.ndarray:
 
 
 def inside(chart: Chart, point: np.ndarray) -> bool:
-    """Whether a triangle of the chart holds the point."""
+    """Return True if a triangle of the chart contains the point."""
     a, b, c = (chart[0][chart[1][:, k]] @ [1, 1j] for k in range(3))
     p = complex(*point)
     turns = np.stack([((q - r).conj() * (p - r)).imag for q, r in ((b, a), (c, b), (a, c))])
@@ -85,7 +85,7 @@ def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
         assert new.area == pytest.approx(after.sum() / 2, rel=1e-6, abs=rounding)
     everything = np.concatenate([new.uv for new in placed])
     assert everything.min() == pytest.approx(margin, abs=1e-12)
-    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)  # it fills the square's side
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)  # the chart fills the square's side
 
     step = 2e-3 if len(charts) > 30 else 5e-4
     new_charts = [(new.uv, F) for new, (_, F) in zip(placed, charts, strict=True)]
@@ -123,7 +123,7 @@ def fill(charts: list[Chart]) -> float:
 
 def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
     pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
-    assert fill(pinwheel) > 0.99  # 9/16 if all lie
+    assert fill(pinwheel) > 0.99  # 9/16 without turns
 
 
 def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
@@ -135,23 +135,25 @@ def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
 
 
 def test_the_scale_is_searched_finely() -> None:
-    # the sides of the least perfect squared square
+    # sides of the squares in the smallest perfect squared square
     sides = (50, 35, 27, 8, 19, 15, 17, 11, 6, 24, 29, 25, 9, 2, 7, 18, 16, 42, 4, 37, 33)
     assert fill([box(side, side) for side in sides]) > 0.85
 
 
 def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) -> np.ndarray:
-    """How many charts meet the bilinear kernel of each texel, by page."""
+    """Return the number of charts that meet the bilinear kernel of each texel, by page."""
     count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
     for new, (_, F) in zip(placed, charts, strict=True):
-        texels = (new.uv - [new.page % 10, new.page // 10]) * resolution - 0.5  # of centre (i, j) at (i, j)
+        texels = (
+            new.uv - [new.page % 10, new.page // 10]
+        ) * resolution - 0.5  # the kernel with centre (i, j) is at (i, j)
         shape = shapely.union_all(shapely.polygons(texels[F]))
         shapely.prepare(shape)
         low = np.maximum(np.floor(texels.min(axis=0)), 0)
         high = np.minimum(np.ceil(texels.max(axis=0)), resolution - 1)
         columns, rows = (np.arange(a, b + 1, dtype=int) for a, b in zip(low, high, strict=True))
         x, y = (part.ravel() for part in np.meshgrid(columns, rows))
-        reach = 1 - 1e-6  # the kernel is 0 where it ends
+        reach = 1 - 1e-6  # the kernel vanishes at its end
         met = shapely.intersects(shape, shapely.box(x - reach, y - reach, x + reach, y + reach))
         count[new.page, y[met], x[met]] += 1
     return count
@@ -167,7 +169,7 @@ def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> No
         footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max()
         > 1
     )
-    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
+    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # all but two on shelves
     assert footprints(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
 
 
@@ -188,13 +190,13 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
 
 
 def test_the_density_error_names_the_chart_that_does_not_fit_alone() -> None:
-    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]  # the second lies aslant
+    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]  # the second is oblique
     with pytest.raises(MeshError, match=r"\(chart 3 takes 320 x 4\)|\(chart 3 takes 4 x 320\)"):
         pack_charts(strips, Packing(resolution=160, texel_density=40))
     assert len(pack_charts(strips[:3], Packing(resolution=160, texel_density=40))) == 3
-    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any; chart 3 takes"):
+    with pytest.raises(MeshError, match=r"charts 3, 4 are too large for any page; chart 3 takes"):
         pack_charts([*strips, rectangle(7, 1)], Packing(resolution=160, texel_density=40))
-    with pytest.raises(MeshError, match=r"each one does alone; together they cover 1.25 pages"):
+    with pytest.raises(MeshError, match=r"each one fits alone; together they cover 1.25 pages"):
         pack_charts([strips[0]] * 5, Packing(resolution=200, texel_density=100, pages=1))
 
 
@@ -203,7 +205,7 @@ def rectangle(width: float, height: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("number", [1, 6, 130])
-def test_charts_that_are_not_to_be_turned_are_not(number: int) -> None:
+def test_charts_are_not_turned_without_rotate(number: int) -> None:
     charts = (SETS["six"] * number)[:number]
     placed = pack_charts(charts, Packing(resolution=512), rotate=False)
     assert all(new.ratio.imag == 0 < new.ratio.real for new in placed)
@@ -228,11 +230,11 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
 
 def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
     charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
-    wish = Wish.of(Packing(resolution=1024, padding=2))
-    prepared = _prepared(charts, wish)[-1]
-    quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
+    request = PackingRequest.of(Packing(resolution=1024, padding=2))
+    prepared = _prepare_charts(charts, request)[-1]
+    quick, thorough = (largest_layout(prepared, request.spacing, 1, thorough=t) for t in (False, True))
     assert thorough.side <= quick.side
-    again = largest_layout(prepared, wish.spacing, 1, thorough=True)
+    again = largest_layout(prepared, request.spacing, 1, thorough=True)
     assert (again.corner == thorough.corner).all()
 
 
@@ -251,7 +253,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
     assert sizes[1] > 2 * sizes[0]
 
 
-def test_the_same_again() -> None:
+def test_packing_is_deterministic() -> None:
     first, second = pack_charts(SETS["six"]), pack_charts(SETS["six"])
     assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))
 
@@ -285,14 +287,14 @@ def test_many_charts_and_a_fine_one() -> None:
     assert pack_charts([]) == []
 
 
-def test_vertices_without_a_face_keep_no_place() -> None:
+def test_vertices_without_faces_are_nan() -> None:
     uv, F = SETS["one"][0]
     (new,) = pack_charts([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
     assert np.isnan(new.uv[0]).all()
     assert np.isfinite(new.uv[1:]).all()
 
 
-def test_what_cannot_be_packed_is_refused() -> None:
+def test_invalid_charts_are_refused() -> None:
     good = SETS["one"][0]
     triangle = np.array([[0, 1, 2]])
     with pytest.raises(MeshError, match="chart 1 has no area"):
@@ -330,7 +332,7 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> Non
     assert cut.fill > 1.5 * whole.fill
 
 
-def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
+def test_trial_parts_equal_packed_parts() -> None:
     V, F = igl.triangulated_grid(12, 9)
     hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
     V, F = igl.remove_unreferenced(V, F[~hole])[:2]
@@ -342,14 +344,14 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
     for groups in (chart.polygons(), chart.groups(6)):
         sides = np.array([groups.centre @ normal > at for normal, at in lines])
         for side, outlines in zip(sides, groups.outlines(sides), strict=True):
-            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.of])]
-            *_, packed = _prepared(parts, Wish.of(Packing(margin=MARGIN)))
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.label])]
+            *_, packed = _prepare_charts(parts, PackingRequest.of(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
                 assert outline.area == pytest.approx(other.area)
                 assert len(outline.start) == len(other.start)
                 extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
-                assert np.allclose(np.sort(extent), np.sort(size))  # it may stand on another side
+                assert np.allclose(np.sort(extent), np.sort(size))  # it may be turned to another side
     assert len(chart.groups(6).centre) < len(F) / 2
 
 
@@ -366,9 +368,9 @@ def test_charts_whose_gaps_leave_no_room_are_refused(number: int) -> None:
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
-    *_, charts = _prepared(SETS["thin"][:4], Wish.of(Packing(margin=MARGIN)))
+    *_, charts = _prepare_charts(SETS["thin"][:4], PackingRequest.of(Packing(margin=MARGIN)))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
-    turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite ones are drawn once
+    turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite turns are drawn once
     for outline, by, masks in zip(
         charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
     ):
@@ -388,8 +390,8 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:the mesh is repaired")
-@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])  # the first and the last are scaled before
-def test_what_does_not_fit_is_told_in_the_density_that_was_asked_for(size: float) -> None:
+@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])  # the first and the last are scaled first
+def test_the_error_states_the_density_that_was_asked_for(size: float) -> None:
     V, F = igl.icosahedron()
     seams = find_seams(V, F)
     with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):

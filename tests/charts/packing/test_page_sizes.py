@@ -1,4 +1,4 @@
-"""Pages that are not square: charts keep their shapes in texels, and what measures them agrees."""
+"""On pages that are not square, charts keep their shapes in texels, and all measures agree."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def test_the_commands_take_width_and_height(tmp_path: Path, capsys: pytest.Captu
             main(["check", str(out), "--resolution", wrong])
 
 
-def test_what_is_no_size_of_a_page_is_refused() -> None:
+def test_invalid_page_sizes_are_refused() -> None:
     for wrong in ((512, 0), (1, 2, 3), (1.5, 2), "512", -1):
         with pytest.raises(ValueError, match="width and height"):
             Packing(resolution=wrong)

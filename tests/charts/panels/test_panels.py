@@ -1,4 +1,4 @@
-"""Surfaces with creases: seams follow them, and what can be developed is laid flat exactly."""
+"""On surfaces with creases, seams follow creases, and developable surfaces are flattened exactly."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from igl_linabf.charts.seams import SeamSearch
 
 
 def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
-    """Which edges, (#E, 2), are seams."""
+    """Return a mask of the edges, (#E, 2), that are seams."""
     seams = {tuple(pair) for pair in np.sort(atlas.seams, axis=1).tolist()}
     return np.array([tuple(pair) in seams for pair in np.sort(edges, axis=1).tolist()])
 
@@ -48,7 +48,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
         assert shown <= hidden * (1 + 1e-9)
         assert (
             shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()
-        )  # else a seam runs up each long side
+        )  # otherwise a seam follows each long side
 
 
 def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
@@ -118,7 +118,7 @@ def test_planes_keep_their_holes_if_asked() -> None:
 
 
 def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """The surface elsewhere and larger, numbered otherwise, and in single precision; and its size."""
+    """Return the surface moved and scaled, renumbered, and in single precision; and the scales."""
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -145,16 +145,16 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.001
-    assert 1 < len(atlas.charts) < 2 * 12 + 2  # two planes and twelve tubes, and few of these are alone
+    assert 1 < len(atlas.charts) < 2 * 12 + 2  # two planes and twelve tubes, most of which are merged
     edges, _, sides = igl.edge_flaps(F)[:3]
     normal = igl.per_face_normals(V, F, np.zeros(3))
     bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
     degrees = np.rad2deg(bend[is_seam(edges, atlas)])
     assert np.count_nonzero((degrees > 1) & (degrees < 40)) <= 12
-    assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane from bore to bore, and to the rim
+    assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane, from bore to bore and to the rim
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # for long strips SCAF is no good
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF does not work for long strips
 @pytest.mark.parametrize("bijective", [False, True])
 @pytest.mark.parametrize("name", ROUNDED)
 def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
@@ -174,7 +174,7 @@ def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
     assert not is_seam(edges[large], atlas).any()
 
 
-def test_a_rounded_box_falls_into_the_net_of_the_box_however_it_lies() -> None:
+def test_a_rounded_box_becomes_the_net_of_the_box_in_any_position() -> None:
     V, F = rounded_box(3, 2, 1, 0.1)
     shortest = 4 * 1 + 2 * 2 + 3  # seven edges of the box
     for V_other, F_other, scale in [(V, F, 1), *likes_of(V, F)]:
@@ -193,7 +193,7 @@ def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
 
 
 @pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])
-def test_seams_that_are_a_beginning_are_completed(name: str) -> None:
+def test_given_seams_are_completed(name: str) -> None:
     V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
     found = find_seams(V, F)
     for mine in (found[:0], F[:1, :2], found[: len(found) // 3], ring(V, F)):
@@ -212,7 +212,7 @@ def test_seams_that_are_a_beginning_are_completed(name: str) -> None:
 
 
 def ring(V: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """The edges between the faces above and below the middle."""
+    """Return the edges between the faces above and below the middle."""
     above = V[F].mean(axis=1)[:, 2] > np.median(V[:, 2])
     sides = [np.sort(F[part][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) for part in (above, ~above)]
     upper, lower = ({tuple(pair) for pair in side.tolist()} for side in sides)
@@ -227,7 +227,7 @@ def test_a_net_is_the_shortest_tree_through_the_corners() -> None:
 
 
 @pytest.mark.parametrize("roughness", [0.4, 0.6])
-def test_facets_of_a_subdivided_body_are_no_planes_to_cut_apart(roughness: float) -> None:
+def test_facets_of_a_subdivided_body_are_not_cut_apart(roughness: float) -> None:
     coarse = unwrap(*rock(roughness))
     for times in (1, 2):
         fine = unwrap(*rock(roughness, times))

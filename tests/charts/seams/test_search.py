@@ -1,4 +1,4 @@
-"""Seams: what they open, that they are short and pay, and what is refused."""
+"""Seams: topology after the cut, length and cost, and errors."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ def test_every_component_becomes_one_disk(name: str, trade: float) -> None:
 
 
 @pytest.mark.parametrize("name", [*CLOSED, *OTHERS])
-def test_holes_stay_if_asked_for(name: str) -> None:
+def test_holes_stay_uncut_on_request(name: str) -> None:
     V, F = load(name)
     loops = sorted(max(chi_and_loops(part)[1], 1) for part in pieces(F))
     _, F_cut, _ = cut(V, F, find_seams(V, F, trade=0, holes=True))
     for part in pieces(F_cut):
         chi, number = chi_and_loops(part)
-        assert chi == 2 - number  # no handles left
+        assert chi == 2 - number  # all handles are open
         assert number <= loops[-1] + 1
     if name.startswith("holes"):
         assert len(find_seams(V, F, holes=True)) == 0
@@ -118,7 +118,7 @@ def test_bunny() -> None:
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj"])
-def test_vertex_numbers_and_place_do_not_matter(name: str) -> None:
+def test_numbering_and_position_do_not_matter(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(1)
     order = rng.permutation(len(V))
@@ -163,7 +163,7 @@ def test_unreferenced_vertices_are_kept() -> None:
 
 
 @pytest.mark.parametrize("name", [CLOSED[0], OTHERS[0]])
-def test_pairs_masks_and_textures_say_the_same(name: str) -> None:
+def test_pairs_masks_and_textures_are_equivalent(name: str) -> None:
     V, F = load(name)
     seams = find_seams(V, F)
     V_cut, F_cut, _ = cut(V, F, seams)
@@ -197,13 +197,13 @@ def test_a_single_edge_and_the_boundary_open_nothing() -> None:
         ([[0, 1], [2]], "not an array"),
     ],
 )
-def test_seams_that_are_none_are_refused(seams: object, says: str) -> None:
+def test_invalid_seams_are_refused(seams: object, says: str) -> None:
     V, F = igl.icosahedron()
     with pytest.raises(MeshError, match=says):
         cut(V, F, seams)
 
 
-def test_surfaces_that_are_no_manifolds_are_refused() -> None:
+def test_non_manifold_surfaces_are_refused() -> None:
     V, F = igl.icosahedron()
     for spoiled, says in (
         (np.vstack((F, F[:1])), "same triangle"),

@@ -1,4 +1,4 @@
-"""Charts that overlap are split or mended, and small ones are joined to a neighbour."""
+"""Overlapping charts are split or moved apart, and small charts are merged into a neighbour."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from igl_linabf.charts.splitting import merge_small_charts, scaf
 from igl_linabf.surface import Submesh
 
 
-def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None:
+def test_overlapping_charts_are_split_along_short_seams() -> None:
     V, F = spiral()
     assert quality(V, F, flatten(V, F).uv).overlaps > 0
     atlas = unwrap(V, F)
@@ -30,7 +30,7 @@ def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None
     assert shapely.union_all(shapes).area == pytest.approx(sum(s.area for s in shapes), rel=1e-9)
 
 
-def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
+def test_bijective_keeps_one_chart_and_reports_the_cost() -> None:
     V, F = spiral()
     atlas = unwrap(V, F, Seams(bijective=True))
     (chart,) = atlas.charts
@@ -40,7 +40,7 @@ def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
-def test_bijective_gives_the_same_bits_beside_busy_processes() -> None:
+def test_bijective_is_deterministic_under_load() -> None:
     V, F = spiral()
     alone = unwrap(V, F, Seams(bijective=True))
     busy = [Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))]
@@ -75,7 +75,7 @@ def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
-def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
+def test_charts_that_still_overlap_after_all_rounds_are_halved(monkeypatch) -> None:
     monkeypatch.setattr(charts_constants, "MAX_OVERLAP_ROUNDS", 0)
     V, F = spiral()
     atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
@@ -84,9 +84,7 @@ def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch
 
 
 @pytest.mark.parametrize("name", ["limb", "closed__igl_cow.off", "holes__igl_beetle.off"])
-def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load(name)
     joined = unwrap(V, F)
     monkeypatch.setattr("igl_linabf.charts.charting.merge_small_charts", lambda made, *_: made)
@@ -97,7 +95,7 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
     assert joined.quality.flips == joined.quality.overlaps == 0
     assert joined.quality.stretch_l2 < 1.01 * apart.quality.stretch_l2
     assert joined.seam_length < apart.seam_length
-    for chart in joined.charts:  # each map is that of its faces, at their size
+    for chart in joined.charts:  # each map has its faces at their true size
         of_faces = V[joined.origin[joined.FTC[chart.faces]]]
         assert (of_faces == V[F[chart.faces]]).all()
         assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
@@ -105,7 +103,7 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
         )
 
 
-def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_small_charts_are_merged_except_across_given_seams(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load("holes__igl_beetle.off")
     mine = find_seams(V, F)
     begun = unwrap(V, F, Seams(mine, complete=True))

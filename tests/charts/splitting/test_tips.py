@@ -1,4 +1,4 @@
-"""Seams lead to what a map shrinks."""
+"""Seams to the tips of limbs that a map shrinks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIMBS /= np.linalg.norm(LIMBS, axis=1)[:, None]
 
 
 def limbed(height: float) -> Submesh:
-    """A ball with four limbs, open at the bottom."""
+    """Return a ball with four limbs, open at the bottom."""
     V, F = sphere(5)
     out = 1 + height * np.exp((V @ LIMBS.T - 1) / 0.03).max(axis=1)
     kept, F = compact(F[V[F][:, :, 2].max(axis=1) > -0.9], len(V))
@@ -35,15 +35,15 @@ def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
     assert len(part.topology.loops) == 1
 
 
-def test_a_flat_ball_gets_none() -> None:
+def test_a_ball_without_limbs_gets_no_seam() -> None:
     piece = limbed(0.0)
     uv = flatten(piece.V, piece.F).uv
     assert not len(seams_to_tips(piece, change_of(piece, uv), 1.0, None))
 
 
 @pytest.mark.parametrize("height", [0.0, 0.8])
-def test_a_spike_that_clusters_do_not_show_gets_its_seam_from_the_map(height: float) -> None:
-    """A ball of 20,480 triangles with a spike of some hundreds of them."""
+def test_a_spike_smaller_than_clusters_gets_a_seam_from_the_map(height: float) -> None:
+    """A ball of 20,480 triangles with a spike of several hundred triangles."""
     V, F = sphere(5)
     V = V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None]
     atlas = unwrap(V, F)
