@@ -1,4 +1,4 @@
-.PHONY: demo test lint pytest mutants sanitize docs benchmark results fuzz release-check blender clean
+.PHONY: demo test test-all lint pytest mutants sanitize docs benchmark results fuzz release-check blender clean
 
 PYTHON ?= python3
 BIN = .venv/bin
@@ -14,16 +14,22 @@ demo: .venv/ready
 
 test: lint pytest
 
+# the tests that `make test` leaves out: slow ones of what rarely breaks
+test-all: .venv/ready
+	$(PY) -m pytest -n 2 --dist loadfile -m slow
+
 lint: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
-	$(PY) -m mypy
-	$(PY) -m mypy --platform win32
-	$(PY) -m mypy --platform darwin
+	$(MAKE) -j 3 --no-print-directory $(addprefix mypy-,linux win32 darwin)
 	$(BIN)/lint-imports --no-logo --no-cache
 
+# each system has its own cache, so that a second run checks only what has changed
+mypy-%:
+	$(PY) -m mypy --platform $* --cache-dir .mypy_cache/$*
+
 pytest: .venv/ready
-	$(PY) -m pytest -n 2 --dist loadfile
+	$(PY) -m pytest -n 2 --dist loadfile -m "not slow"
 
 # ROOM="angles layouts" runs only those of these rooms
 mutants: .venv/ready

@@ -1,9 +1,11 @@
-"""autoflatten (PyPI) on a patch, and its measure of maps. For benchmarks/cortex.py, in a Python that has it.
+"""Flatten a patch with autoflatten, and measure maps with its distances, in a Python that has the package.
 
-    python benchmarks/autoflatten_peer.py PATCH SURFACE MAPS.npz OUT.npz
+    python benchmarks/autoflatten_peer.py PATCH SURFACE MAPS.npz OUT.npz [run]
 
-MAPS.npz has the patch's V and F and maps of its vertices. OUT.npz gets autoflatten's own map, its seconds,
-and for every map the mean error of distances over their mean: as it is, and at the scale of least error.
+benchmarks/cortex.py runs this script. MAPS.npz contains V and F of the patch and maps of its vertices. The
+script writes OUT.npz: for each map, the mean error of the distances over the mean distance, at the scale of
+the map and at the scale with the smallest error. With `run`, it also writes the map of autoflatten and its
+time in seconds.
 """
 
 from __future__ import annotations
@@ -14,7 +16,10 @@ from time import perf_counter
 import numpy as np
 
 
-def errors(uv: np.ndarray, near: list[np.ndarray], distance: list[np.ndarray]) -> tuple[float, float]:
+def distance_errors(
+    uv: np.ndarray, near: list[np.ndarray], distance: list[np.ndarray]
+) -> tuple[float, float]:
+    """Return the relative error of the distances at the scale of the map, and at the best scale."""
     i = np.repeat(np.arange(len(near)), list(map(len, near)))
     j, d = np.concatenate(near), np.concatenate(distance)
     flat = np.linalg.norm(uv[i] - uv[j], axis=1)
@@ -32,20 +37,20 @@ def main(patch: str, surface: str, maps: str, out: str) -> None:
     with np.load(maps) as given:
         V, F, vertices = (given[name] for name in ("V", "F", "vertices"))
         known = {name[4:]: given[name] for name in given.files if name.startswith("map ")}
-    made: dict[str, object] = {}
+    output: dict[str, object] = {}
     if "run" in sys.argv:
         flat = out.replace(".npz", ".flat.patch.3d")
         begin = perf_counter()
         PyflattenBackend().flatten(patch, surface, flat, verbose=False)
-        made["seconds"] = perf_counter() - begin
+        output["seconds"] = perf_counter() - begin
         rows = np.fromfile(flat, dtype=[("vertex", ">i4"), ("place", ">f4", 3)], offset=8)
         uv = np.full((int(vertices.max()) + 1, 2), np.nan)
         uv[np.abs(rows["vertex"]) - 1] = rows["place"][:, :2]
-        known["autoflatten"] = made["uv"] = uv[vertices]
+        known["autoflatten"] = output["uv"] = uv[vertices]
     near, distance = compute_kring_geodesic_distances_angular(V, F, 7, 12)
     for name, uv in known.items():
-        made[f"errors {name}"] = errors(uv, near, distance)
-    np.savez(out, **made)
+        output[f"errors {name}"] = distance_errors(uv, near, distance)
+    np.savez(out, **output)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""Many meshes: two workers over one, overhead a mesh, a cluster that loses a worker, the cost of a million.
+"""Measure `batch`: scaling to two workers, overhead per mesh, loss of a worker, cost of a million meshes.
 
     python benchmarks/batch.py [--meshes 1000] [--largest 50000] [--rounds 4] [--small 200] [--lossy 200]
 
-The meshes are those of IGL_LINABF_MESHES with 500 triangles or more, and random disks and spheres, of 500 to
-50,000 triangles. Each round unwraps a part of them on one worker and on two; some go to a cluster that loses
-a worker. A thousand take about eight minutes on two cores. Prints Markdown.
+The meshes are the meshes in IGL_LINABF_MESHES with at least 500 triangles, and random disks and spheres of
+500 to 50,000 triangles. Each round unwraps a part of the meshes on one worker and on two workers. Some meshes
+go to a cluster that loses a worker. A thousand meshes take about eight minutes on two cores. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 
-os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # as in the workers, before NumPy comes
+os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # as in the workers
 
 import igl
 import numpy as np
@@ -35,13 +35,13 @@ from scipy.spatial import ConvexHull, Delaunay
 from igl_linabf import batch, unwrap
 from igl_linabf.io import read_mesh, write_mesh
 
-SMALLEST = 500  # triangles
+SMALLEST = 500  # triangles of the smallest mesh
 KINDS = ("disk", "holes", "closed", "handles", "stress")
-CLASSES = (1_000, 10_000, 50_000)
+CLASSES = (1_000, 10_000, 50_000)  # triangles per mesh in the table of costs
 
 
 def disk(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Random points of the unit disk, lifted by waves."""
+    """Return a triangulation of random points of the unit disk, lifted by waves."""
     n = triangles // 2 + 1
     radius, angle = np.sqrt(rng.uniform(0, 1, n)), rng.uniform(0, 2 * np.pi, n)
     xy = np.column_stack((radius * np.cos(angle), radius * np.sin(angle)))
@@ -49,27 +49,27 @@ def disk(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarr
     xy = np.concatenate((0.98 * xy, np.column_stack((np.cos(rim), np.sin(rim)))))
     F = Delaunay(xy).simplices.astype(np.int64)
     (x0, y0), (x1, y1), (x2, y2) = (xy[F[:, k]].T for k in range(3))
-    backwards = (x1 - x0) * (y2 - y0) < (x2 - x0) * (y1 - y0)
-    F[backwards] = F[backwards][:, [0, 2, 1]]
+    flipped = (x1 - x0) * (y2 - y0) < (x2 - x0) * (y1 - y0)
+    F[flipped] = F[flipped][:, [0, 2, 1]]
     z = 0.1 * np.sin(xy @ rng.normal(size=(2, 5)) * 4 + rng.uniform(0, 6, 5)).sum(axis=1)
     return np.column_stack((xy, z)), F
 
 
 def sphere(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Random points of the sphere, moved in and out by waves."""
+    """Return a triangulation of random points of the sphere, displaced by waves."""
     V = rng.normal(size=(triangles // 2 + 2, 3))
     V /= np.linalg.norm(V, axis=1)[:, None]
     F = ConvexHull(V).simplices.astype(np.int64)
-    inwards = (
+    flipped = (
         np.einsum("ij,ij->i", np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), V[F[:, 0]]) < 0
     )
-    F[inwards] = F[inwards][:, [0, 2, 1]]
+    F[flipped] = F[flipped][:, [0, 2, 1]]
     waves = np.sin(V @ rng.normal(size=(3, 5)) * 3 + rng.uniform(0, 6, 5)).sum(axis=1)
     return V * (1 + 0.05 * waves)[:, None], F
 
 
-def made(folder: Path, count: int, largest: int) -> list[Path]:
-    """Files of real meshes, as far as there are any of the size, and of random ones, in a random order."""
+def write_meshes(folder: Path, count: int, largest: int) -> list[Path]:
+    """Write the available real meshes and random meshes to files; return the paths in random order."""
     rng = np.random.default_rng(0)
     meshes = [(V, F) for _, V, F in shared(*KINDS) if SMALLEST <= len(F) <= largest][:count]
     real = len(meshes)
@@ -79,21 +79,21 @@ def made(folder: Path, count: int, largest: int) -> list[Path]:
     for path, (V, F) in zip(paths, meshes, strict=True):
         igl.write_triangle_mesh(str(path), V, F)
     total = sum(len(F) for _, F in meshes)
-    print(f"{real} real meshes, {count - real} made by code; {total:,} triangles in all.\n", flush=True)
+    print(f"{real} real meshes, {count - real} generated meshes; {total:,} triangles in all.\n", flush=True)
     return paths
 
 
-def scaling(folder: Path, paths: list[Path], rounds: int) -> None:
-    """Print the time on one worker over that on two.
+def print_scaling(folder: Path, paths: list[Path], rounds: int) -> None:
+    """Print the time on one worker, on two workers, and their ratio.
 
-    Busy is the share of the workers' time that they have a mesh at hand. Where other programs take the cores,
-    it tells more than the ratio.
+    Busy is the share of time during which the workers process a mesh. If other programs use the cores, this
+    share is more meaningful than the ratio.
     """
     print(
         "| meshes | one worker, s | busy | two workers, s | busy | ratio |\n|---|---|---|---|---|---|",
         flush=True,
     )
-    totals = np.zeros((2, 2))  # seconds, and those with a mesh at hand; for one worker and two
+    totals = np.zeros((2, 2))  # seconds and busy seconds, for one worker and for two
     for k in range(rounds):
         part, seconds = paths[k::rounds], np.zeros((2, 2))
         for workers in (1, 2):
@@ -111,8 +111,8 @@ def _print_ratio(count: int, seconds: np.ndarray) -> None:
     print(f"| {count} | {cells} |", flush=True)
 
 
-def overhead(folder: Path, count: int) -> None:
-    """Print what a mesh takes more on a worker than in a loop, for the smallest meshes."""
+def print_overhead(folder: Path, count: int) -> None:
+    """Print the additional time per mesh on a worker, compared with a loop, for the smallest meshes."""
     rng = np.random.default_rng(1)
     (folder / "small").mkdir()
     paths = [folder / "small" / f"{k}.obj" for k in range(count)]
@@ -129,15 +129,15 @@ def overhead(folder: Path, count: int) -> None:
         done = batch(paths, folder / f"small {k}", workers=1, progress=False)
         differences.append(done.seconds / count - loops[-1])
     print(
-        f"Overhead of a mesh over a plain loop: {1e3 * statistics.median(differences):.1f} ms "
-        f"(the loop: {1e3 * statistics.median(loops):.1f} ms a mesh; {count} meshes, median of 3 runs).\n",
+        f"Overhead per mesh, compared with a plain loop: {1e3 * statistics.median(differences):.1f} ms "
+        f"(the loop: {1e3 * statistics.median(loops):.1f} ms per mesh; {count} meshes, median of 3 runs).\n",
         flush=True,
     )
 
 
 @contextmanager
-def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
-    """A scheduler and two workers on loopback, by their own commands: its address, and the workers."""
+def start_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Run a scheduler and two workers on the loopback interface; yield the address and the workers."""
     address, log = folder / "scheduler.json", open(folder / "dask.log", "wb")  # noqa: SIM115
     environment = {**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
 
@@ -152,10 +152,10 @@ def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]
         while not address.exists() or not address.read_text().strip().endswith("}"):
             sleep(0.1)
         started += [start(f"worker --nthreads 1 --local-directory {folder}") for _ in range(2)]
-        place = json.loads(address.read_text())["address"]
-        with Client(place, set_as_default=False) as client:
+        scheduler_address = json.loads(address.read_text())["address"]
+        with Client(scheduler_address, set_as_default=False) as client:
             client.wait_for_workers(2, timeout=120)
-        yield place, started[1:]
+        yield scheduler_address, started[1:]
     finally:
         for process in started[::-1]:
             if process.poll() is None:
@@ -164,17 +164,17 @@ def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]
         log.close()
 
 
-def loss(folder: Path, paths: list[Path]) -> None:
-    """Kill one of two workers of a cluster half-way, and print what became of the meshes."""
+def print_loss(folder: Path, paths: list[Path]) -> None:
+    """Kill one of two workers half-way through a batch, and print the outcomes of the meshes."""
     out, killed = folder / "cluster", []
-    with cluster(folder) as (address, workers):
+    with start_cluster(folder) as (address, workers):
 
-        def tell(_: str, share: float) -> None:
+        def kill_worker(_: str, share: float) -> None:
             if share >= 0.5 and not killed:
                 killed.append(share)
-                os.killpg(workers[0].pid, signal.SIGKILL)  # its nanny, too
+                os.killpg(workers[0].pid, signal.SIGKILL)  # together with its nanny process
 
-        done = batch(paths, out, scheduler=address, progress=tell)
+        done = batch(paths, out, scheduler=address, progress=kill_worker)
         assert workers[0].poll() is not None or workers[0].wait(10)
         assert workers[1].poll() is None
     with open(out / "results.csv", encoding="utf-8", newline="") as file:
@@ -182,22 +182,22 @@ def loss(folder: Path, paths: list[Path]) -> None:
     inputs = [row["input"] for row in rows]
     maps = {path.name for path in out.glob("*.obj")}
     lost = len({str(path) for path in paths} - set(inputs)) + sum(row["outcome"] == "waiting" for row in rows)
-    twice = len(inputs) - len(set(inputs))
-    without = {row["output"] for row in rows if row["charts"]} ^ maps
+    duplicates = len(inputs) - len(set(inputs))
+    unmatched = {row["output"] for row in rows if row["charts"]} ^ maps
     for name in maps:
-        read_mesh(out / name)  # whole
-    ends = Counter(row.outcome for row in done.rows)
-    outcomes = ", ".join(f"{n} {end}" for end, n in ends.items())
+        read_mesh(out / name)  # raises if the file is incomplete
+    outcome_counts = Counter(row.outcome for row in done.rows)
+    outcomes = ", ".join(f"{n} {outcome}" for outcome, n in outcome_counts.items())
     print(
-        f"A scheduler and two workers of their own, one killed after {killed[0]:.0%} of {len(paths)} meshes: "
-        f"{len(rows)} rows ({outcomes}), {len(maps)} maps; {lost} lost, {twice} twice, "
-        f"{len(without)} maps without a row or rows without a map.\n",
+        f"Two workers of a scheduler, one of them killed after {killed[0]:.0%} of {len(paths)} meshes: "
+        f"{len(rows)} rows ({outcomes}), {len(maps)} maps; {lost} lost, {duplicates} duplicates, "
+        f"{len(unmatched)} maps without a row or rows without a map.\n",
         flush=True,
     )
 
 
-def cost(folder: Path) -> None:
-    """Print what a million meshes take, by the processor time of some: other programs do not matter."""
+def print_cost(folder: Path) -> None:
+    """Print the cost of a million meshes, extrapolated from the CPU time of a few meshes."""
     rng = np.random.default_rng(2)
     print("| triangles a mesh | core seconds a mesh | a million, core hours |\n|---|---|---|")
     for size in CLASSES:
@@ -225,11 +225,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "in").mkdir()
-        paths = made(folder / "in", options.meshes, options.largest)
-        overhead(folder, options.small)
-        loss(folder, paths[: options.lossy])  # they are in a random order
-        scaling(folder, paths, options.rounds)
-        cost(folder)
+        paths = write_meshes(folder / "in", options.meshes, options.largest)
+        print_overhead(folder, options.small)
+        print_loss(folder, paths[: options.lossy])  # the order is random
+        print_scaling(folder, paths, options.rounds)
+        print_cost(folder)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""BFF (Sawhney, Crane 2017), built from its sources, as a program to be timed."""
+"""Build boundary first flattening (BFF; Sawhney and Crane 2017) from its sources, and time it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ static double now() {
 }
 int main(int n, char **argv) {
     cpu = n > 2;
-    for (int run = 0; run < 4; run++) { // the first one warms up
+    for (int run = 0; run < 4; run++) { // the first run is a warm-up
         bff::PolygonSoup soup;
         bff::Model model;
         std::vector<std::pair<int, int>> uncuttable;
@@ -56,13 +56,13 @@ target_link_libraries(timed bff)
 
 @dataclass(frozen=True)
 class Bff:
-    """The compiled program."""
+    """The compiled program that times BFF."""
 
     program: Path
 
     @classmethod
-    def built(cls, sources: Path) -> Bff:
-        """Compile the library and the program that times it, in a temporary folder."""
+    def build(cls, sources: Path) -> Bff:
+        """Compile the library and the timing program in a temporary folder."""
         folder = Path(tempfile.mkdtemp(prefix="bff-"))
         (folder / "CMakeLists.txt").write_text(BUILD.format(sources=sources.resolve()))
         (folder / "timed.cpp").write_text(TIMED)
@@ -73,8 +73,8 @@ class Bff:
             subprocess.run(command, check=True, capture_output=True)
         return cls(folder / "build" / "timed")
 
-    def seconds(self, V: np.ndarray, F: np.ndarray, cpu: bool) -> tuple[float, float]:
-        """Of its core, and with the half-edge mesh that it builds first: medians of three runs."""
+    def measure_seconds(self, V: np.ndarray, F: np.ndarray, cpu: bool) -> tuple[float, float]:
+        """Return the seconds of the core alone, and with the construction of its mesh (medians of three)."""
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "mesh.obj")
             write_obj(path, V, F, V[:, :2])

@@ -1,9 +1,9 @@
-"""The extension beside Blender's own Unwrap, on the same seams, in Blender.
+"""Compare the extension with Blender's own Unwrap operator on the same seams.
 
     python benchmarks/blender.py [--repeat 3]
 
-Needs the environment of `make blender`, or a Python with `bpy` in IGL_LINABF_BPY. The seams are those that
-the extension finds. Seconds are those of the operators, medians of alternating runs. Prints Markdown.
+This needs the environment of `make blender`, or a Python with `bpy` named by IGL_LINABF_BPY. The extension
+finds the seams. Seconds are the times of the operators, medians of alternating runs. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from time import perf_counter
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-OWN = ROOT / ".venv" / "blender" / "bin" / "python"
-WAYS = {
+DEFAULT_PYTHON = ROOT / ".venv" / "blender" / "bin" / "python"
+OPERATORS = {
     "Blender, angle based": ("blender", {"method": "ANGLE_BASED", "fill_holes": False, "margin": 0.001}),
     "Blender, minimum stretch": ("blender", {"method": "MINIMUM_STRETCH", "margin": 0.001}),
     "linear ABF": ("ours", {"method": "linabf"}),
@@ -31,70 +31,70 @@ WAYS = {
 }
 
 
-def in_blender(archive: str, meshes: list[str], repeat: int) -> None:
-    """Runs in Blender's Python."""
+def measure_in_blender(archive: str, meshes: list[str], repeat: int) -> None:
+    """Measure all operators in the Python of Blender, and print the table to stderr."""
     os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp()
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
-    import igl_linabf  # of the extension's wheels
+    import igl_linabf  # installed with the extension
 
     print("| mesh (triangles) | way | seconds | F/3nt | L2 stretch | flips |", file=sys.stderr)
     print("|---|---|---|---|---|---|", file=sys.stderr)
     for path in meshes:
-        held = np.load(path)
-        V, F = held["V"], held["F"]
-        thing = put(bpy, V, F)
+        arrays = np.load(path)
+        V, F = arrays["V"], arrays["F"]
+        obj = replace_scene(bpy, V, F)
         bpy.ops.uv.linabf_unwrap(seams="FOUND")
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.mesh.select_all(action="SELECT")
-        taken: dict[str, list[float]] = {name: [] for name in WAYS}
-        said = {}
+        seconds: dict[str, list[float]] = {name: [] for name in OPERATORS}
+        measured = {}
         for run in range(repeat + 1):
-            for name, (whose, settings) in WAYS.items():
+            for name, (owner, settings) in OPERATORS.items():
                 start = perf_counter()
-                way(bpy, whose, settings)()
-                if run:  # the first one imports and compiles
-                    taken[name].append(perf_counter() - start)
+                make_call(bpy, owner, settings)()
+                if run:  # the first run imports the package
+                    seconds[name].append(perf_counter() - start)
                 bpy.ops.object.mode_set(mode="OBJECT")
-                said[name] = measured(igl_linabf, V, F, corners(thing))
+                measured[name] = measure_quality(igl_linabf, V, F, read_corners(obj))
                 bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.object.mode_set(mode="OBJECT")
-        for name, seconds in taken.items():
-            of, found = f"{Path(path).stem} ({len(F):,})", said[name]
+        for name, values in seconds.items():
+            mesh_label, found = f"{Path(path).stem} ({len(F):,})", measured[name]
             figures = f"{found.angle_distortion:.3g} | {found.stretch_l2:.3g} | {found.flips}"
-            print(f"| {of} | {name} | {statistics.median(seconds):.2f} | {figures} |", file=sys.stderr)
+            print(f"| {mesh_label} | {name} | {statistics.median(values):.2f} | {figures} |", file=sys.stderr)
 
 
-def put(bpy: object, V: np.ndarray, F: np.ndarray) -> object:
-    """The only object of the scene."""
+def replace_scene(bpy: object, V: np.ndarray, F: np.ndarray) -> object:
+    """Replace all objects of the scene with one mesh, and return it."""
     for old in list(bpy.data.objects):
         bpy.data.objects.remove(old)
     data = bpy.data.meshes.new("mesh")
     data.from_pydata(V.tolist(), [], F.tolist())
-    thing = bpy.data.objects.new("mesh", data)
-    bpy.context.scene.collection.objects.link(thing)
-    bpy.context.view_layer.objects.active = thing
-    thing.select_set(True)
-    return thing
+    obj = bpy.data.objects.new("mesh", data)
+    bpy.context.scene.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = obj
+    obj.select_set(True)
+    return obj
 
 
-def way(bpy: object, whose: str, settings: dict[str, object]) -> Callable[[], object]:
-    if whose == "blender":
+def make_call(bpy: object, owner: str, settings: dict[str, object]) -> Callable[[], object]:
+    if owner == "blender":
         return lambda: bpy.ops.uv.unwrap(**settings)
     return lambda: bpy.ops.uv.linabf_unwrap(seams="MARKED", complete=False, **settings)
 
 
-def corners(thing: object) -> np.ndarray:
-    """The (#F, 3, 2) map."""
-    uv = np.empty(2 * len(thing.data.loops), dtype=np.float32)
-    thing.data.uv_layers.active.data.foreach_get("uv", uv)
+def read_corners(obj: object) -> np.ndarray:
+    """Return the texture coordinates at the corners of the faces, (#F, 3, 2)."""
+    uv = np.empty(2 * len(obj.data.loops), dtype=np.float32)
+    obj.data.uv_layers.active.data.foreach_get("uv", uv)
     return uv.reshape(-1, 3, 2).astype(float)
 
 
-def measured(igl_linabf: object, V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> object:
-    """The quality, with a vertex for each pair of a place and its texture coordinates."""
+def measure_quality(igl_linabf: object, V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> object:
+    """Return the quality of the map, with one vertex per pair of position and texture coordinates."""
     keys = np.column_stack((F.ravel(), uv.reshape(-1, 2)))
     _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return igl_linabf.quality(V[F.ravel()[first]], index.reshape(-1, 3), uv.reshape(-1, 2)[first])
@@ -107,30 +107,30 @@ def main() -> int:
     options = parser.parse_args()
     if options.in_blender:
         archive, *meshes = options.in_blender
-        in_blender(archive, meshes, options.repeat)
+        measure_in_blender(archive, meshes, options.repeat)
         return 0
     import igl
     from meshes import shared, stanford
 
-    python = os.environ.get("IGL_LINABF_BPY") or OWN
+    python = os.environ.get("IGL_LINABF_BPY") or DEFAULT_PYTHON
     if not Path(python).exists():
-        print("no Python with bpy is there: `make blender` makes one", file=sys.stderr)
+        print("there is no Python with bpy: run `make blender` to create one", file=sys.stderr)
         return 1
     with tempfile.TemporaryDirectory() as folder:
         build = [sys.executable, ROOT / "scripts" / "blender_extension.py", "--into", folder]
         subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
         (archive,) = Path(folder).glob("*.zip")
         paths = []
-        bunny = igl.qslim(*stanford()[1:], 20_000)[:2]  # Blender's own takes minutes of the whole
+        bunny = igl.qslim(*stanford()[1:], 20_000)[:2]  # on the full bunny, Blender takes minutes
         for name, V, F in (("bunny", *bunny), *shared("closed")):
             paths.append(Path(folder) / f"{name}.npz")
             np.savez(paths[-1], V=V, F=F)
         command = [python, __file__, "--repeat", str(options.repeat), "--in-blender", archive, *paths]
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        done = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
-        table = [line for line in done.stderr.splitlines() if line.startswith("|")]
-        print("\n".join(table) if done.returncode == 0 else done.stderr)
-        return done.returncode
+        process = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
+        table = [line for line in process.stderr.splitlines() if line.startswith("|")]
+        print("\n".join(table) if process.returncode == 0 else process.stderr)
+        return process.returncode
 
 
 if __name__ == "__main__":

@@ -1,14 +1,18 @@
-"""Boundaries to order beside a free one: F/3nt, L2 stretch, flips, solves, and time over the free map.
+"""Compare prescribed boundaries with a free one: F/3nt, L2 stretch, flips, solves, time over the free map.
 
     python benchmarks/boundaries.py [--repeat 3]
     python benchmarks/boundaries.py --bff bff-command-line
 
-The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES; for circles
-of holes, the crown and those of kind `holes` with up to 40,000 triangles. Their chords are split, since
-ears cannot be straight. Then the bunny and those of kind `closed` without handles, cut open along the seams
-of `unwrap` and subdivided to 25,000 triangles at least, with their ears: on a circle only. Times are CPU
-times of one thread: set OMP_NUM_THREADS=1. Prints Markdown. With `--bff`, the command of
-https://github.com/GeometryCollective/boundary-first-flattening maps the disks to a disk as well.
+There are three tables, printed as Markdown:
+
+- the cortex and the meshes of kinds disk, flat2d and stress in IGL_LINABF_MESHES;
+- with circles for the holes, too: the crown, and the meshes of kind holes with up to 40,000 triangles;
+- on a circle only: the bunny and the meshes of kind closed without handles, cut open along the seams of
+  `unwrap` and subdivided to at least 25,000 triangles.
+
+In the first two tables, chords are split, because a triangle with two boundary edges cannot lie along a
+straight side. Times are CPU times of one thread: set OMP_NUM_THREADS=1. With `--bff`, the command of
+https://github.com/GeometryCollective/boundary-first-flattening maps the disks to a circle as well.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from time import process_time
 
 import igl
 import numpy as np
-from meshes import Mesh, brain, crown, shared, stanford, subdivided
+from meshes import Mesh, brain, crown, shared, stanford, subdivide
 
 from igl_linabf import (
     FallbackWarning,
@@ -41,40 +45,40 @@ from igl_linabf.io import read_mesh, read_texture, write_obj
 from igl_linabf.surface import planar_mesh
 
 FREE = "free"
-MOST = 40_000  # triangles of a mesh with holes
-LEAST = 25_000  # triangles to which a surface that is cut open is subdivided
+MAX_TRIANGLES = 40_000  # triangles of the largest mesh with holes
+MIN_TRIANGLES = 25_000  # triangles to which a surface is subdivided after it is cut open
 
 
 def cut_open(mesh: Mesh) -> Mesh:
-    """The largest chart of `unwrap`, subdivided."""
+    """Return the largest chart of `unwrap`, subdivided to at least `MIN_TRIANGLES` triangles."""
     name, V, F = mesh
     atlas = unwrap(V, F)
     V, F, _ = cut(V, F, atlas.seams)
     chart = max(atlas.charts, key=lambda chart: len(chart.faces))
     V, F = igl.remove_unreferenced(V, F[chart.faces])[:2]
-    times = max(0, int(np.ceil(np.log(LEAST / len(F)) / np.log(4))))
-    return subdivided((name, V, F), times) if times else (name, V, F)
+    times = max(0, int(np.ceil(np.log(MIN_TRIANGLES / len(F)) / np.log(4))))
+    return subdivide((name, V, F), times) if times else (name, V, F)
 
 
-def off(result: Flattening, loop: np.ndarray) -> float:
-    """How far the loop is from the circle or the upright rectangle, over its size."""
+def shape_error(result: Flattening, loop: np.ndarray) -> float:
+    """Return the distance of the loop from its circle or upright rectangle, over the size of the shape."""
     z = result.uv[loop]
     if len(result.corners):
         low, high = (end(result.uv[result.corners], axis=0) for end in (np.min, np.max))
-        beside = np.minimum(np.abs(z - low), np.abs(z - high)).min(axis=1)
-        return float(beside.max() / np.linalg.norm(high - low))
-    return off_circle(z)
+        distance = np.minimum(np.abs(z - low), np.abs(z - high)).min(axis=1)
+        return float(distance.max() / np.linalg.norm(high - low))
+    return circle_error(z)
 
 
-def off_circle(z: np.ndarray) -> float:
-    """By how much the distances from the centre of the nearest circle differ, over their mean."""
+def circle_error(z: np.ndarray) -> float:
+    """Return the range of the distances from the centre of the best-fit circle, over their mean."""
     centre = np.linalg.lstsq(np.column_stack((z, np.ones(len(z)))), (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)
     return float(np.ptp(radius) / radius.mean())
 
 
-def beside_bff(command: str) -> None:
-    """Print the map on a circle beside BFF's."""
+def compare_with_bff(command: str) -> None:
+    """Print a table of our map and the map of BFF on a circle."""
     print("Each cell: F/3nt, L2 stretch, flips, distance of the boundary from a circle; CPU seconds, with")
     print("reading and writing files.\n")
     print("| mesh | triangles | BFF | on a circle |")
@@ -83,22 +87,22 @@ def beside_bff(command: str) -> None:
         V, F = split_chords(V, F)
         loop, cells = igl.boundary_loop(F), []
         with tempfile.TemporaryDirectory() as folder:
-            given, made = Path(folder, "in.obj"), Path(folder, "out.obj")
+            given, output = Path(folder, "in.obj"), Path(folder, "out.obj")
             igl.writeOBJ(str(given), V, F)
             start = resource.getrusage(resource.RUSAGE_CHILDREN)
-            subprocess.run([command, given, made, "--flattenToDisk"], check=True, capture_output=True)
+            subprocess.run([command, given, output, "--flattenToDisk"], check=True, capture_output=True)
             end = resource.getrusage(resource.RUSAGE_CHILDREN)
-            TC, FTC = read_texture(made)
-            theirs = np.empty((len(V), 2))
-            theirs[read_mesh(made)[1]] = TC[FTC]
-            ours = flatten(V, F, boundary="circle").uv  # and a warm-up
+            TC, FTC = read_texture(output)
+            bff_uv = np.empty((len(V), 2))
+            bff_uv[read_mesh(output)[1]] = TC[FTC]
+            our_uv = flatten(V, F, boundary="circle").uv  # also a warm-up
             begin = process_time()
-            write_obj(made, *read_mesh(given), flatten(V, F, boundary="circle").uv)
+            write_obj(output, *read_mesh(given), flatten(V, F, boundary="circle").uv)
             seconds = end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime, process_time() - begin
-        for uv, spent in zip((theirs, ours), seconds, strict=True):
+        for uv, time in zip((bff_uv, our_uv), seconds, strict=True):
             q = quality(V, F, uv)
-            cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}, {off_circle(uv[loop]):.0e}"
-            cells.append(f"{cell}; {spent:.2f}")
+            cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}, {circle_error(uv[loop]):.0e}"
+            cells.append(f"{cell}; {time:.2f}")
         print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
 
 
@@ -110,26 +114,26 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     warnings.simplefilter("ignore", FallbackWarning)
     if options.bff:
-        beside_bff(options.bff)
+        compare_with_bff(options.bff)
         return
     print("Each cell: F/3nt, L2 stretch, flips; solves (conjugate gradient steps), distance of the boundary")
     print("from the shape over its size, **CPU time over the free map**.\n")
     print("| mesh | triangles | free | circle | rectangle |")
     print("|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:
-        row(name, *split_chords(V, F), (FREE, "circle", "rectangle"), options.repeat)
+        print_row(name, *split_chords(V, F), (FREE, "circle", "rectangle"), options.repeat)
     print("\n| with holes | triangles | free | circle | circles |")
     print("|---|---|---|---|---|")
-    for name, V, F in [crown(), *(mesh for mesh in shared("holes") if len(mesh[2]) <= MOST)]:
-        row(name, *split_chords(V, F), (FREE, "circle", "circles"), options.repeat)
+    for name, V, F in [crown(), *(mesh for mesh in shared("holes") if len(mesh[2]) <= MAX_TRIANGLES)]:
+        print_row(name, *split_chords(V, F), (FREE, "circle", "circles"), options.repeat)
     print("\n| cut open | triangles | free | circle |")
     print("|---|---|---|---|")
     without_handles = [mesh for mesh in shared("closed") if igl.euler_characteristic(mesh[2]) == 2]
     for mesh in [stanford(), *without_handles]:
-        row(*cut_open(mesh), (FREE, "circle"), options.repeat)
+        print_row(*cut_open(mesh), (FREE, "circle"), options.repeat)
 
 
-def row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat: int) -> None:
+def print_row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat: int) -> None:
     mesh, cells = planar_mesh(V, F), []
     calls = [partial(flatten, V, F, boundary=shape, progress=False) for shape in shapes]
     results = {shape: call() for shape, call in zip(shapes, calls, strict=True)}
@@ -140,7 +144,7 @@ def row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat
         cell += f"{result.iterations} ({result.inner_steps})"
         if shape != FREE:
             loops = mesh.topology.loops[: None if shape == "circles" else 1]
-            worst = max(off(result, mesh.vertices[loop]) for loop in loops)
+            worst = max(shape_error(result, mesh.vertices[loop]) for loop in loops)
             cell += f", {worst:.0e}, **{times[shape] / times[FREE]:.1f}**"
         cells.append(cell)
     print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)

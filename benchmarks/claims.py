@@ -1,10 +1,10 @@
-"""What the promises of docs/promises.md amount to in figures. Prints Markdown.
+"""Print the figures behind the promises of docs/promises.md, as Markdown.
 
-    python benchmarks/claims.py cuts [--seeds 120]    closed models cut along trees: how many maps flip
-    python benchmarks/claims.py starts                the guarantee from several starts: F/3nt of its maps
-    python benchmarks/claims.py solvers               how far the maps of two solvers lie apart
+    python benchmarks/claims.py cuts [--seeds 120]    number of flipped maps of closed models cut along trees
+    python benchmarks/claims.py starts                F/3nt of the guarantee from several starting maps
+    python benchmarks/claims.py solvers               distance between the maps of different solvers
 
-The meshes are the cortex and those of IGL_LINABF_MESHES.
+The meshes are the cortex and the meshes in IGL_LINABF_MESHES.
 """
 
 from __future__ import annotations
@@ -30,10 +30,12 @@ from conftest import tree_cut
 LEAVES = (2, 3, 4, 5)
 
 
-def cuts(seeds: int) -> None:
-    """Each closed model without handles cut along trees of random leaves."""
-    print(f"{seeds} trees for each number of leaves, their leaves random vertices. Each cell: how many maps")
-    print('have flipped triangles (and how many after `guarantee="injective"`); the seeds.\n')
+def print_cuts(seeds: int) -> None:
+    """Print how many maps flip if closed models are cut along trees with random leaves."""
+    print(
+        f"{seeds} trees for each number of leaves, with random vertices as leaves. Each cell: the number of"
+    )
+    print('maps with flipped triangles (in parentheses: after `guarantee="injective"`), and the seeds.\n')
     print(f"| model | triangles | {' | '.join(f'{n} leaves' for n in LEAVES)} |")
     print(f"|{'---|' * (2 + len(LEAVES))}")
     for name, V, F in shared("closed"):
@@ -41,20 +43,26 @@ def cuts(seeds: int) -> None:
             continue
         cells = []
         for leaves in LEAVES:
-            bad, left = [], 0
+            flipping_seeds, remaining = [], 0
             for seed in range(seeds):
                 surface = tree_cut(V, F, leaves, seed)
                 if len(flatten(*surface).flipped):
-                    bad.append(seed)
-                    left += bool(len(flatten(*surface, LinABF(guarantee="injective")).flipped))
-            cells.append(f"{len(bad)} ({left}): {', '.join(map(str, bad))}" if bad else "0")
+                    flipping_seeds.append(seed)
+                    remaining += bool(len(flatten(*surface, LinABF(guarantee="injective")).flipped))
+            cells.append(
+                f"{len(flipping_seeds)} ({remaining}): {', '.join(map(str, flipping_seeds))}"
+                if flipping_seeds
+                else "0"
+            )
         print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
 
 
-def starts() -> None:
-    """The last attempt from maps that are no good, on meshes of several kinds."""
-    print("Least and largest F/3nt of the guarantee's map over ten starts: igl.lscm, one linear step, ABF,")
-    print("a mirror image, a line, and five of random positions. Flips: over all of them.\n")
+def print_starts() -> None:
+    """Print the distortion after the last fallback, for several starting maps."""
+    print(
+        "Smallest and largest F/3nt of the map of the guarantee over ten starts: igl.lscm, one linear step,"
+    )
+    print("ABF, a mirror image, a line, and five random maps. Flips: sum over all starts.\n")
     print("| mesh | triangles | F/3nt from | to | apart | flips |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [*shared("stress"), *shared("holes"), *_small_disks()]:
@@ -67,10 +75,10 @@ def starts() -> None:
         maps += [rng.normal(size=maps[0].shape) for _ in range(5)]
         distortion, flips = [], 0
         for uv in maps:
-            made = injective(
+            result = injective(
                 mesh, complex_positions(uv), lambda z, m=mesh: centred(m.topology, z, m.area), Solvers()
             )
-            measured = quality(V, F, np.column_stack((made.z.real, made.z.imag)))
+            measured = quality(V, F, np.column_stack((result.z.real, result.z.imag)))
             distortion.append(measured.angle_distortion)
             flips += measured.flips
         low, high = min(distortion), max(distortion)
@@ -84,27 +92,29 @@ def _small_disks() -> list:
     return [mesh for mesh in shared("disk") if len(mesh[2]) < 4_000]
 
 
-def solvers() -> None:
-    """The default map and the others', at the default tolerances and at 1e-10."""
-    print("Largest distance of a vertex from its place in the default map, over the map's larger side, after")
-    print("the best similarity: with CHOLMOD, and by one factor of the whole system.\n")
+def print_solvers() -> None:
+    """Print the distance of the maps of other solvers from the default map, at two tolerances."""
+    print(
+        "Largest distance of a vertex from its position in the default map, over the larger side of the map,"
+    )
+    print("after the best similarity: with CHOLMOD, and with one factor of the whole system.\n")
     print("| mesh | triangles | default: cholmod | direct | rtol=1e-10: cholmod | direct |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk"), *shared("stress")]:
         if name == "flipfree_deer":
-            continue  # its map is beyond double precision
+            continue  # its map exceeds the range of double precision
         cells = []
         for rtol in (None, 1e-10):
             options = {} if rtol is None else {"rtol": rtol}
-            first = _map(V, F, "auto", options)
+            first = _flatten(V, F, "auto", options)
             for solver in ("cholmod", "direct"):
-                other = fit(_map(V, F, solver, options).uv, first.uv)
-                far = np.linalg.norm(other - first.uv, axis=1).max() / np.ptp(first.uv, axis=0).max()
-                cells.append(f"{far:.1e}")
+                other = fit(_flatten(V, F, solver, options).uv, first.uv)
+                distance = np.linalg.norm(other - first.uv, axis=1).max() / np.ptp(first.uv, axis=0).max()
+                cells.append(f"{distance:.1e}")
         print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
 
 
-def _map(V: np.ndarray, F: np.ndarray, solver: str, options: dict) -> Flattening:
+def _flatten(V: np.ndarray, F: np.ndarray, solver: str, options: dict) -> Flattening:
     return flatten(V, F, LinABF(solver=solver, **options))
 
 
@@ -116,9 +126,9 @@ def main() -> None:
     warnings.simplefilter("ignore", FallbackWarning)
     warnings.simplefilter("ignore", MeshWarning)
     if options.what == "cuts":
-        cuts(options.seeds)
+        print_cuts(options.seeds)
     else:
-        {"starts": starts, "solvers": solvers}[options.what]()
+        {"starts": print_starts, "solvers": print_solvers}[options.what]()
 
 
 if __name__ == "__main__":

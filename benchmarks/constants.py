@@ -1,12 +1,13 @@
-"""What each constant of a room is for: it is halved and doubled, and the maps are compared.
+"""Halve and double each numeric constant of a room, and compare the maps.
 
     python benchmarks/constants.py charts.packing          # a room, with the rooms within it
-    python benchmarks/constants.py charts --only STRETCH   # those whose names hold this word
+    python benchmarks/constants.py charts --only STRETCH   # only constants whose names contain this word
 
-A line is a constant at half or twice its value, in a process of its own. It says how many results changed,
-of how many, and the medians before and after of those measures that moved: charts, length of seams over the
-size of the mesh, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. With
-IGL_LINABF_MESHES the shared meshes are among them.
+A constant is a number or a tuple of numbers that a module of the room assigns to a name in capitals at its
+top level. Each row of the table is a constant at half or twice its value, measured in a separate process. The
+row has the number of results that change, and the medians before and after over these results: number of
+charts, length of the seams over the size of the mesh, L2 stretch, F/3nt, share of the pages that is filled,
+and flips. If IGL_LINABF_MESHES is set, the meshes in that folder are included. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ import argparse
 import ast
 import hashlib
 import json
+import math
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -27,55 +30,77 @@ from pathlib import Path
 from statistics import median
 from types import CodeType
 
+import numpy as np
+
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "igl_linabf"
 FACTORS = (0.5, 2.0)
-LARGEST = 10_500  # triangles of a mesh: those of 10,000 have tips, limbs and overlaps, and take minutes
+LARGEST = 10_500  # triangles of the largest mesh; 10,000 are enough for tips, limbs and overlaps
 SLOW = ("a thousand loose triangles", "rounded plate, finer")  # a third of the time for few results
-SECONDS = 300  # of one process, after which it is said to hang
-MEASURES = ("charts", "seam", "L2 stretch", "F/3nt", "fill", "flips")
+TIMEOUT = 300  # seconds per process
+FIGURES = ("charts", "seam", "L2 stretch", "F/3nt", "fill", "flips")
 
 
-def is_number(node: ast.expr) -> bool:
-    if isinstance(node, ast.UnaryOp):
-        return is_number(node.operand)
-    if isinstance(node, ast.BinOp):
-        return is_number(node.left) and is_number(node.right)
-    if isinstance(node, ast.Tuple):
-        return bool(node.elts) and all(map(is_number, node.elts))
-    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+def is_number(value: object) -> bool:
+    """Return True for a finite int or float, and for a tuple of these."""
+    if isinstance(value, tuple):
+        return bool(value) and all(map(is_number, value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def assigned(tree: ast.Module) -> Iterator[tuple[str, ast.Assign]]:
-    """The numeric constants at the top of a module."""
+def evaluate(node: ast.expr) -> object:
+    """Return the value of an expression of numbers, `np` and `math`; None for all other expressions."""
+    try:
+        return eval(compile(ast.Expression(node), "<constant>", "eval"), {"np": np, "math": math})
+    except Exception:  # it needs other names of the module
+        return None
+
+
+def find_constants(tree: ast.Module) -> Iterator[tuple[str, ast.Assign | ast.AnnAssign, object]]:
+    """Yield name, assignment and value of the numeric constants at the top level of a module."""
     for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and is_number(node.value):
-            yield node.targets[0].id, node
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            target = node.targets[0]
+        elif isinstance(node, ast.AnnAssign) and node.value is not None:
+            target = node.target
+        else:
+            continue
+        if isinstance(target, ast.Name) and re.fullmatch(r"_?[A-Z][A-Z0-9_]*", target.id):
+            value = evaluate(node.value)
+            if is_number(value):
+                yield target.id, node, value
 
 
-def constants(room: str) -> Iterator[tuple[str, str]]:
-    """Module and name of each constant of a room and the rooms within it."""
+def find_constants_of_room(room: str) -> Iterator[tuple[str, str]]:
+    """Yield module and name of each constant of a room and the rooms within it."""
     place = PACKAGE.joinpath(*room.split("."))
     for path in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for name, _ in assigned(ast.parse(path.read_text("utf-8"))):
+        for name, *_ in find_constants(ast.parse(path.read_text("utf-8"))):
             yield module, name
 
 
-def scaled(value: object, factor: float) -> object:
-    """A whole number stays one, and at least 1."""
+def scale(value: object, factor: float) -> object:
+    """Return the value times a factor; positive integers remain integers of at least 1."""
     if isinstance(value, tuple):
-        return tuple(scaled(x, factor) for x in value)
-    assert isinstance(value, (int, float))
-    return max(1, int(value * factor)) if isinstance(value, int) and value > 0 else value * factor
+        return tuple(scale(x, factor) for x in value)
+    if isinstance(value, int):
+        return max(1, int(value * factor)) if value > 0 else value * factor
+    assert isinstance(value, float)
+    return float(value) * factor
 
 
-class Scaled(SourceFileLoader, MetaPathFinder):
-    """Loads one module with one of its constants scaled."""
+class ScalingLoader(SourceFileLoader, MetaPathFinder):
+    """A loader of one module that scales one of its constants.
 
-    def __init__(self, module: str, name: str, factor: float) -> None:
-        super().__init__(module, str(ROOT.joinpath(*module.split(".")).with_suffix(".py")))
-        self.constant, self.factor = name, factor
+    Modules that import the constant get the scaled value, too, because the module is loaded only once.
+    """
+
+    def __init__(self, module: str, constant: str, factor: float) -> None:
+        place = ROOT.joinpath(*module.split("."))
+        path = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
+        super().__init__(module, str(path))
+        self.constant, self.factor = constant, factor
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
         spec = PathFinder.find_spec(name, path) if name == self.name else None
@@ -85,16 +110,15 @@ class Scaled(SourceFileLoader, MetaPathFinder):
 
     def get_code(self, fullname: str) -> CodeType:
         tree = ast.parse(Path(self.path).read_text("utf-8"))
-        for name, node in assigned(tree):
+        for name, node, value in find_constants(tree):
             if name == self.constant:
-                value = eval(compile(ast.Expression(node.value), self.path, "eval"))
-                node.value = ast.copy_location(
-                    ast.parse(repr(scaled(value, self.factor))).body[0].value, node.value
-                )
+                scaled = ast.parse(repr(scale(value, self.factor)), mode="eval").body
+                node.value = ast.copy_location(scaled, node.value)
         return compile(ast.fix_missing_locations(tree), self.path, "exec")
 
 
 def meshes() -> Iterator[tuple[str, object, object]]:
+    """Yield the meshes that are flattened and unwrapped, with their names."""
     sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "benchmarks")]
     from hard_surfaces import DEVELOPABLE, ROUNDED
     from meshes import shared
@@ -110,8 +134,8 @@ def meshes() -> Iterator[tuple[str, object, object]]:
             yield name, *make()
 
 
-def calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
-    """What is made of a mesh: what a room has to do with."""
+def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
+    """Return the calls for one mesh whose results may depend on a room."""
     import igl_linabf as il
 
     if room.startswith(("charts.cones", "charts.periodic")):
@@ -139,20 +163,18 @@ def calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
     }
 
 
-def results(room: str) -> dict[str, list[object]]:
-    """A digest and the measures of every result; of an error its words."""
-    import numpy as np
-
+def compute_results(room: str) -> dict[str, list[object]]:
+    """Return a digest and the figures of each result, or the text of an error."""
     import igl_linabf as il
 
-    made: dict[str, list[object]] = {}
+    results: dict[str, list[object]] = {}
     warnings.simplefilter("ignore")
     for name, V, F in meshes():
-        for verb, call in calls(room, V, F).items():
+        for verb, call in make_calls(room, V, F).items():
             try:
                 result = call()
-            except Exception as error:  # whatever ends it is what is compared
-                made[f"{name}, {verb}"] = [f"{type(error).__name__}: {error}"]
+            except Exception as error:  # errors are compared like other results
+                results[f"{name}, {verb}"] = [f"{type(error).__name__}: {error}"]
                 continue
             atlas = hasattr(result, "TC")
             q = result.quality if atlas else il.quality(V, F, result.uv)
@@ -162,13 +184,13 @@ def results(room: str) -> dict[str, list[object]]:
             size = float(np.linalg.norm(np.ptp(np.nan_to_num(V), axis=0)))
             figures = [len(result.charts), result.seam_length / size] if atlas else [1, 0.0]
             figures += [q.stretch_l2, q.angle_distortion, result.fill if atlas else 1.0, q.flips]
-            made[f"{name}, {verb}"] = [digest.hexdigest(), *figures]
-    return made
+            results[f"{name}, {verb}"] = [digest.hexdigest(), *figures]
+    return results
 
 
-def in_a_process(*words: object) -> dict[str, list[object]] | None:
-    """What a process prints that has one constant scaled; None if it hangs or dies."""
-    command = [sys.executable, __file__, "--child", *map(str, words)]
+def run_child(*arguments: object) -> dict[str, list[object]] | None:
+    """Return the results of a child process with a scaled constant; None if it hangs or crashes."""
+    command = [sys.executable, __file__, "--child", *map(str, arguments)]
     environment = {
         **os.environ,
         "OMP_NUM_THREADS": "1",
@@ -176,51 +198,52 @@ def in_a_process(*words: object) -> dict[str, list[object]] | None:
     }
     try:
         process = subprocess.run(
-            command, capture_output=True, encoding="utf-8", timeout=SECONDS, env=environment, check=True
+            command, capture_output=True, encoding="utf-8", timeout=TIMEOUT, env=environment, check=True
         )
     except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
         return None
     return dict(json.loads(process.stdout.splitlines()[-1]))
 
 
-def moved(before: dict[str, list[object]], after: dict[str, list[object]]) -> str:
-    """How many results changed, and the medians that did; what became an error, or was one."""
-    changed = [key for key, made in before.items() if after.get(key) != made]
+def describe_changes(before: dict[str, list[object]], after: dict[str, list[object]]) -> str:
+    """Return the number of changed results, the changed medians, and the number of changed errors."""
+    changed = [key for key, result in before.items() if after.get(key) != result]
     both = [key for key in changed if len(before[key]) > 1 and len(after[key]) > 1]
-    words = [f"{len(changed)} of {len(before)}"]
-    for i, measure in enumerate(MEASURES, 1):
-        old, new = (median(float(made[key][i]) for key in both) if both else 0.0 for made in (before, after))
+    parts = [f"{len(changed)} of {len(before)}"]
+    for i, figure in enumerate(FIGURES, 1):
+        old, new = (median(float(run[key][i]) for key in both) if both else 0.0 for run in (before, after))
         if f"{old:.4g}" != f"{new:.4g}":
-            words.append(f"{measure} {old:.4g} -> {new:.4g}")
+            parts.append(f"{figure} {old:.4g} -> {new:.4g}")
     errors = len(changed) - len(both)
-    return ", ".join([*words, *([f"{errors} began or ceased to be errors"] if errors else [])])
+    return ", ".join([*parts, *([f"{errors} errors appear or disappear"] if errors else [])])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("room", help="such as charts.packing")
-    parser.add_argument("--only", default="", metavar="WORD", help="constants whose names hold this word")
-    arguments = parser.parse_args()
-    before = in_a_process(arguments.room)
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="only constants whose names contain this word"
+    )
+    options = parser.parse_args()
+    before = run_child(options.room)
     if before is None:
-        raise SystemExit("constants: the maps of the meshes cannot be made: run with --child ROOM to see why")
-    asked = [(m, name) for m, name in constants(arguments.room) if arguments.only in name]
-    runs = [(module, name, factor) for module, name in asked for factor in FACTORS]
+        raise SystemExit("constants: the unchanged room failed: run with --child ROOM to see the error")
+    chosen = [(m, name) for m, name in find_constants_of_room(options.room) if options.only in name]
+    runs = [(module, name, factor) for module, name in chosen for factor in FACTORS]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        print("| constant | times | results that change, and medians of these |\n|---|---|---|")
+        print("| constant | times | results that change, and their medians |\n|---|---|---|")
         for (module, name, factor), after in zip(
-            runs, pool.map(lambda run: in_a_process(arguments.room, *run), runs), strict=True
+            runs, pool.map(lambda run: run_child(options.room, *run), runs), strict=True
         ):
-            said = "hangs or dies" if after is None else moved(before, after)
-            print(f"| {module.removeprefix('igl_linabf.')}.{name} | {factor:g} | {said} |", flush=True)
+            cell = "hangs or crashes" if after is None else describe_changes(before, after)
+            print(f"| {module.removeprefix('igl_linabf.')}.{name} | {factor:g} | {cell} |", flush=True)
 
 
 if __name__ == "__main__":
     if "--child" in sys.argv:
-        at = sys.argv.index("--child")
-        asked, *change = sys.argv[at + 1 :]
+        room, *change = sys.argv[sys.argv.index("--child") + 1 :]
         if change:
-            sys.meta_path.insert(0, Scaled(change[0], change[1], float(change[2])))
-        print(json.dumps(results(asked)))
+            sys.meta_path.insert(0, ScalingLoader(change[0], change[1], float(change[2])))
+        print(json.dumps(compute_results(room)))
     else:
         main()

@@ -1,9 +1,10 @@
-"""Flat cortices beside autoflatten's, FreeSurfer's, and the published figures of both.
+"""Compare flat cortices with the maps of autoflatten and FreeSurfer, and with published figures of both.
 
     IGL_LINABF_AUTOFLATTEN=PYTHON python benchmarks/cortex.py            # writes docs/cortex.md
     python benchmarks/cortex.py --print --without autoflatten
 
-PYTHON has autoflatten: `python -m venv peer && peer/bin/pip install autoflatten==1.0.7`. It takes minutes.
+PYTHON is the interpreter of an environment with autoflatten, for example made by
+`python -m venv peer && peer/bin/pip install autoflatten==1.0.7`. The benchmark takes minutes.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ PUBLISHED = {
 
 
 def fsaverage_patch(folder: Path) -> tuple[Path, np.ndarray]:
-    """A patch file of fsaverage5, left, beside its surface, and the flat map that nilearn ships."""
+    """Write a patch of the left fsaverage5 and its surface; return the path and the flat map of nilearn."""
     white, pial, F = fsaverage5("lh", "white", "pial")
     freesurfer.write_geometry(folder / "lh.fiducial", (white + pial) / 2, F)
     shipped = load_surf_mesh(fetch_surf_fsaverage("fsaverage5")["flat_left"])
@@ -52,30 +53,31 @@ def fsaverage_patch(folder: Path) -> tuple[Path, np.ndarray]:
     edges, faces = np.unique(
         np.sort(kept[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0, return_counts=True
     )
-    stays = np.zeros(len(white), dtype=bool)
-    stays[kept] = True
-    stays[edges[faces == 1]] = False  # where both sides of a cut are kept, it would be closed
+    kept_vertices = np.zeros(len(white), dtype=bool)
+    kept_vertices[kept] = True
+    kept_vertices[edges[faces == 1]] = False  # with both sides kept, a cut would be closed again
     border = np.zeros(len(white), dtype=bool)
-    border[F[~stays[F].all(axis=1)]] = True
-    vertex = np.flatnonzero(stays)
+    border[F[~kept_vertices[F].all(axis=1)]] = True
+    vertex = np.flatnonzero(kept_vertices)
     path = folder / "lh.full.patch.3d"
     write_patch(str(path), vertex, border[vertex], ((white + pial) / 2)[vertex])
     return path, np.asarray(shipped.coordinates, float)[:, :2]
 
 
-def timed(run: Callable[[], np.ndarray], repeat: int) -> tuple[np.ndarray, float]:
-    seconds, made = [], run()  # once before: what is imported at first use is no part
+def time_calls(run: Callable[[], np.ndarray], repeat: int) -> tuple[np.ndarray, float]:
+    """Return the result of `run` and the median of its times in seconds."""
+    seconds, result = [], run()  # a warm-up, which includes lazy imports
     for _ in range(repeat):
         begin = perf_counter()
-        made = run()
+        result = run()
         seconds.append(perf_counter() - begin)
-    return made, median(seconds)
+    return result, median(seconds)
 
 
-def by_autoflatten(
+def run_autoflatten(
     folder: Path, patch: Path, surface: Submesh, maps: dict[str, np.ndarray], python: str
 ) -> dict:
-    """autoflatten's map with its seconds, and its measure of all maps."""
+    """Return the map of autoflatten, its seconds, and the errors of all maps by its distances."""
     known = {f"map {name}": uv for name, uv in maps.items()}
     np.savez(folder / "maps.npz", V=surface.V, F=surface.F, vertices=surface.vertices, **known)
     script = Path(__file__).with_name("autoflatten_peer.py")
@@ -93,8 +95,8 @@ def by_autoflatten(
         return dict(out)
 
 
-def first_table(python: str | None, repeat: int) -> str:
-    """fsaverage5's patch."""
+def peers_table(python: str | None, repeat: int) -> str:
+    """Return the table of the patch of fsaverage5."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         patch, shipped = fsaverage_patch(folder)
@@ -108,10 +110,10 @@ def first_table(python: str | None, repeat: int) -> str:
         }
         maps, seconds = {}, {}
         for title, run in runs.items():
-            maps[title], took = timed(run, repeat)
+            maps[title], took = time_calls(run, repeat)
             seconds[title] = f"{took:.2f}"
         maps["FreeSurfer's map in nilearn's wheel"] = shipped[surface.vertices]
-        theirs = {} if python is None else by_autoflatten(folder, patch, surface, maps, python)
+        theirs = {} if python is None else run_autoflatten(folder, patch, surface, maps, python)
     if "uv" in theirs:
         maps["autoflatten 1.0.7"] = theirs["uv"]
         seconds["autoflatten 1.0.7"] = f"{float(theirs['seconds']):.0f}"
@@ -122,9 +124,9 @@ def first_table(python: str | None, repeat: int) -> str:
         measured = quality(V, F, uv)
         own, best = distances.error(uv), distances.error(uv * distances.best_scale(uv))
         peer = theirs.get(f"errors {title}")
-        judged = "" if peer is None else f"{100 * peer[0]:.2f} % · {100 * peer[1]:.2f} %"
+        peer_cell = "" if peer is None else f"{100 * peer[0]:.2f} % · {100 * peer[1]:.2f} %"
         text += (
-            f"| {title} | {seconds.get(title, '')} | {100 * own:.2f} % · {100 * best:.2f} % | {judged} "
+            f"| {title} | {seconds.get(title, '')} | {100 * own:.2f} % · {100 * best:.2f} % | {peer_cell} "
             f"| {measured.area_distortion:.3f} | {measured.flips} |\n"
         )
     for title, (time, error, flips) in PUBLISHED.items():
@@ -139,8 +141,8 @@ def first_table(python: str | None, repeat: int) -> str:
     return f"fsaverage5, left: {len(F):,} triangles.\n\n{text}"
 
 
-def third_table() -> str:
-    """Whether other maps have less error of distances: other weights, and the error itself for an energy."""
+def energies_table() -> str:
+    """Return the table of distance errors for other weights, and for minimizing the error itself."""
     with tempfile.TemporaryDirectory() as name:
         mesh = read_file(fsaverage_patch(Path(name))[0])
     surface = Submesh.checked(mesh.V, mesh.triangles)
@@ -163,14 +165,14 @@ def third_table() -> str:
         if weight == AREA_WEIGHT:
             start = uv
     begin = perf_counter()
-    nearest = least_error(start, all_pairs)
+    nearest = minimize_distance_error(start, all_pairs)
     return text + row(
         "least error, from the default's map, by L-BFGS", nearest, measuring + perf_counter() - begin
     )
 
 
-def least_error(start: np.ndarray, distances: Distances, steps: int = 60) -> np.ndarray:
-    """A map lowered in the error of distances itself, whatever it does to triangles."""
+def minimize_distance_error(start: np.ndarray, distances: Distances, steps: int = 60) -> np.ndarray:
+    """Return a map that minimizes the error of the distances directly, regardless of flips."""
     (i, j), along = distances.ends, distances.length
 
     def error(x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -186,8 +188,8 @@ def least_error(start: np.ndarray, distances: Distances, steps: int = 60) -> np.
     return np.asarray(found.x).reshape(-1, 2)
 
 
-def second_table() -> str:
-    """Made-up subjects, from their files to all files of both hemispheres."""
+def subjects_table() -> str:
+    """Return the table of synthetic subjects, timed from their files to all files of both hemispheres."""
     text = "| vertices of a hemisphere | seconds, both | distance error | area | flips | overlaps |\n"
     text += "|---|---|---|---|---|---|\n"
     for subdivisions in (5, 6, 7):
@@ -217,15 +219,15 @@ def main() -> None:
     python = os.environ.get("IGL_LINABF_AUTOFLATTEN")
     if python is None and "autoflatten" not in options.without:
         sys.exit(
-            "IGL_LINABF_AUTOFLATTEN names no Python that has autoflatten: set it, or --without autoflatten"
+            "IGL_LINABF_AUTOFLATTEN is not set: name a Python with autoflatten, or use --without autoflatten"
         )
     tables = {
-        "cortex peers": first_table(None if "autoflatten" in options.without else python, options.repeat)
+        "cortex peers": peers_table(None if "autoflatten" in options.without else python, options.repeat)
     }
     if "subjects" not in options.without:
-        tables["cortex subjects"] = second_table()
+        tables["cortex subjects"] = subjects_table()
     if "energies" not in options.without:
-        tables["cortex energies"] = third_table()
+        tables["cortex energies"] = energies_table()
     for mark, text in tables.items():
         if options.printed:
             print(text)

@@ -1,9 +1,9 @@
-"""F/3nt, L2 stretch and flips of igl.lscm and of linear ABF: one iteration, the default, converged.
+"""Print F/3nt, L2 stretch and flips of igl.lscm and linear ABF: one iteration, default, converged.
 
     python benchmarks/distortion.py
 
-The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES.
-Prints Markdown.
+The meshes are the cortex and the meshes of kinds disk, flat2d and stress in IGL_LINABF_MESHES. Prints
+Markdown.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""Write into docs/performance.md what a factor of the core costs beside CHOLMOD's: time, fill, memory.
+"""Compare the factors of the core and of CHOLMOD (time, fill, memory), for docs/performance.md.
 
     python benchmarks/factors.py [--largest 6] [--repeat 5] [--print]
 
-The matrices are the cotangent Laplacians of disks, camel_b and face and finer ones, over the interior
-vertices. Each is analysed, factored, and solved with for two right-hand sides, in a process of its own;
-medians, of the largest ones one run. Fill is the factor's entries over those of the matrix's lower triangle,
-memory what the process grows by at the peak (Linux). `--largest N` takes the first N sizes.
+The matrices are the cotangent Laplacians of the interior vertices of two disks, camel_b and face, with
+subdivided triangles. Each matrix is analysed, factored and solved for two right-hand sides in a separate
+process. Times are medians; the largest matrices run once. Fill is the number of entries of the factor over
+the number of entries in the lower triangle of the matrix. Memory is the growth of the process at its peak
+(Linux). `--largest N` takes the first N sizes.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from meshes import divided, shared
+from meshes import shared, split_triangles
 from pages import arguments, publish
-from performance import most_used
+from performance import peak_memory
 from scipy import sparse
 
 from igl_linabf.angles import constraints_of, corner_angles
@@ -31,42 +32,45 @@ from igl_linabf.surface import planar_mesh
 
 NAMES = {"auto": "core", "cholmod": "CHOLMOD"}
 SIZES = (("igl_camel_b", 1), ("igl_face", 1), ("igl_face", 2), ("igl_face", 4), ("igl_face", 8))
-MUCH = 500_000  # triangles from which one run has to do
+SINGLE_RUN = 500_000  # from this many triangles on, a matrix runs only once
 
 
 def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
-    """Triangles, and the lower triangle of the Laplacian of a disk, each triangle of which is divided."""
+    """Return the number of triangles and the lower triangle of the Laplacian of a subdivided disk."""
     (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name)
-    surface = planar_mesh(*divided(mesh, times)[1:])
+    surface = planar_mesh(*split_triangles(mesh, times)[1:])
     constraints = constraints_of(surface.topology)
-    at = Iterate.of(constraints, corner_angles(surface))
-    return len(surface.double_area), constraints.pattern.laplacian(surface.topology.sum_at_edges(at.cot) / 2)
+    iterate = Iterate.of(constraints, corner_angles(surface))
+    return len(surface.double_area), constraints.pattern.laplacian(
+        surface.topology.sum_at_edges(iterate.cot) / 2
+    )
 
 
-def seconds(work: Callable[[], object]) -> tuple[float, object]:
+def time_call(work: Callable[[], object]) -> tuple[float, object]:
+    """Return the seconds that `work` takes, and its result."""
     start = perf_counter()
-    made = work()
-    return perf_counter() - start, made
+    result = work()
+    return perf_counter() - start, result
 
 
-def measured(name: str, times: int, solver: str, repeat: int) -> None:
-    """Print a row's numbers: triangles, milliseconds, fill, megabytes."""
+def print_measurement(name: str, times: int, solver: str, repeat: int) -> None:
+    """Print the numbers of a row: triangles, milliseconds, fill, megabytes."""
     triangles, lower = laplacian(name, times)
-    b, taken = np.random.default_rng(0).normal(size=(lower.shape[0], 2)), []
-    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
-    before = most_used()
-    for _ in range(1 if triangles > MUCH else repeat):
-        analysing, analysis = seconds(lambda: Solvers(solver).analyse(lower.indptr, lower.indices))
-        factoring, factor = seconds(lambda: analysis.factor(lower.data))  # noqa: B023
-        solving, _ = seconds(lambda: factor.solve(b))  # noqa: B023
-        taken.append((analysing, factoring, solving))
-    times_ms = [1000 * value for value in np.median(taken, axis=0)]
-    grown = most_used() - before
-    print(json.dumps([triangles, *times_ms, entries(lower, solver) / lower.nnz, grown / 1e6]))
+    b, times_of_runs = np.random.default_rng(0).normal(size=(lower.shape[0], 2)), []
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak
+    before = peak_memory()
+    for _ in range(1 if triangles > SINGLE_RUN else repeat):
+        analysing, analysis = time_call(lambda: Solvers(solver).analyse(lower.indptr, lower.indices))
+        factoring, factor = time_call(lambda: analysis.factor(lower.data))  # noqa: B023
+        solving, _ = time_call(lambda: factor.solve(b))  # noqa: B023
+        times_of_runs.append((analysing, factoring, solving))
+    times_ms = [1000 * value for value in np.median(times_of_runs, axis=0)]
+    growth = peak_memory() - before
+    print(json.dumps([triangles, *times_ms, count_entries(lower, solver) / lower.nnz, growth / 1e6]))
 
 
-def entries(lower: sparse.csc_array, solver: str) -> int:
-    """Of the factor: with the zeros within supernodes, where it has such."""
+def count_entries(lower: sparse.csc_array, solver: str) -> int:
+    """Return the number of entries of the factor, including zeros within supernodes."""
     if solver == "auto":
         return Cholesky(lower.indptr, lower.indices).bytes // 8
     from sksparse import cholmod
@@ -74,14 +78,14 @@ def entries(lower: sparse.csc_array, solver: str) -> int:
     return cholmod.cholesky(sparse.csc_matrix(lower), mode="simplicial", ordering_method="amd").L().nnz
 
 
-def row(name: str, times: int, solver: str, repeat: int) -> str:
-    """The row of a matrix and a solver."""
-    code = f"import factors; factors.measured({name!r}, {times}, {solver!r}, {repeat})"
+def make_row(name: str, times: int, solver: str, repeat: int) -> str:
+    """Return the table row of a matrix and a solver, measured in a separate process."""
+    code = f"import factors; factors.print_measurement({name!r}, {times}, {solver!r}, {repeat})"
     command, folder = [sys.executable, "-c", code], Path(__file__).parent
-    done = subprocess.run(
+    process = subprocess.run(
         command, cwd=folder, capture_output=True, encoding="utf-8", check=True, env=os.environ
     )
-    triangles, *figures = json.loads(done.stdout.splitlines()[-1])
+    triangles, *figures = json.loads(process.stdout.splitlines()[-1])
     return f"| {triangles:,} | {NAMES[solver]} | {' | '.join(f'{value:.3g}' for value in figures)} |"
 
 
@@ -93,7 +97,7 @@ def main() -> None:
     lines = [heads, "|---|---|---|---|---|---|---|"]
     for name, times in SIZES[: options.largest]:
         for solver in ("auto", "cholmod") if has_cholmod() else ("auto",):
-            lines.append(row(name, times, solver, options.repeat))
+            lines.append(make_row(name, times, solver, options.repeat))
     page = "`python benchmarks/factors.py`\n\n" + "\n".join(lines)
     publish("factors", page, options.printed)
 

@@ -1,8 +1,8 @@
-"""Run ten thousand hostile cases and print how they end, as a Markdown table (docs/promises.md).
+"""Run ten thousand hostile cases and print their outcomes as a Markdown table (docs/promises.md).
 
     .venv/bin/python benchmarks/fuzz.py [--cases 10000] [--first 0] [--only unwrap]
 
-Exit code 1 if a promise was broken; the cases are then listed on stderr.
+The exit code is 1 if a promise is broken. The failing cases are listed on stderr.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from fuzzing import KINDS, run
 
 
-def families(count: Counter[str]) -> str:
-    """How the cases of a row end. The texts of refusals are checked in the tests."""
+def summarize(count: Counter[str]) -> str:
+    """Return the counts of the outcomes as text. The tests check the texts of refusals."""
     short: Counter[str] = Counter()
     for end, number in count.items():
         short[end.split(":")[0]] += number
@@ -30,12 +30,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=10_000)
     parser.add_argument("--first", type=int, default=0, help="seed of the first case of each kind")
-    parser.add_argument("--only", default="", help="the kinds whose names begin with this")
+    parser.add_argument("--only", default="", help="run only the kinds whose names start with this")
     options = parser.parse_args()
     kinds = {name: kind for name, kind in KINDS.items() if name.strip("`").startswith(options.only)}
-    whole = sum(share for _, share in kinds.values())
+    total = sum(share for _, share in kinds.values())
     seeds = {
-        kind: range(options.first, options.first + max(1, share * options.cases // whole))
+        kind: range(options.first, options.first + max(1, share * options.cases // total))
         for kind, (_, share) in kinds.items()
     }
     with ThreadPoolExecutor(2) as pool:
@@ -43,11 +43,11 @@ def main() -> int:
     print("| kind of case | number | how they end | crashes, NaN, other broken promises |")
     print("|---|---|---|---|")
     for kind, (count, broken) in results.items():
-        print(f"| {kind} | {len(seeds[kind]):,} | {families(count)} | {len(broken)} |")
-    bad = [line for _, broken in results.values() for line in broken]
-    print(f"| all | {sum(map(len, seeds.values())):,} | | {len(bad)} |")
-    print(*bad, sep="\n", file=sys.stderr)
-    return 1 if bad else 0
+        print(f"| {kind} | {len(seeds[kind]):,} | {summarize(count)} | {len(broken)} |")
+    failures = [line for _, broken in results.values() for line in broken]
+    print(f"| all | {sum(map(len, seeds.values())):,} | | {len(failures)} |")
+    print(*failures, sep="\n", file=sys.stderr)
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""Atlases for textures: stretch, texels and seams of the isometric method, beside uvunwrap and xatlas.
+"""Compare atlases of the isometric method, uvunwrap and xatlas: stretch, texels and seams.
 
     python benchmarks/isometric.py
 
-The meshes are the bunny, a cortex, nut and ant of pyvista's wheel, and those of the kinds closed, handles,
-holes and multi in IGL_LINABF_MESHES. Peers are added if they are installed. The last table has the cortex by
-both methods. Prints Markdown.
+The meshes are the bunny, a cortex, nut and ant of the pyvista package, and the meshes of kinds closed,
+handles, holes and multi in IGL_LINABF_MESHES. The other programs are included if they are installed. The last
+table compares two maps of the cortex with the map of FreeSurfer. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from igl_linabf import MeshWarning, OutcomeWarning, Seams, flatten, overlaps, qu
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from carried import of_pyvista, pial
+from carried import load_pyvista_mesh, pial
 
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
 
 def makers() -> Mapping[str, Maker]:
-    """`unwrap` by its methods, no chart cut to fill a page; and the installed peers but Blender."""
+    """Return `unwrap` by its methods, without cuts for a fuller page, and the installed programs."""
     mine: dict[str, Maker] = {
         "linabf": partial(ours, resolution=None),
         "isometric": partial(ours, method="isometric", resolution=None),
@@ -41,27 +41,27 @@ def makers() -> Mapping[str, Maker]:
     return mine | {name: make for name, make in programs().items() if name in ("xatlas", "uvunwrap")}
 
 
-def measured(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
-    """The figures of one atlas, as `HEADS` has them; overlaps and flips added."""
-    made = make(V, F)
-    chart = charts_of(made.FTC)
-    areas = igl.doublearea(made.TC, made.FTC)
-    mirrored = np.bincount(chart, areas) < 0  # xatlas turns some charts over
+def measure_atlas(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
+    """Return the figures of one atlas in the order of `HEADS`, with the sum of overlaps and flips."""
+    atlas = make(V, F)
+    chart = charts_of(atlas.FTC)
+    areas = igl.doublearea(atlas.TC, atlas.FTC)
+    mirrored = np.bincount(chart, areas) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas > 0) == mirrored[chart])
-    q = quality(V[made.origin], made.FTC, made.TC)
-    wrong = len(overlaps(made.TC, made.FTC)) + flips
-    seam = relative_seams(V, F, made.FTC)
-    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, wrong, made.seconds]
+    q = quality(V[atlas.origin], atlas.FTC, atlas.TC)
+    defects = len(overlaps(atlas.TC, atlas.FTC)) + flips
+    seam = relative_seams(V, F, atlas.FTC)
+    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, defects, atlas.seconds]
 
 
-def line(name: str, triangles: str, of: str, values: list[float]) -> str:
-    charts, seam, stretch, texels, wrong, seconds = values
-    figures = f"{charts:.0f} | {seam:.2f} | {stretch:.3f} | {texels:.2f} | {wrong:.0f} | {seconds:.1f}"
-    return f"| {name} | {triangles} | {of} | {figures} |"
+def format_line(name: str, triangles: str, program: str, values: list[float]) -> str:
+    charts, seam, stretch, texels, defects, seconds = values
+    figures = f"{charts:.0f} | {seam:.2f} | {stretch:.3f} | {texels:.2f} | {defects:.0f} | {seconds:.1f}"
+    return f"| {name} | {triangles} | {program} | {figures} |"
 
 
-def cortex() -> None:
-    """The cortex by both methods beside the flat map that ships with it."""
+def print_cortex() -> None:
+    """Print the table of the cortex: both methods, and the map that is distributed with it."""
     from cortex import cortex
 
     V, F, shipped = cortex()
@@ -83,17 +83,17 @@ def main() -> None:
     warnings.simplefilter("ignore", MeshWarning)
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     rows: dict[str, list[list[float]]] = {}
-    carried = [("pial", *pial()), *((name, *of_pyvista(name)) for name in ("nut", "ant"))]
+    carried = [("pial", *pial()), *((name, *load_pyvista_mesh(name)) for name in ("nut", "ant"))]
     for name, V, F in [stanford(), *carried, *shared("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue
-        for of, make in makers().items():
-            values = measured(V, F, make)
-            rows.setdefault(of, []).append(values)
-            print(line(name, f"{len(F):,}", of, values), flush=True)
-    for of, values in rows.items():
-        print(line("median", "", of, [median(column) for column in zip(*values, strict=True)]))
-    cortex()
+        for program, make in makers().items():
+            values = measure_atlas(V, F, make)
+            rows.setdefault(program, []).append(values)
+            print(format_line(name, f"{len(F):,}", program, values), flush=True)
+    for program, values in rows.items():
+        print(format_line("median", "", program, [median(column) for column in zip(*values, strict=True)]))
+    print_cortex()
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""Isometric atlases and maps of up to a million triangles: time over size, memory, and what floaters cost.
+"""Measure isometric atlases and maps of up to a million triangles: time, memory, cost of floaters.
 
     python benchmarks/large.py
 
-First one generated shape, sampled ever finer, and a million triangles whose bumps get finer with the grid:
-each in a process of its own, with all cores. Then bumpy disks, by `isometric` and by `linabf` in turn, in one
-process. Last, the texels that floaters take from the other charts. Prints Markdown.
+The first table has one generated shape at increasing resolutions, and a million triangles with finer bumps.
+Each mesh runs in a separate process on all cores. The second table compares `isometric` and `linabf` on bumpy
+disks, with alternating runs in one process. The last table shows how many texels floaters take from the other
+charts. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -27,48 +28,48 @@ from scipy.ndimage import zoom
 
 from igl_linabf import flatten, pack, quality, unwrap
 
-SHAPE = SIZES["50k"]  # points of the grid whose bumps the sampled shape has
-SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # points of the grid along an axis
+BUMP_POINTS = SIZES["50k"]  # grid points along an axis that determine the bumps of the sampled shape
+SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # grid points along an axis
 DISKS, REPEAT = (20_000, 100_000, 500_000), 3
-FLOATER = 1e-3  # of the whole area: smaller components are floaters
+FLOATER = 1e-3  # components with a smaller share of the area are floaters
 
 
-def measured(path: str) -> dict[str, float]:
-    """An isometric atlas of the mesh in a file: charts, stretch, texels, seconds, MB."""
+def measure_atlas(path: str) -> dict[str, float]:
+    """Return charts, stretch, texels, seconds and MB of an isometric atlas of the mesh in a file."""
     mesh = np.load(path)
-    unwrap(*igl.icosahedron(), method="isometric")  # imports
+    unwrap(*igl.icosahedron(), method="isometric")  # a warm-up for lazy imports
     start = perf_counter()
     atlas = unwrap(mesh["V"], mesh["F"], method="isometric", progress=False)
     seconds = perf_counter() - start
     status = Path("/proc/self/status").read_text(encoding="utf-8")
-    most = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+    peak = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
     q = atlas.quality
     return {
         "charts": len(atlas.charts),
         "stretch": q.stretch_l2,
         "texels": q.texel_spread,
         "s": seconds,
-        "MB": most,
+        "MB": peak,
     }
 
 
-def sampled() -> None:
-    """The table of one shape, sampled ever finer, and of the finest bumps."""
+def print_sampled() -> None:
+    """Print the table of one shape at increasing resolutions, and of the finest bumps."""
     heads = ("mesh", "triangles", "charts", "L2 stretch", "texels 99 : 1 %", "s", "MB")
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     triangles, seconds = [], []
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "mesh.npz")
-        for n, shape in [*((n, SHAPE) for n in SAMPLED), (FINEST, None)]:
-            V, F = generated("blob", n, NOISES[0], 1, shape)
+        for n, bump_points in [*((n, BUMP_POINTS) for n in SAMPLED), (FINEST, None)]:
+            V, F = generated("blob", n, NOISES[0], 1, bump_points)
             np.savez(path, V=V, F=F)
             command = [sys.executable, __file__, "--one", path]
             done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
             row = json.loads(done.stdout.splitlines()[-1])
-            name = "finer bumps" if shape is None else "one shape"
+            name = "finer bumps" if bump_points is None else "one shape"
             figures = f"{row['stretch']:.3f} | {row['texels']:.2f} | {row['s']:.1f} | {row['MB']:,.0f}"
             print(f"| {name} | {len(F):,} | {row['charts']} | {figures} |", flush=True)
-            if shape is not None:
+            if bump_points is not None:
                 triangles.append(len(F))
                 seconds.append(row["s"])
     exponent = np.polyfit(np.log(triangles), np.log(seconds), 1)[0]
@@ -76,7 +77,7 @@ def sampled() -> None:
 
 
 def bumpy_disk(triangles: int) -> tuple[np.ndarray, np.ndarray]:
-    """V and F of a square with hills, the same ones at any number of triangles."""
+    """Return V and F of a square with hills that do not depend on the number of triangles."""
     n = round(np.sqrt(triangles / 2)) + 1
     hills = np.random.default_rng(1).standard_normal((12, 12))
     x, y = (axis.ravel() for axis in np.meshgrid(*[np.linspace(0, 1, n)] * 2, indexing="ij"))
@@ -86,24 +87,24 @@ def bumpy_disk(triangles: int) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack((x, y, height)), F
 
 
-def disks() -> None:
-    """The table of disks: seconds of the isometric map over those of `linabf`."""
+def print_disks() -> None:
+    """Print the table of disks: time of the isometric map over the time of `linabf`."""
     print("\n| disk of triangles | isometric / linabf | L2 stretch, isometric | linabf |\n|---|---|---|---|")
-    for number in DISKS:
-        V, F = bumpy_disk(number)
+    for triangles in DISKS:
+        V, F = bumpy_disk(triangles)
         ratios = []
         for _ in range(REPEAT):
             start = perf_counter()
             conformal = flatten(V, F)
-            between = perf_counter()
+            middle = perf_counter()
             isometric = flatten(V, F, method="isometric")
-            ratios.append((perf_counter() - between) / (between - start))
+            ratios.append((perf_counter() - middle) / (middle - start))
         stretch = [quality(V, F, result.uv).stretch_l2 for result in (isometric, conformal)]
         print(f"| {len(F):,} | {median(ratios):.1f} | {stretch[0]:.3f} | {stretch[1]:.3f} |", flush=True)
 
 
-def floaters() -> None:
-    """The table of pages: texels per unit of length with the floaters' charts over those without."""
+def print_floaters() -> None:
+    """Print the table of pages: texels per unit of length with floaters over texels without floaters."""
     print("\n| mesh | charts | of floaters | texels per length, with / without them |\n|---|---|---|---|")
     for kind, noise in (("blob", NOISES[1]), ("box", NOISES[1])):
         V, F = generated(kind, SIZES["150k"], noise, 1)
@@ -111,21 +112,22 @@ def floaters() -> None:
         label = igl.vertex_components(F)[F[:, 0]]
         area = igl.doublearea(V, F)
         large = (np.bincount(label, area) > FLOATER * area.sum())[label]
-        few = pack(V, F[large], atlas.TC, atlas.FTC[large])
-        every = pack(V, F, atlas.TC, atlas.FTC)
-        number = len(every.page) - len(few.page)
-        figures = f"{len(every.page)} | {number} | {every.scale / few.scale:.3f}"
+        without_floaters = pack(V, F[large], atlas.TC, atlas.FTC[large])
+        with_floaters = pack(V, F, atlas.TC, atlas.FTC)
+        floater_charts = len(with_floaters.page) - len(without_floaters.page)
+        ratio = with_floaters.scale / without_floaters.scale
+        figures = f"{len(with_floaters.page)} | {floater_charts} | {ratio:.3f}"
         print(f"| {kind}, {noise} | {figures} |", flush=True)
 
 
 def main() -> None:
     warnings.simplefilter("ignore")
     if sys.argv[1:2] == ["--one"]:
-        print(json.dumps(measured(sys.argv[2])))
+        print(json.dumps(measure_atlas(sys.argv[2])))
         return
-    sampled()
-    disks()
-    floaters()
+    print_sampled()
+    print_disks()
+    print_floaters()
 
 
 if __name__ == "__main__":

@@ -1,69 +1,65 @@
-"""What each mechanism of charts is for: atlases with it, and with it turned off.
+"""The effect of each mechanism of charts: atlases with it, and with it switched off.
 
     python benchmarks/mechanisms.py [MECHANISM ...]
 
-The models are the parts of parts.py, a limb, the bunny, a generated box of 60,000 triangles, and meshes in
-IGL_LINABF_MESHES, one of them stretched 20 : 1 as well, each unwrapped with the methods "linabf" and
-"isometric". A mechanism is turned off by another function in its place. Prints Markdown.
+The models are the parts of parts.py, three generated surfaces, and the meshes of the kinds closed, handles,
+holes, multi and stress in IGL_LINABF_MESHES. Each is unwrapped in three ways: by linear ABF, by isometric
+maps, and by isometric maps for a page of 1024 texels. A mechanism is switched off by replacing a function or
+a constant. The figures are measured on the arrays of the atlas, independently of the package. The output is
+Markdown.
 """
 
 from __future__ import annotations
 
 import sys
+import time
 import warnings
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+import igl
 import numpy as np
 from generated import generated
-from meshes import Mesh, shared, stanford
+from meshes import Mesh, shared
 from parts import parts
 from peers import relative_seams
 
-from igl_linabf import unwrap
-from igl_linabf.charts import charting
-from igl_linabf.charts.seams import growth, search
+from igl_linabf import Packing, unwrap
+from igl_linabf.charts import charting, unwrapping
+from igl_linabf.charts.cut_graphs import constants as graphs
+from igl_linabf.charts.panels import Panels, RoundedPanels
+from igl_linabf.charts.seams import search
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+PAGE = Packing(resolution=1024, padding=2)
+WAYS = (("linabf", None), ("isometric", None), ("isometric", PAGE))
+GENERATED = (("box", 64, 0.03, 1), ("blob", 64, 0.03, 2), ("blob", 48, 0.05, 3))
+Replacement = tuple[Any, str, Any]  # a module or class, a name in it, and what replaces it
 
-from carried import limb
 
-METHODS = ("linabf", "isometric")
-SHARED = (
-    "igl_cow",
-    "optcuts_horse_f10000",
-    "optcuts_torus_with_hole",
-    "igl_beetle",
-    "bff_teapot",
-    "flipfree_deer",
-    "optcuts_dragon_i_f10000",
-    "optcuts_male_body_i_f10000",
-    "optcuts_duck1",
-)
-Patch = tuple[Any, str, Callable[..., Any]]  # a module or class, a name in it, and what stands there instead
-_NONE = np.zeros(0, dtype=np.int64)
-MECHANISMS: dict[str, Patch] = {
-    "panels, rounded ones too": (search, "_of_panels", lambda creased, *_: ([], creased)),
-    "rounded panels": (
-        search.RoundedPanels,
-        "made",
-        lambda panels, trade: np.zeros(len(panels.creased.extent), dtype=bool),
-    ),
-    "nets": (
-        search,
-        "Nets",
-        type("NoNets", (search.Nets,), {"settled": lambda *_: None, "cheaper": lambda *_: None}),
-    ),
-    "crease cuts of isometric maps": (charting, "split_at_creases", lambda *_: []),
-    "small charts": (charting, "merge_small_charts", lambda made, *_: made),
-    "tips of maps": (charting, "seams_to_tips", lambda *_: np.zeros((0, 2), dtype=np.int64)),
-    "walks between overlaps": (charting, "split_overlaps", lambda *_: []),
-    "predicted overlaps and tips": (search, "predicted_seams", lambda *_: (_NONE, _NONE)),
-    "faces laid out narrower": (charting, "relayout_locally", lambda piece, made, pairs: (made, pairs)),
-    "reused maps": (charting, "reuse_maps", lambda piece, made, parts, *_: [None] * len(parts)),
-    "slides into valleys": (search, "slide_into_valleys", lambda closed, seam, *_: seam),
-    "moved branch points": (growth, "move_branch_points", lambda graph, seam, cost: seam),
+def no_panels(panels: Panels) -> np.ndarray:
+    return np.zeros(len(panels.creased.extent), dtype=bool)
+
+
+MECHANISMS: dict[str, list[Replacement]] = {
+    "nothing": [],
+    "panels, also rounded ones": [(Panels, "made", no_panels), (RoundedPanels, "made", no_panels)],
+    "rounded panels": [(RoundedPanels, "made", no_panels)],
+    "maps that compare panels with a tree": [(search.SeamSearch, "_measured_cost", lambda *_: -np.inf)],
+    "a tree beside panels": [(search, "CHEAP_PANELS", 1e9)],
+    "clusters": [(graphs, "MAX_CLUSTERS", 10**9)],
+    "batches of small bodies": [(search, "MIN_SMALL_BODIES", 10**9), (search, "MIN_MEDIUM_BODIES", 10**9)],
+    "pieces flattened together": [
+        (charting, "MIN_PIECES_TOGETHER", 10**9),
+        (charting, "MAX_FACES_TOGETHER", 0),
+    ],
+    "seams for even texels": [(charting, "MAX_EVEN_ROUNDS", 0)],
+    "seams for measured stretch": [(charting, "SOUGHT_SEAM", 1e9)],
+    "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
+    "uncut charts": [(charting, "_cheaper", lambda done, *_: done)],
+    "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
+    "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
+    "cuts for fuller pages": [(unwrapping, "cut_for_fill", lambda done, *_: (done, np.inf))],
 }
 
 
@@ -73,65 +69,131 @@ class Figures(NamedTuple):
     charts: int
     seams: float
     stretch: float
+    spread: float
     fill: float
     cost: float
+    seconds: float
+    flips: int
+    overlaps: int
 
 
 def models() -> Iterator[Mesh]:
     yield from parts([])
-    yield "limb", *limb()
-    yield stanford()
-    yield "generated box", *generated("box", 96, 0.03, 1)
-    for name, V, F in shared("closed", "handles", "holes", "multi", "stress"):
-        if name in SHARED:
-            yield name, V, F
-        if name == "optcuts_male_body_i_f10000":
-            yield "male body, stretched", V * [1, 20, 1], F
+    for kind, n, noise, seed in GENERATED:
+        yield f"generated {kind} {seed}", *generated(kind, n, noise, seed)
+    yield from shared("closed", "handles", "holes", "multi", "stress")
 
 
-def figures(V: np.ndarray, F: np.ndarray, method: str) -> Figures:
-    atlas = unwrap(V, F, method=method, progress=False)
-    seams, stretch = relative_seams(V, F, atlas.FTC), atlas.quality.stretch_l2
-    return Figures(len(atlas.charts), seams, stretch, atlas.fill, atlas.cost.total)
+def figures(V: np.ndarray, F: np.ndarray, method: str, packing: Packing | None) -> Figures:
+    start = time.process_time()
+    atlas = unwrap(V, F, method=method, packing=packing, progress=False)
+    seconds = time.process_time() - start
+    TC, FTC = atlas.TC, atlas.FTC
+    area, flat = igl.doublearea(V, F), igl.doublearea(TC, FTC)
+    used = area > 1e-12 * area.max()
+    weight = area[used] / area[used].sum()
+    stretch = squared_stretch(V[F[used]], TC[FTC[used]])
+    scale = flat[used] / area[used]
+    order = np.argsort(scale)
+    low, high = np.searchsorted(np.cumsum(weight[order]), (0.01, 0.99))
+    ratio = scale[order[min(high, len(order) - 1)]] / scale[order[low]]
+    return Figures(
+        len(atlas.charts),
+        relative_seams(V, F, FTC),
+        float(np.sqrt(weight @ stretch * (weight @ scale))),
+        float(ratio),
+        atlas.fill,
+        atlas.cost.total,
+        seconds,
+        int((flat[used] <= 0).sum()),
+        sum(chart.overlapping for chart in atlas.charts),
+    )
 
 
-def without(patch: Patch, meshes: list[Mesh]) -> list[Figures]:
-    """The figures of all atlases with the mechanism turned off."""
-    owner, name, instead = patch
-    kept = getattr(owner, name)
-    setattr(owner, name, instead)
+def squared_stretch(corners: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """Return the squared L2 stretch of each triangle, from its corners on the surface and in the map."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    u, v = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    double_area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    # the metric of the inverse map, from the plane to the surface
+    along_x = (a * v[:, 1:] - b * u[:, 1:]) / double_area[:, None]
+    along_y = (b * u[:, :1] - a * v[:, :1]) / double_area[:, None]
+    return ((along_x**2).sum(axis=1) + (along_y**2).sum(axis=1)) / 2
+
+
+@contextmanager
+def replaced(replacements: list[Replacement]) -> Iterator[None]:
+    """Replace functions and constants for a while."""
+    kept = [(owner, name, getattr(owner, name)) for owner, name, _ in replacements]
     try:
-        return [figures(V, F, method) for _, V, F in meshes for method in METHODS]
+        for owner, name, value in replacements:
+            setattr(owner, name, value)
+        yield
     finally:
-        setattr(owner, name, kept)
+        for owner, name, value in reversed(kept):
+            setattr(owner, name, value)
 
 
-def row(name: str, with_it: list[Figures], off: list[Figures]) -> str:
-    """What changes: charts in all, and the means of the other figures."""
-    pairs = [(a, b) for a, b in zip(with_it, off, strict=True) if not np.allclose(a, b, rtol=1e-3, atol=0)]
-    cells = [name, f"{len(pairs)} of {len(off)}"]
-    if not pairs:
-        return f"| {' | '.join(cells + ['-'] * len(Figures._fields))} |"
-    one, other = (np.array(side, dtype=float) for side in zip(*pairs, strict=True))
-    cells.append(f"{one[:, 0].sum():.0f} / {other[:, 0].sum():.0f}")
-    cells += [f"{a:.3f} / {b:.3f}" for a, b in zip(one.mean(0)[1:], other.mean(0)[1:], strict=True)]
+def atlases(meshes: list[Mesh], name: str) -> list[list[Figures]]:
+    """Return the figures of all meshes without a mechanism, for each way of unwrapping."""
+    with replaced(MECHANISMS[name]):
+        return [[figures(V, F, method, packing) for _, V, F in meshes] for method, packing in WAYS]
+
+
+def row(name: str, way: str, on: list[Figures], off: list[Figures]) -> str:
+    """Return a row: totals of charts, medians of the other figures, with the mechanism / without it."""
+    with_it, without = (np.array(side, dtype=float) for side in (on, off))
+
+    def ratio(k: int) -> float:
+        return float(np.exp(np.median(np.log(without[:, k] / with_it[:, k]))))
+
+    known = (with_it[:, 1] > 0) & (without[:, 1] > 0)
+    longer = float(np.exp(np.median(np.log(without[known, 1] / with_it[known, 1]))))
+    medians = [
+        f"{a:.3f} / {b:.3f}" for a, b in zip(np.median(with_it, 0), np.median(without, 0), strict=True)
+    ]
+    cells = [
+        name,
+        way,
+        f"{with_it[:, 0].sum():.0f} / {without[:, 0].sum():.0f}",
+        f"x {longer:.3f}",
+        medians[2],
+    ]
+    cells += [f"x {(without[:, 2] / with_it[:, 2]).max():.2f}", f"x {ratio(3):.2f}", medians[4], medians[5]]
+    cells += [f"x {ratio(6):.2f}", f"{without[:, 7].sum():.0f}, {without[:, 8].sum():.0f}"]
     return f"| {' | '.join(cells)} |"
+
+
+HEADS = (
+    "switched off",
+    "way",
+    "charts",
+    "seams",
+    "median L2",
+    "worst L2",
+    "texel spread",
+    "fill",
+    "E",
+    "time",
+    "flips, overlaps",
+)
 
 
 def main() -> None:
     warnings.simplefilter("ignore")
-    names = sys.argv[1:] or list(MECHANISMS)
+    names = sys.argv[1:] or [name for name in MECHANISMS if name != "nothing"]
     meshes = list(models())
-    with_it = [figures(V, F, method) for _, V, F in meshes for method in METHODS]
+    on = atlases(meshes, "nothing")
     print(
-        "Each row: the atlases that change by more than a thousandth if this mechanism is turned off;\n"
-        "their charts in all, and the means of seams over the square root of the area, L2 stretch, fill\n"
-        "and cost E, each with the mechanism / without it.\n"
+        "Charts are totals; E, fill and L2 stretch are medians, with everything / without the mechanism.\n"
+        "Seams, texel spread and CPU time are medians of ratios, without over with. The worst L2 is the\n"
+        "largest ratio of one mesh. Ways: conformal; isometric; isometric for a page of 1024 texels.\n"
     )
-    heads = ["mechanism", "atlases that change", "charts", "seams", "L2 stretch", "fill", "E"]
-    print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
+    print(f"| {' | '.join(HEADS)} |\n|{'---|' * len(HEADS)}")
     for name in names:
-        print(row(name, with_it, without(MECHANISMS[name], meshes)), flush=True)
+        off = atlases(meshes, name)
+        for way, a, b in zip(("conformal", "isometric", "page"), on, off, strict=True):
+            print(row(name, way, a, b), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Peak memory per face, measured, beside the estimate of `igl_linabf.linalg.memory`.
+"""Compare the peak memory per face with the estimate of `igl_linabf.linalg.memory`.
 
     python benchmarks/memory.py [TIMES]
 
-The mesh is the cortex of nilearn's wheel, subdivided TIMES times (2 by default). It is flattened with each
-solver, each time in a new process.
+The mesh is the cortex of the nilearn package, subdivided TIMES times (default: 2). It is flattened with each
+solver in a new process.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ RUNS = {
 
 
 def run(name: str, times: int) -> None:
-    """Flatten with one solver and print a row of the table."""
+    """Flatten with one solver, and print a row of the table."""
     import resource
 
     V, F, _ = cortex()
@@ -33,18 +33,16 @@ def run(name: str, times: int) -> None:
         V, F = igl.upsample(V, F)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     flatten(V, F, RUNS[name])
-    taken = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
+    measured = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
     blocks = [1, 2] if "least squares" in name else [1]
-    reckoned = memory.BYTES_PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)
-    print(f"| {name} | {len(F):,} | {taken / len(F):.0f} | {reckoned / len(F):.0f} |")
+    estimated = memory.BYTES_PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)
+    print(f"| {name} | {len(F):,} | {measured / len(F):.0f} | {estimated / len(F):.0f} |")
 
 
 if __name__ == "__main__":
     if len(sys.argv) == 3:
         run(sys.argv[1], int(sys.argv[2]))
     else:
-        print(
-            "| solver | triangles | bytes a face, measured | reckoned with |\n|---|---|---|---|", flush=True
-        )
+        print("| solver | triangles | bytes per face, measured | estimated |\n|---|---|---|---|", flush=True)
         for name in RUNS:
             subprocess.run([sys.executable, __file__, name, *(sys.argv[1:] or ["2"])], check=True)

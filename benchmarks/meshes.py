@@ -1,4 +1,4 @@
-"""The meshes of the benchmarks."""
+"""Load the meshes of the benchmarks."""
 
 from __future__ import annotations
 
@@ -23,12 +23,10 @@ Mesh = tuple[str, np.ndarray, np.ndarray]
 
 
 def shared(*kinds: str) -> Iterator[Mesh]:
-    """Meshes of these kinds in the folder IGL_LINABF_MESHES, with their names."""
+    """Yield the meshes of these kinds in the folder IGL_LINABF_MESHES, with their names."""
     folder = os.environ.get("IGL_LINABF_MESHES")
     if folder is None:
-        print(
-            "IGL_LINABF_MESHES is not set: only the meshes that come with packages are used", file=sys.stderr
-        )
+        print("IGL_LINABF_MESHES is not set: using only the meshes of installed packages", file=sys.stderr)
         return
     for kind in kinds:
         for path in sorted(Path(folder).glob(f"{kind}__*")):
@@ -36,34 +34,35 @@ def shared(*kinds: str) -> Iterator[Mesh]:
 
 
 def brain() -> Mesh:
-    """The cortex of the demo."""
+    """Return the cut cortex of the demo."""
     V, F, _ = cortex()
     return "cortex", V, F
 
 
 def pial() -> Mesh:
-    """The closed cortex that it was cut from."""
+    """Return the closed cortex of the demo."""
     surface = load_surf_mesh(fetch_surf_fsaverage("fsaverage5")["pial_left"])
     return "pial", np.asarray(surface.coordinates, dtype=float), np.asarray(surface.faces, dtype=np.int64)
 
 
-def subdivided(mesh: Mesh, times: int) -> Mesh:
-    """Every triangle split into four, `times` times."""
+def subdivide(mesh: Mesh, times: int) -> Mesh:
+    """Split each triangle into four, `times` times."""
     name, V, F = mesh
     return f"{name}, {4**times} x", *igl.upsample(V, F, times)
 
 
-def divided(mesh: Mesh, k: int) -> Mesh:
-    """Every triangle split into k^2 equal ones."""
+def split_triangles(mesh: Mesh, k: int) -> Mesh:
+    """Split each triangle into k^2 equal triangles."""
     name, V, F = mesh
     n, m = len(V), len(F)
-    tail, head = F[:, [1, 2, 0]].T, F[:, [2, 0, 1]].T  # of the side opposite to each corner
+    tail, head = F[:, [1, 2, 0]].T, F[:, [2, 0, 1]].T  # ends of the side opposite to each corner
     key, side = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head), return_inverse=True)
     side, low, share = side.reshape(3, m), key // n, np.arange(1, k)[:, None] / k
     on_edges = V[low][:, None] * (1 - share) + V[key % n][:, None] * share
     inside = [(i, j) for i in range(1, k) for j in range(1, k - i)]
     weights = np.array([(k - i - j, i, j) for i, j in inside]).reshape(-1, 3) / k
-    at = np.empty((k + 1, k + 1, m), dtype=np.int64)  # the point i steps towards corner 1 and j towards 2
+    # at[i, j] is the point i steps towards corner 1 and j steps towards corner 2
+    at = np.empty((k + 1, k + 1, m), dtype=np.int64)
     at[0, 0], at[k, 0], at[0, k] = F.T
     for s in range(1, k):
         along = n + side * (k - 1) + np.where(tail == low[side], s, k - s) - 1
@@ -80,10 +79,10 @@ def divided(mesh: Mesh, k: int) -> Mesh:
 
 
 def crown() -> Mesh:
-    """The demo's disk with seven holes."""
+    """Return the disk with seven holes of the demo."""
     return "crown", *crown_without_tips()
 
 
 def stanford() -> Mesh:
-    """The Stanford bunny of the demos."""
+    """Return the Stanford bunny of the demos."""
     return "bunny", *bunny()

@@ -1,9 +1,9 @@
-"""Nasty meshes (tests/nasty_meshes.py): what `unwrap` makes of them, beside other programs.
+"""Unwrap the nasty meshes of tests/nasty_meshes.py with `unwrap` and with other programs.
 
     python benchmarks/nasty.py
 
-The programs are those of `benchmarks/unwrap.py` that are installed. Each runs in a child process for each
-mesh, as it may crash or hang. Prints Markdown.
+The installed programs of `benchmarks/unwrap.py` are included. Each mesh runs in a child process of its own,
+because a program may crash or hang. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from nasty_meshes import NASTY
 from igl_linabf import MeshWarning, unwrap
 from igl_linabf.measures.overlapping import overlapping_pairs
 
-LIMIT = 60  # seconds for a mesh, of which most pass until a program is loaded
+TIMEOUT = 60  # seconds per mesh, including the start of the program
 
 
-def measured(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
-    """Charts; faces without finite coordinates; faces of an area; overlaps, of all faces with one."""
+def measure_atlas(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
+    """Return the number of charts, of faces without finite coordinates, and of overlaps."""
     corner = TC[FTC]
     a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     solid = FTC[np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 0]
@@ -42,61 +42,63 @@ def measured(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
     return f"{charts} | {missing} | {over}"
 
 
-def ours(name: str) -> str:
+def our_cells(name: str) -> str:
+    """Return the table cells of `unwrap`."""
     V, F = NASTY[name]()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MeshWarning)
         atlas = unwrap(V, F)
     repairs = ", ".join(f"{repair.kind} {repair.count:,}" for repair in atlas.repairs)
     flips = sum(chart.quality.flips for chart in atlas.charts)
-    figures = measured(len(F), len(atlas.charts), atlas.TC, atlas.FTC)
+    figures = measure_atlas(len(F), len(atlas.charts), atlas.TC, atlas.FTC)
     return f"{repairs} | {figures} | {flips} | {atlas.quality.stretch_l2:.3g}"
 
 
-def by_peer(program: str, name: str) -> str:
-    """What another program makes of it. It puts faces that it leaves out of its charts at (0, 0)."""
+def peer_cells(program: str, name: str) -> str:
+    """Return the table cells of another program; it places faces outside of its charts at (0, 0)."""
     V, F = NASTY[name]()
     made = peers()[program](V, F)
     corner = made.TC[made.FTC]
     kept = made.FTC[np.isfinite(corner).all(axis=(1, 2)) & (corner != 0).any(axis=(1, 2))]
     charts = int(charts_of(kept).max()) + 1 if len(kept) else 0
-    overlapping = measured(len(kept), charts, made.TC, kept).split(" | ")[2]
+    overlapping = measure_atlas(len(kept), charts, made.TC, kept).split(" | ")[2]
     return f"{charts} | {len(F) - len(kept)} | {overlapping}"
 
 
-def in_a_child(*which: str) -> str:
+def run_in_child(*which: str) -> str:
+    """Return the cells that a child process prints, or how it ended."""
     command = [sys.executable, "-W", "ignore", __file__, *which]
     pipe = subprocess.PIPE
     process = subprocess.Popen(command, stdout=pipe, stderr=pipe, encoding="utf-8", start_new_session=True)
     try:
-        printed, said = process.communicate(timeout=LIMIT)
+        printed, errors = process.communicate(timeout=TIMEOUT)
     except subprocess.TimeoutExpired:
-        return f"more than {LIMIT} s | |"
+        return f"more than {TIMEOUT} s | |"
     finally:
         with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # Blender runs in a process of its own
+            os.killpg(process.pid, signal.SIGKILL)  # including the separate process of Blender
         process.communicate()
     if process.returncode:
-        last = (said.strip().splitlines() or [f"ended with {process.returncode}"])[-1]
+        last = (errors.strip().splitlines() or [f"ended with {process.returncode}"])[-1]
         return f"{shorten(last, 60, placeholder=' ...')} | |"
     return printed.strip()
 
 
 def main() -> None:
     print(
-        "Lost: faces without finite coordinates; of other programs, those in no chart, put at (0, 0).\n"
-        "Faces without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps:\n"
-        "pairs of faces, of the same chart or of two. `ended with -11`: the process crashed.\n"
+        "Lost: faces without finite coordinates, or, for other programs, outside of all charts at (0, 0).\n"
+        "These include faces without area, which `unwrap` places on an edge of a neighbour. Overlaps:\n"
+        "overlapping pairs of faces in the same chart or in two charts. `ended with -11`: a crash.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
     programs = list(peers())
     heads += "".join(f" | {program}: charts | lost | overlaps" for program in programs)
     print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
     with ThreadPoolExecutor(2) as pool:
-        made = {name: [pool.submit(in_a_child, program, name) for program in programs] for name in NASTY}
+        made = {name: [pool.submit(run_in_child, program, name) for program in programs] for name in NASTY}
         for name, others in made.items():
             cells = [
-                f"{name} | {len(NASTY[name]()[1]):,} | {ours(name)}",
+                f"{name} | {len(NASTY[name]()[1]):,} | {our_cells(name)}",
                 *(other.result() for other in others),
             ]
             print(f"| {' | '.join(cells)} |", flush=True)
@@ -104,6 +106,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(by_peer(*sys.argv[1:]))
+        print(peer_cells(*sys.argv[1:]))
     else:
         main()

@@ -1,4 +1,4 @@
-"""Pages of the docs with figures between marks."""
+"""Write figures into pages of the docs, between marks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ DOCS = Path(__file__).parent.parent / "docs"
 
 
 def put(page: Path, mark: str, text: str) -> None:
-    """Put the text between the marks `<!-- MARK -->` and `<!-- end of MARK -->` of a page."""
+    """Replace the text between the marks `<!-- MARK -->` and `<!-- end of MARK -->` of a page."""
     begin, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->"
     old = page.read_text(encoding="utf-8")
     page.write_text(
@@ -18,7 +18,7 @@ def put(page: Path, mark: str, text: str) -> None:
 
 
 def arguments(doc: str | None, repeat: int) -> argparse.ArgumentParser:
-    """Those of a script that writes into docs/performance.md, or prints."""
+    """Return a parser for the options of a script that writes to docs/performance.md, or prints."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--repeat", type=int, default=repeat)
     parser.add_argument("--print", action="store_true", dest="printed")
@@ -26,7 +26,7 @@ def arguments(doc: str | None, repeat: int) -> argparse.ArgumentParser:
 
 
 def publish(mark: str, text: str, printed: bool) -> None:
-    """Put the text between the marks of docs/performance.md, or print it."""
+    """Write the text between the marks of docs/performance.md, or print it."""
     if printed:
         print(text)
     else:

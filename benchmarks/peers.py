@@ -1,4 +1,4 @@
-"""Atlases of other programs, one function each, and those of `unwrap` in the same form."""
+"""Make atlases with `unwrap` and with other programs, by functions with the same signature."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ np.savez(sys.argv[2], uv=uv.reshape(-1, 2), corner=corner, seconds=seconds)
 """
 
 
-class Made(NamedTuple):
-    """An atlas: texture coordinates in texels, the page's area in texels, the seconds it took."""
+class TexelAtlas(NamedTuple):
+    """An atlas: texture coordinates and area of the page, both in texels, and the time in seconds."""
 
     origin: np.ndarray
     FTC: np.ndarray
@@ -54,16 +54,16 @@ class Made(NamedTuple):
     seconds: float
 
 
-Maker = Callable[[np.ndarray, np.ndarray], Made]
+Maker = Callable[[np.ndarray, np.ndarray], TexelAtlas]
 
 
-def ours(V: np.ndarray, F: np.ndarray, resolution: int | None = RESOLUTION, **options: object) -> Made:
+def ours(V: np.ndarray, F: np.ndarray, resolution: int | None = RESOLUTION, **options: object) -> TexelAtlas:
     start = perf_counter()
     atlas = unwrap(V, F, packing=Packing(resolution=resolution, padding=PADDING), **options)
-    return Made(atlas.origin, atlas.FTC, atlas.TC * RESOLUTION, RESOLUTION**2, perf_counter() - start)
+    return TexelAtlas(atlas.origin, atlas.FTC, atlas.TC * RESOLUTION, RESOLUTION**2, perf_counter() - start)
 
 
-def by_xatlas(V: np.ndarray, F: np.ndarray) -> Made:
+def unwrap_with_xatlas(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
     import xatlas
 
     atlas, wish = xatlas.Atlas(), xatlas.PackOptions()
@@ -74,66 +74,66 @@ def by_xatlas(V: np.ndarray, F: np.ndarray) -> Made:
     seconds = perf_counter() - start
     origin, FTC, TC = atlas[0]
     page = np.array([atlas.width, atlas.height])
-    return Made(origin.astype(np.int64), FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
+    return TexelAtlas(origin.astype(np.int64), FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
 
 
-def by_uvunwrap(V: np.ndarray, F: np.ndarray) -> Made:
+def unwrap_with_uvunwrap(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
     import uvunwrap
 
     start = perf_counter()
     mesh = uvunwrap.Mesh(V.astype(np.float32), F.astype(np.uint32).ravel())
     atlas = uvunwrap.generate([mesh], page_size=RESOLUTION, padding=PADDING)
     seconds = perf_counter() - start
-    page, made = np.array([atlas.width, atlas.height]), atlas.meshes[0]
-    TC, FTC = np.array(made.uv, dtype=float).reshape(-1, 2), np.array(made.indices).reshape(-1, 3)
-    origin = np.array(made.xref).astype(np.int64)
-    return Made(origin, FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
+    page, result = np.array([atlas.width, atlas.height]), atlas.meshes[0]
+    TC, FTC = np.array(result.uv, dtype=float).reshape(-1, 2), np.array(result.indices).reshape(-1, 3)
+    origin = np.array(result.xref).astype(np.int64)
+    return TexelAtlas(origin, FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
 
 
-def blender() -> str | None:
-    """A Python that has bpy: this one, or the one that BPY_PYTHON names."""
+def find_blender_python() -> str | None:
+    """Return a Python with bpy: this one, or the one named by BPY_PYTHON."""
     return sys.executable if find_spec("bpy") else os.environ.get("BPY_PYTHON")
 
 
-def by_blender(V: np.ndarray, F: np.ndarray) -> Made:
-    """Blender's Smart UV Project."""
+def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
+    """Return the atlas of Blender's Smart UV Project."""
     with tempfile.TemporaryDirectory() as folder:
-        there, back = os.path.join(folder, "in.npz"), os.path.join(folder, "out.npz")
-        np.savez(there, V=V, F=F)
-        command = [str(blender()), "-c", SMART, there, back]
+        mesh_file, map_file = os.path.join(folder, "in.npz"), os.path.join(folder, "out.npz")
+        np.savez(mesh_file, V=V, F=F)
+        command = [str(find_blender_python()), "-c", SMART, mesh_file, map_file]
         subprocess.run(command, check=True, capture_output=True, timeout=120)
-        made = np.load(back)
-        # corners of one vertex at one place are one row
-        rows = np.column_stack((made["corner"], made["uv"]))
+        result = np.load(map_file)
+        # corners with the same vertex and texture coordinates share a row
+        rows = np.column_stack((result["corner"], result["uv"]))
         unique, FTC = np.unique(rows, axis=0, return_inverse=True)
         texels, origin = unique[:, 1:] * RESOLUTION, unique[:, 0].astype(np.int64)
-        return Made(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(made["seconds"]))
+        return TexelAtlas(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(result["seconds"]))
 
 
 def programs() -> dict[str, Maker]:
-    """What makes atlases here, by name: `unwrap` and the installed peers."""
+    """Return the functions that make atlases, by name: `unwrap` and the installed programs."""
     mine: dict[str, Maker] = {"unwrap": ours, "unwrap, isometric": partial(ours, method="isometric")}
     return mine | peers()
 
 
 def peers() -> dict[str, Maker]:
-    """The other programs that are installed."""
+    """Return the functions of the other installed programs, by name."""
     found: dict[str, Maker] = {}
     if find_spec("xatlas"):
-        found["xatlas"] = by_xatlas
+        found["xatlas"] = unwrap_with_xatlas
     if find_spec("uvunwrap"):
-        found["uvunwrap"] = by_uvunwrap
-    if blender():
-        found["Blender"] = by_blender
+        found["uvunwrap"] = unwrap_with_uvunwrap
+    if find_blender_python():
+        found["Blender"] = unwrap_with_blender
     return found
 
 
 def charts_of(FTC: np.ndarray) -> np.ndarray:
-    """The chart of each face, from 0 on."""
+    """Return the index of the chart of each face."""
     return np.unique(face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
 
 
 def relative_seams(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:
-    """Seam length over the square root of the area."""
+    """Return the length of the seams over the square root of the area."""
     a, b = V[texture_seams(F, FTC).T]
     return float(np.linalg.norm(a - b, axis=1).sum() / np.sqrt(igl.doublearea(V, F).sum() / 2))

@@ -1,10 +1,10 @@
-"""Readers of mesh files side by side, as two Markdown tables (docs/readers.md): time, and damaged files.
+"""Compare readers of mesh files in two Markdown tables (docs/readers.md): time, and damaged files.
 
     python benchmarks/readers.py [--files 300] [--times 7]
 
-igl's reader and this package's are always among them; plyfile, meshio, trimesh (which needs Pillow for
-textures) and numpy-stl where they are installed. The time is that of an icosahedron subdivided TIMES
-times. The damaged files are those of `tests/hostile_files.py`, read in child processes.
+The readers of igl and of this package are always compared; plyfile, meshio, trimesh (with Pillow for
+textures) and numpy-stl if they are installed. The times are for an icosahedron subdivided TIMES times.
+`tests/hostile_files.py` makes the damaged files, and child processes read them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import fuzzing
-from hostile_files import files_of, good_files, mutated
+from hostile_files import files_of, good_files, mutate
 
 from igl_linabf.io import read_mesh
 
@@ -43,7 +43,7 @@ Surface = tuple[np.ndarray, np.ndarray]
 def _plyfile(path: str) -> Surface:
     from plyfile import PlyData, PlyParseError
 
-    try:  # at once, as it can where all faces are triangles
+    try:  # the fast path, if all faces are triangles
         data = PlyData.read(path, known_list_len={"face": {"vertex_indices": 3}})
     except PlyParseError:
         data = PlyData.read(path)
@@ -73,14 +73,14 @@ def _numpy_stl(path: str) -> Surface:
     return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
-EVERY = ("obj", "off", "ply", "stl")
-# package: its reader, and what it reads
+SUFFIXES = ("obj", "off", "ply", "stl")
+# package: (reader, suffixes that it reads)
 READERS: dict[str, tuple[Callable[[str], Surface], tuple[str, ...]]] = {
-    "libigl": (igl.read_triangle_mesh, EVERY),
-    "igl_linabf": (read_mesh, EVERY),
+    "libigl": (igl.read_triangle_mesh, SUFFIXES),
+    "igl_linabf": (read_mesh, SUFFIXES),
     "plyfile": (_plyfile, ("ply",)),
-    "meshio": (_meshio, EVERY),
-    "trimesh": (_trimesh, EVERY),
+    "meshio": (_meshio, SUFFIXES),
+    "trimesh": (_trimesh, SUFFIXES),
     "numpy-stl": (_numpy_stl, ("stl",)),
 }
 MODULES = {"libigl": "igl", "numpy-stl": "stl"}
@@ -94,13 +94,13 @@ FORMS = {
     "STL, binary": ("stl", 0),
 }
 FOLDER = Path(tempfile.gettempdir())
-MEMORY = 4 << 30  # bytes of a child's: a file may promise billions of rows
+MEMORY = 4 << 30  # bytes per child process, because a damaged file may declare billions of rows
 RUNS = 5
 PACKAGES = {MODULES.get(name, name) for name in READERS}
-REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)  # and what a package has of its own
-SEPARATOR = " reads "  # in the kind of a case
+REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)  # and the error types of a package
+SEPARATOR = " reads "  # between package and suffix in the name of a kind
 PLACE = re.compile(r"\b(line|row|face|triangle|vert|element|byte)\w*\b.{0,30}?\d|\b(head|begin|end)", re.I)
-ENDS = {
+OUTCOMES = {
     "same": "read as if undamaged",
     "place": "refused with the place",
     "no place": "refused without",
@@ -113,15 +113,15 @@ ENDS = {
 
 @cache
 def _damaged(suffix: str, seed: int) -> tuple[bytes, bytes]:
-    """A file, and what became of it."""
+    """Return a file, and the same file with damage."""
     rng = np.random.default_rng(seed)
-    own = good_files(rng)[suffix]
-    whole = own[rng.integers(len(own))]
-    return whole, mutated(whole, rng)
+    forms = good_files(rng)[suffix]
+    undamaged = forms[rng.integers(len(forms))]
+    return undamaged, mutate(undamaged, rng)
 
 
 def _corners(read: Callable[[str], Surface], data: bytes, suffix: str) -> np.ndarray | None:
-    """Positions at the corners of the faces (#F, 3, 3); None where these name no vertices."""
+    """Return the positions at the corners of the faces (#F, 3, 3), or None for invalid indices."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"mesh.{suffix}"
         path.write_bytes(data)
@@ -131,16 +131,20 @@ def _corners(read: Callable[[str], Surface], data: bytes, suffix: str) -> np.nda
     return V[F.astype(np.int64)] if len(F) else np.empty((0, 3, 3))
 
 
-def _end(name: str, suffix: str, seed: int) -> str:
-    """What a reader does with a damaged file: one of `ENDS`."""
+def _outcome(name: str, suffix: str, seed: int) -> str:
+    """Return the outcome of reading a damaged file, a key of `OUTCOMES`."""
     read, _ = READERS[name]
-    whole, data = _damaged(suffix, seed)
-    expected = _corners(read_mesh, whole, suffix)
+    undamaged, data = _damaged(suffix, seed)
+    expected = _corners(read_mesh, undamaged, suffix)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     logging.disable()
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+        with (
+            contextlib.redirect_stdout(output),
+            contextlib.redirect_stderr(output),
+            warnings.catch_warnings(),
+        ):
             warnings.simplefilter("ignore")
             found = _corners(read, data, suffix)
     except SystemExit:
@@ -156,30 +160,32 @@ def _end(name: str, suffix: str, seed: int) -> str:
     return "same" if same else "other"
 
 
-def seconds(installed: list[str], times: int) -> None:
+def print_seconds(installed: list[str], times: int) -> None:
     """Print the table of times."""
     files = files_of(*igl.upsample(*igl.icosahedron(), times))
     heads = " | ".join(f"{name} / libigl" for name in installed[1:])
     print(f"| {20 * 4**times:,} triangles | seconds, libigl | {heads} |")
     print("|---|" + "---|" * len(installed))
     for label, (suffix, form) in FORMS.items():
-        taken: dict[str, list[float]] = {name: [] for name in installed if suffix in READERS[name][1]}
+        seconds_of_runs: dict[str, list[float]] = {
+            name: [] for name in installed if suffix in READERS[name][1]
+        }
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"mesh.{suffix}"
             path.write_bytes(files[suffix][form])
             for _ in range(RUNS):
-                for name in taken:
+                for name in seconds_of_runs:
                     start = perf_counter()
                     READERS[name][0](str(path))
-                    taken[name].append(perf_counter() - start)
-        median = {name: statistics.median(runs) for name, runs in taken.items()}
+                    seconds_of_runs[name].append(perf_counter() - start)
+        median = {name: statistics.median(runs) for name, runs in seconds_of_runs.items()}
         base = median["libigl"]
         cells = [f"{median[name] / base:.1f}" if name in median else "" for name in installed[1:]]
         print(f"| {label} | {base:.2f} | {' | '.join(cells)} |", flush=True)
 
 
-def _forms_read(name: str, suffix: str, seed: int) -> str:
-    """Of the undamaged forms of a format, how many are read right; the others may not be supported."""
+def _count_forms_read(name: str, suffix: str, seed: int) -> str:
+    """Return how many undamaged forms of a format a reader reads correctly."""
     forms = good_files(np.random.default_rng(seed))[suffix]
     read = 0
     for data in forms:
@@ -189,19 +195,19 @@ def _forms_read(name: str, suffix: str, seed: int) -> str:
     return f"{read} of {len(forms)}"
 
 
-def damage(installed: list[str], files: int) -> None:
+def print_damage(installed: list[str], files: int) -> None:
     """Print the table of damaged files."""
-    print(f"| {files:,} damaged files each | undamaged forms read | " + " | ".join(ENDS.values()) + " |")
-    print("|---|---|" + "---|" * len(ENDS))
-    for suffix in EVERY:
+    print(f"| {files:,} damaged files each | undamaged forms read | " + " | ".join(OUTCOMES.values()) + " |")
+    print("|---|---|" + "---|" * len(OUTCOMES))
+    for suffix in SUFFIXES:
         for name in installed:
             if suffix not in READERS[name][1]:
                 continue
             kind = f"{name}{SEPARATOR}{suffix}"
             count, broken = fuzzing.run_all([(kind, seed) for seed in range(files)], __file__)[kind]
             count += Counter(crash=len(broken))
-            cells = " | ".join(f"{count[end]:,}" for end in ENDS)
-            forms = _forms_read(name, suffix, files)
+            cells = " | ".join(f"{count[outcome]:,}" for outcome in OUTCOMES)
+            forms = _count_forms_read(name, suffix, files)
             print(f"| {suffix.upper()}, {name} | {forms} | {cells} |", flush=True)
 
 
@@ -210,18 +216,18 @@ def main() -> None:
     parser.add_argument("--files", type=int, default=300)
     parser.add_argument("--times", type=int, default=7)
     options = parser.parse_args()
-    fuzzing.LIMIT = 10.0  # seconds of one file
+    fuzzing.LIMIT = 10.0  # seconds per file
     installed = [name for name in READERS if find_spec(MODULES.get(name, name)) is not None]
     print(", ".join(f"{name} {metadata.version(name)}" for name in installed if name != "igl_linabf"))
     print()
-    seconds(installed, options.times)
+    print_seconds(installed, options.times)
     print()
-    damage(installed, options.files)
+    print_damage(installed, options.files)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] and sys.argv[1].endswith(".json"):
-        kinds = {f"{name}{SEPARATOR}{suffix}": (name, suffix) for name in READERS for suffix in EVERY}
-        fuzzing.child({kind: partial(_end, *of) for kind, of in kinds.items()})
+        kinds = {f"{name}{SEPARATOR}{suffix}": (name, suffix) for name in READERS for suffix in SUFFIXES}
+        fuzzing.run_as_child({kind: partial(_outcome, *arguments) for kind, arguments in kinds.items()})
     else:
         main()

@@ -1,10 +1,10 @@
-"""Write docs/results.md: the output of the other benchmarks, each under its command.
+"""Write docs/results.md from the output of the other benchmarks, each section under its command.
 
     python benchmarks/results.py [--only WORD]
 
-With --only, sections whose command does not hold this word stay as they are.
-
-A page that would lose a mesh is not written: the run ends with exit code 1, and says which are missing.
+With --only, sections whose command does not contain WORD are not changed. If the new page would lack a mesh
+or a column of the old page, the script lists the losses, leaves the page unchanged, and ends with exit code
+1.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ PAGE = ROOT / "docs" / "results.md"
 
 
 def rows(page: str) -> dict[str, list[str]]:
-    """The tables' first columns, which name the meshes, and their heads, by section."""
+    """Return the mesh names (first columns) and the column heads of the tables, by section."""
     found: dict[str, list[str]] = {}
     for section in page.split("\n## ")[1:]:
         title, *lines = section.splitlines()
@@ -60,46 +60,51 @@ def rows(page: str) -> dict[str, list[str]]:
     return found
 
 
-def lost(old: str, new: str) -> list[str]:
-    """What each section of the new page does not have of the old one's meshes and columns."""
-    there, said = rows(new), []
+def find_losses(old: str, new: str) -> list[str]:
+    """Return the meshes and columns of the old page that are missing in the new page, by section."""
+    new_rows, losses = rows(new), []
     for title, names in rows(old).items():
-        if missing := [name for name in names if name not in there.get(title, [])]:
-            said.append(f"{title}: {', '.join(missing)}")
-    return said
+        if missing := [name for name in names if name not in new_rows.get(title, [])]:
+            losses.append(f"{title}: {', '.join(missing)}")
+    return losses
 
 
 def section(title: str, command: str) -> str:
+    """Run a command, and return its output as a section of the page."""
     script, *options = command.split()
     path = ROOT / "benchmarks" / script
-    done = subprocess.run([sys.executable, path, *options], capture_output=True, encoding="utf-8", check=True)
-    return f"\n## {title}\n\n`python benchmarks/{command}`\n\n{done.stdout}"
+    process = subprocess.run(
+        [sys.executable, path, *options], capture_output=True, encoding="utf-8", check=True
+    )
+    return f"\n## {title}\n\n`python benchmarks/{command}`\n\n{process.stdout}"
 
 
-def first_words(made: str) -> str:
-    """The first paragraph of a section below its title and command: what its table shows."""
-    return made.strip().split("\n\n")[2]
+def first_paragraph(text: str) -> str:
+    """Return the first paragraph of a section, after its title and command."""
+    return text.strip().split("\n\n")[2]
 
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--only", default="", metavar="WORD", help="run the commands that hold this word")
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="run only the commands that contain this word"
+    )
     only = parser.parse_args(arguments).only
     old = PAGE.read_text("utf-8") if PAGE.exists() else ""
-    own = {part.split("\n")[0]: f"\n## {part.rstrip()}\n" for part in old.split("\n## ")[1:]}
+    old_sections = {part.split("\n")[0]: f"\n## {part.rstrip()}\n" for part in old.split("\n## ")[1:]}
     parts = []
     for title, command in SECTIONS:
-        made = section(title, command) if only in command else own.get(title, "")
-        if missing := lost(own.get(title, ""), made):
+        text = section(title, command) if only in command else old_sections.get(title, "")
+        if missing := find_losses(old_sections.get(title, ""), text):
             print(
-                f"{PAGE} is left as it is, for it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "
-                "the extra `peers`; or take out of the page what is to go.",
+                f"{PAGE} is unchanged, because it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "
+                "the extra `peers`, or remove these entries from the page first.",
                 file=sys.stderr,
             )
             return 1
-        parts.append(made)
+        parts.append(text)
         print(title, file=sys.stderr)
-    PAGE.write_text(HEAD.format(found=first_words(parts[0])) + "".join(parts), "utf-8")
+    PAGE.write_text(HEAD.format(found=first_paragraph(parts[0])) + "".join(parts), "utf-8")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Made-up subjects of FreeSurfer: fsaverage5 of nilearn's wheel on other meshes, whose right cut is known."""
+"""Write synthetic FreeSurfer subjects: fsaverage5 on other meshes, whose correct cuts are known."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ SIDES = {"lh": "left", "rh": "right"}
 
 
 def fsaverage5(hemisphere: str, *names: str) -> list[np.ndarray]:
-    """Vertices of some surfaces of fsaverage5 ("white", "pial", "sphere"), and their faces."""
+    """Return the vertices of surfaces of fsaverage5 ("white", "pial", "sphere"), and their faces."""
     shipped = fetch_surf_fsaverage("fsaverage5")
     meshes = [load_surf_mesh(shipped[f"{name}_{SIDES[hemisphere]}"]) for name in names]
     return [*(np.asarray(mesh.coordinates, float) for mesh in meshes), np.asarray(meshes[0].faces, np.int64)]
 
 
 def ball(subdivisions: int) -> tuple[np.ndarray, np.ndarray]:
-    """An icosahedron, subdivided and blown up to the unit sphere."""
+    """Return an icosahedron, subdivided and projected to the unit sphere."""
     V, F = igl.upsample(*igl.icosahedron(), subdivisions)
     return V / np.linalg.norm(V, axis=1)[:, None], np.asarray(F, np.int64)
 
 
 def made_up_subject(folder: Path, subdivisions: int = 5, hemispheres: tuple[str, ...] = ("lh", "rh")) -> Path:
-    """fsaverage5 resampled at the vertices of a turned icosphere, 7 subdivisions have 163,842 vertices."""
+    """Write fsaverage5 resampled on a rotated icosphere (163,842 vertices at 7 subdivisions)."""
     (folder / "surf").mkdir(parents=True)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -43,7 +43,7 @@ def made_up_subject(folder: Path, subdivisions: int = 5, hemispheres: tuple[str,
         _, face, nearest = igl.point_mesh_squared_distance(points, sphere, coarse)
         weights = igl.barycentric_coordinates(nearest, *(sphere[coarse[face, k]] for k in range(3)))
         for name, V in (("white", white), ("smoothwm", white), ("pial", pial)):
-            made = np.einsum("nk,nkd->nd", weights, V[coarse[face]])
-            freesurfer.write_geometry(folder / "surf" / f"{hemisphere}.{name}", made, F)
+            resampled = np.einsum("nk,nkd->nd", weights, V[coarse[face]])
+            freesurfer.write_geometry(folder / "surf" / f"{hemisphere}.{name}", resampled, F)
         freesurfer.write_geometry(folder / "surf" / f"{hemisphere}.sphere.reg", 100 * points, F)
     return folder

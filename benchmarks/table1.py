@@ -1,10 +1,10 @@
-"""The paper's Table 1, and its table of single steps, beside ours.
+"""Reproduce Table 1 of the paper and its table of single steps.
 
     python benchmarks/table1.py [--repeat 5]
 
-The meshes are the cortex, the disk of figure 4, every disk in IGL_LINABF_MESHES, and the closed models of the
-paper's names that are there or in a package, cut open along `find_seams`. Times are medians in one process.
-Blender's ABF is added if `bpy` is installed. Prints Markdown.
+The meshes are the cortex, the disk of figure 4, all disks in IGL_LINABF_MESHES, and those closed models of
+the paper that are in this folder or in a package, cut open along the seams of `find_seams`. Times are medians
+in one process. The ABF of Blender is included if `bpy` is installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ ROWS = [
     Paper("david", "505 K", 355, 12, 5.776e-4, 5.844e-4),
 ]
 BY_MODEL = {row.model: row for row in ROWS}
-# The mesh that stands for a model of the paper. bunny2 is the scan at 70,000 triangles; ours is finer.
+# mesh: model of the paper; bunny2 has 70,000 triangles, and our scan is finer
 SAME_MODEL = {
     "obtuse": "obtuse",
     "igl_cow": "cow",
@@ -73,19 +73,20 @@ SAME_MODEL = {
     "optcuts_male_body_i_f10000": "male",
     "optcuts_david_o_f10000": "david",
 }
-CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper's are
+CLOSED = ("closed", "stress")  # kinds of meshes that include models of the paper
 # Section 6: F/3nt and L2 stretch of one step of ABF++, and of linear ABF
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
-What differs: the paper's cuts, by Seamster, are not public. Its models are cut here along `find_seams`, or
-come as disks of other cuts and sizes, which changes F/3nt: fandisk is cut along its creases, and then lies
-nearly flat. The paper's seconds are of its machine, so only ratios are compared. Its ABF is ABF++ from the
-angles of the mesh. `abf` starts from the linear step, and needs one to five more of nearly the same cost.
+Differences: the cuts of the paper, made with Seamster, are not public. Here the models are cut along the
+seams of `find_seams`, or are disks with other cuts and sizes. This changes F/3nt: fandisk, for example, is
+cut along its creases and then is nearly developable. Only ratios of times are compared, because the machines
+differ. The ABF of the paper is ABF++, starting from the angles of the mesh. `abf` starts from the linear
+step, and needs one to five further steps of nearly the same cost.
 """
 
 
 def meshes() -> Iterator[Mesh]:
-    """Disks; the paper's closed models are cut open."""
+    """Yield disks; closed models of the paper are cut open."""
     yield "obtuse", obtuse(), OBTUSE_F
     yield brain()
     yield from shared("disk")
@@ -94,16 +95,16 @@ def meshes() -> Iterator[Mesh]:
             yield name, *cut(V, F, find_seams(V, F))[:2]
 
 
-def percent(share: float) -> str:
+def format_percent(share: float) -> str:
     return f"{100 * share:+.2f} %"
 
 
-def span(values: list[float], form: str) -> str:
+def format_range(values: list[float], form: str) -> str:
     return f"{form % min(values)} to {form % max(values)}"
 
 
-def row(name: str, mesh: Mesh, repeat: int, others: list[str]) -> tuple[float, float, str]:
-    """Time of ABF over linear ABF's, by how much F/3nt of linear ABF is off ABF's, and the table's line."""
+def make_row(name: str, mesh: Mesh, repeat: int, programs: list[str]) -> tuple[float, float, str]:
+    """Return the time ratio of ABF to linear ABF, the deviation of F/3nt, and the row of the table."""
     _, V, F = mesh
     checked = planar_mesh(V, F)
     calls = [bare_lscm(checked), partial(abf, V, F), partial(linabf, V, F, iterations=1)]
@@ -117,21 +118,21 @@ def row(name: str, mesh: Mesh, repeat: int, others: list[str]) -> tuple[float, f
         f"{linear / lscm:.2f}",
         f"{converged / linear:.1f}",
     ]
-    cells += [f"{exact:.4g}", f"{one:.4g}", percent(one / exact - 1)]
-    for other in others:
-        uv, seconds = peers.run_program(other, checked.V, checked.faces)
+    cells += [f"{exact:.4g}", f"{one:.4g}", format_percent(one / exact - 1)]
+    for program in programs:
+        uv, seconds = peers.run_program(program, checked.V, checked.faces)
         cells.append(f"{seconds / lscm:.1f}, {quality(V, F, uv).angle_distortion:.4g}")
     paper = BY_MODEL.get(SAME_MODEL.get(name, ""))
     if paper is None:
         cells += [""] * 5
     else:
         cells += [f"{paper.model}, {paper.triangles}", f"{paper.abf_seconds / paper.linabf_seconds:.1f}"]
-        cells += [f"{paper.abf:.4g}", f"{paper.linabf:.4g}", percent(paper.linabf / paper.abf - 1)]
+        cells += [f"{paper.abf:.4g}", f"{paper.linabf:.4g}", format_percent(paper.linabf / paper.abf - 1)]
     return converged / linear, one / exact - 1, f"| {' | '.join(cells)} |"
 
 
 def single_steps(found: list[Mesh]) -> Iterator[str]:
-    """The table of section 6."""
+    """Yield the lines of the table of section 6."""
     yield "| model | one step of ABF++: F/3nt, L2 stretch | linABF, one step | paper: ABF++ | linABF |"
     yield "|---|---|---|---|---|"
     for name, V, F in found:
@@ -152,17 +153,19 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
-    others = [name for name in peers.installed() if name.endswith("ABF")]
+    programs = [name for name in peers.installed() if name.endswith("ABF")]
     found = list(meshes())
-    rows = [row(mesh[0], mesh, options.repeat, others) for mesh in found]
-    slower, off = ([made[i] for made in rows] for i in (0, 1))
-    theirs = [paper.linabf / paper.abf - 1 for paper in ROWS]
-    times = [paper.abf_seconds / paper.linabf_seconds for paper in ROWS]
+    rows = [make_row(mesh[0], mesh, options.repeat, programs) for mesh in found]
+    ratios, deviations = ([entry[i] for entry in rows] for i in (0, 1))
+    paper_deviations = [paper.linabf / paper.abf - 1 for paper in ROWS]
+    paper_ratios = [paper.abf_seconds / paper.linabf_seconds for paper in ROWS]
+    deviation = format_range([100 * x for x in deviations], "%+.1f")
+    paper_deviation = format_range([100 * x for x in paper_deviations], "%+.0f")
     print(
-        f"F/3nt of one step of linear ABF is {span([100 * x for x in off], '%+.1f')} % off that of converged "
-        f"ABF on these {len(rows)} disks, in the median {percent(median(off))} (paper: "
-        f"{span([100 * x for x in theirs], '%+.0f')} %). ABF takes {span(slower, '%.1f')} times as long, in "
-        f"the median {median(slower):.1f} (paper: {span(times, '%.0f')}).\n"
+        f"F/3nt of one step of linear ABF is {deviation} % off that of converged ABF on these {len(rows)} "
+        f"disks, in the median {format_percent(median(deviations))} (paper: {paper_deviation} %). ABF takes "
+        f"{format_range(ratios, '%.1f')} times as long, in the median {median(ratios):.1f} (paper: "
+        f"{format_range(paper_ratios, '%.0f')}).\n"
     )
     print("Times are over igl.lscm. linABF: one iteration. ABF: to its default tolerance.\n")
     print(DIFFERS)
@@ -176,7 +179,7 @@ def main() -> None:
         "F/3nt linABF",
         "differs by",
     ]
-    heads += [f"{name}: time, F/3nt" for name in others]
+    heads += [f"{name}: time, F/3nt" for name in programs]
     heads += ["paper's model", "ABF / linABF there", "F/3nt ABF there", "linABF there", "differs there by"]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     print("\n".join(line for _, _, line in rows))

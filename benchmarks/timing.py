@@ -1,9 +1,9 @@
-"""Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
+"""Measure the time of linabf over igl.lscm: medians in one process after a warm-up, with input checks.
 
     python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large] [MESH ...]
 
-Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
-subdivided once (with --large also twice, 827 k triangles). Prints Markdown.
+Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face subdivided
+once (with --large also twice, 827 k triangles). Prints Markdown.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from meshes import Mesh, brain, shared, subdivided
+from meshes import Mesh, brain, shared, subdivide
 
 from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
@@ -25,8 +25,8 @@ from igl_linabf.surface import planar_mesh
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 
 
-def chosen(options: argparse.Namespace) -> Iterator[Mesh]:
-    """The meshes of the command line, or the default ones."""
+def choose_meshes(options: argparse.Namespace) -> Iterator[Mesh]:
+    """Yield the meshes of the command line, or the default meshes."""
     if options.mesh:
         for path in options.mesh:
             yield path.stem, *read_mesh(path)
@@ -36,9 +36,9 @@ def chosen(options: argparse.Namespace) -> Iterator[Mesh]:
         if mesh[0] in ("igl_lion", "igl_camelhead", "igl_face"):
             yield mesh
         if mesh[0] == "igl_face":
-            yield subdivided(mesh, 1)
+            yield subdivide(mesh, 1)
             if options.large:
-                yield subdivided(mesh, 2)
+                yield subdivide(mesh, 2)
 
 
 def main() -> None:
@@ -52,7 +52,7 @@ def main() -> None:
     print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n" if by_cholmod else "Without CHOLMOD.\n")
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
-    for name, V, F in chosen(options):
+    for name, V, F in choose_meshes(options):
         bare = bare_lscm(planar_mesh(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
         medians(calls, 1)  # a warm-up

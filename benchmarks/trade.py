@@ -1,10 +1,10 @@
-"""What `trade` buys: the cost of an atlas, its seams and its stretch from few charts to little stretch.
+"""Measure the effect of `trade`: cost, seams and stretch of atlases from few charts to little stretch.
 
     python benchmarks/trade.py [--picture docs/images/trade.png]
 
-The models are the bunny, a generated body, a plate with holes made by code, and the cow, the horse and
-fandisk in IGL_LINABF_MESHES. Peers are added if they are installed. Prints Markdown; with `--picture`, draws
-the stretch over the seams as curves instead, with the peers as points.
+The models are the bunny, two generated models, and the cow, the horse and fandisk in IGL_LINABF_MESHES. Other
+programs are included if they are installed. Prints Markdown. With `--picture`, the script draws the stretch
+over the seams instead, with curves for `unwrap` and points for the other programs.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from generated import generated, upright
+from generated import generated, unmirror
 from meshes import Mesh, shared, stanford
 from peers import peers, relative_seams
 
@@ -32,7 +32,7 @@ from hard_surfaces import plate_with_holes
 TRADES = (1, 3, 10, 30, 100, 300, 1000)
 SHARED = {"igl_cow": "cow", "optcuts_horse_f10000": "horse", "igl_fandisk": "fandisk"}
 HEADS = "by | charts | seams / sqrt(area) | L2 stretch | fill | E | its stretch | its seams | its page"
-ROUNDING = 1e-3  # as a share: less is one atlas found in two ways
+ROUNDING = 1e-3  # relative differences below this do not count
 
 
 class Point(NamedTuple):
@@ -45,7 +45,9 @@ class Point(NamedTuple):
     cost: tuple[float, ...] = ()
 
 
-MONOTONE: dict[str, tuple[Callable[[Point], float], int]] = {  # each rises (1) or falls (-1) with the trade
+MONOTONE: dict[
+    str, tuple[Callable[[Point], float], int]
+] = {  # name: (figure, 1 if it should rise with the trade, -1 if it should fall)
     "charts": (lambda at: at.charts, 1),
     "seams": (lambda at: at.seams, 1),
     "L2 stretch": (lambda at: at.stretch, -1),
@@ -63,8 +65,8 @@ def models() -> Iterator[Mesh]:
             yield SHARED[name], V, F
 
 
-def by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
-    """The atlas of each trade."""
+def unwrap_by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
+    """Return the figures of the atlas for each trade."""
     found = {}
     for trade in TRADES:
         atlas = unwrap(V, F, Seams(trade=trade))
@@ -74,62 +76,62 @@ def by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
     return found
 
 
-def by_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
-    """The atlases of other programs; stretch is that of the faces that do not flip."""
+def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
+    """Return the figures of the atlases of other programs, without flipped faces in the stretch."""
     found = {}
     for name, make in peers().items():
-        made = make(V, F)
-        TC, charts, flipped = upright(made)
-        keep = ~flipped & (igl.doublearea(TC, made.FTC) > 0)
-        stretch = quality(V[made.origin], made.FTC[keep], TC).stretch_l2
-        fill = igl.doublearea(TC, made.FTC).sum() / 2 / made.page
-        found[name] = Point(charts, relative_seams(V, F, made.FTC), stretch, fill)
+        atlas = make(V, F)
+        TC, charts, flipped = unmirror(atlas)
+        keep = ~flipped & (igl.doublearea(TC, atlas.FTC) > 0)
+        stretch = quality(V[atlas.origin], atlas.FTC[keep], TC).stretch_l2
+        fill = igl.doublearea(TC, atlas.FTC).sum() / 2 / atlas.page
+        found[name] = Point(charts, relative_seams(V, F, atlas.FTC), stretch, fill)
     return found
 
 
-def not_monotone(points: dict[float, Point]) -> dict[str, list[str]]:
-    """Which figures go the wrong way from a trade to the next larger one, and where."""
-    said: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
+def find_wrong_steps(points: dict[float, Point]) -> dict[str, list[str]]:
+    """Return the steps between successive trades that change a figure the wrong way, by figure."""
+    steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
     for (t, a), (u, b) in pairwise(points.items()):
         for figure, (of, sign) in MONOTONE.items():
             before, after = of(a), of(b)
             if sign * (after - before) < -ROUNDING * before:
-                said[figure].append(f"{before:.3f} to {after:.3f} from {t} to {u}")
-    return said
+                steps[figure].append(f"{before:.3f} to {after:.3f} from {t} to {u}")
+    return steps
 
 
-def row(name: str, by: str, at: Point) -> str:
+def format_row(name: str, by: str, at: Point) -> str:
     figures = f"{at.charts} | {at.seams:.2f} | {at.stretch:.4f} | {at.fill:.2f}"
     cost = " | ".join(f"{term:.3f}" for term in at.cost) or "| | |"
     return f"| {name} | {by} | {figures} | {cost} |"
 
 
-def table() -> None:
+def print_table() -> None:
     print(
         "E is `atlas.cost`, in units of L2 stretch, with its three terms at each trade. The other programs\n"
-        "have no such option, and stretch is that of the faces that do not flip.\n"
+        "have no such option. Flipped faces do not count in the stretch.\n"
     )
     print(f"| model | {HEADS} |\n|{'---|' * (HEADS.count('|') + 2)}")
-    broken: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
-    number = 0
+    wrong_steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
+    model_count = 0
     for name, V, F in models():
-        points = by_trade(V, F)
+        points = unwrap_by_trade(V, F)
         for trade, at in points.items():
-            print(row(name, f"trade {trade}", at), flush=True)
-        for peer, at in by_peers(V, F).items():
-            print(row(name, peer, at), flush=True)
-        number += 1
-        for figure, said in not_monotone(points).items():
-            broken[figure] += [f"{name} {step}" for step in said]
-    steps = number * (len(TRADES) - 1)
-    print(f"\nOf {steps} steps from one trade to the next, those the wrong way by more than a thousandth:\n")
+            print(format_row(name, f"trade {trade}", at), flush=True)
+        for peer, at in unwrap_with_peers(V, F).items():
+            print(format_row(name, peer, at), flush=True)
+        model_count += 1
+        for figure, steps in find_wrong_steps(points).items():
+            wrong_steps[figure] += [f"{name} {step}" for step in steps]
+    total = model_count * (len(TRADES) - 1)
+    print(f"\nSteps between successive trades ({total}) that go the wrong way by more than a thousandth:\n")
     for figure, (_, sign) in MONOTONE.items():
-        way, wrong = "rises" if sign > 0 else "falls", broken[figure]
-        print(f"- {figure} {way} in all but {len(wrong)}{': ' * bool(wrong)}{'; '.join(wrong)}")
+        verb, wrong = "rises" if sign > 0 else "falls", wrong_steps[figure]
+        print(f"- {figure} {verb} in all but {len(wrong)}{': ' * bool(wrong)}{'; '.join(wrong)}")
 
 
 def draw(path: str) -> None:
-    """Stretch over seams, one panel a model."""
+    """Draw the stretch over the seams, one panel per model."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -141,13 +143,13 @@ def draw(path: str) -> None:
     for ax in axes.ravel()[len(shown) :]:
         ax.axis("off")
     for (name, V, F), ax in zip(shown, axes.ravel(), strict=False):
-        points = by_trade(V, F)
+        points = unwrap_by_trade(V, F)
         ax.plot(
             [p.seams for p in points.values()], [p.stretch for p in points.values()], "o-", label="unwrap"
         )
         for trade, at in points.items():
             ax.annotate(f"{trade}", (at.seams, at.stretch), xytext=(3, 4), textcoords="offset points", size=7)
-        for peer, at in by_peers(V, F).items():
+        for peer, at in unwrap_with_peers(V, F).items():
             ax.plot(at.seams, at.stretch, marks[peer], label=f"{peer}, {at.charts} charts")
         ax.set_title(f"{name}: {points[1].charts} to {points[1000].charts} charts", size=10)
         ax.set_xlim(left=0)
@@ -166,7 +168,7 @@ def main() -> None:
     if picture:
         draw(picture)
     else:
-        table()
+        print_table()
 
 
 if __name__ == "__main__":

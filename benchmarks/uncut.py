@@ -1,8 +1,8 @@
-"""Meshes with holes, uncut: F/3nt, flips, closure residual and time over igl.lscm.
+"""Measure maps of meshes with holes, without cuts: F/3nt, flips, closure residual, time over igl.lscm.
 
     python benchmarks/uncut.py [--repeat 5]
 
-The meshes are the demo's crown and those of kind `holes` in IGL_LINABF_MESHES. Prints Markdown.
+The meshes are the crown of the demo and the meshes of kind holes in IGL_LINABF_MESHES. Prints Markdown.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Atlases beside those of other programs: distortion, seams, packing and time.
+"""Compare atlases with the atlases of other programs: distortion, seams, packing and time.
 
     python benchmarks/unwrap.py [--all]
 
-The meshes are the bunny, a cortex and those of the kinds closed, handles and multi in IGL_LINABF_MESHES, or
-of all sound kinds. xatlas and uvunwrap are added if they are installed (extra `peers`), and Blender's Smart
-UV Project if bpy is, here or in the Python that BPY_PYTHON names. igl.lscm maps the charts of `unwrap`.
-Prints Markdown.
+The meshes are the bunny, a cortex, and the meshes of kinds closed, handles and multi in IGL_LINABF_MESHES;
+with --all, the meshes of all valid kinds. xatlas and uvunwrap (extra `peers`) are included if they are
+installed. Smart UV Project of Blender is included if bpy is installed, here or in the Python named by
+BPY_PYTHON. igl.lscm flattens the charts of `unwrap`. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from time import perf_counter
 import igl
 import numpy as np
 from meshes import shared, stanford
-from peers import PADDING, RESOLUTION, Made, charts_of, programs, relative_seams
+from peers import PADDING, RESOLUTION, TexelAtlas, charts_of, programs, relative_seams
 
 from igl_linabf import OutcomeWarning, flatten, quality
 from igl_linabf.surface import compact
@@ -29,13 +29,13 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from carried import pial
 
 KINDS = ("closed", "handles", "multi")
-ALL = (*KINDS, "holes", "disk", "stress", "flat2d")
+ALL_KINDS = (*KINDS, "holes", "disk", "stress", "flat2d")
 HEADS = "charts | seams | F/3nt | L2 stretch | spread | flips | fill | touching | s"
 FORMATS = (".0f", ".1f", ".3g", ".3f", ".1f", ".0f", ".2f", ".0f", ".2f")
 
 
-def touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
-    """Charts that share a texel of a bilinear lookup with another one."""
+def count_touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
+    """Return the number of charts that share a texel of a bilinear lookup with another chart."""
     texels = TC[FTC] - 0.5
     size = (RESOLUTION, RESOLUTION)
     inner = covered(texels, size)
@@ -50,44 +50,44 @@ def touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
     return len(np.unique(pairs[several, 1]))
 
 
-def doubled(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
-    """Twice the signed areas in the map."""
+def signed_double_areas(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
+    """Return twice the signed areas of the faces in the map."""
     a, b = TC[FTC[:, 1]] - TC[FTC[:, 0]], TC[FTC[:, 2]] - TC[FTC[:, 0]]
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def figures(V: np.ndarray, F: np.ndarray, made: Made) -> list[float]:
-    """What HEADS names."""
-    areas = doubled(made.TC, made.FTC)
-    keep = np.abs(areas) > 0  # faces that a program leaves out, or that have no area
-    chart = charts_of(made.FTC[keep])
-    mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas turns some charts over
+def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
+    """Return the figures of one atlas, in the order of `HEADS`."""
+    areas = signed_double_areas(atlas.TC, atlas.FTC)
+    keep = np.abs(areas) > 0  # without faces that a program omits, and without faces of zero area
+    chart = charts_of(atlas.FTC[keep])
+    mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas[keep] > 0) == mirrored[chart])
-    q = quality(V[made.origin], made.FTC[keep & (igl.doublearea(V, F) > 0)], made.TC)
-    fill = np.abs(areas).sum() / 2 / made.page
-    touch = touching(made.TC, made.FTC[keep], chart)
-    seams = relative_seams(V, F, made.FTC)
+    q = quality(V[atlas.origin], atlas.FTC[keep & (igl.doublearea(V, F) > 0)], atlas.TC)
+    fill = np.abs(areas).sum() / 2 / atlas.page
+    touch = count_touching(atlas.TC, atlas.FTC[keep], chart)
+    seams = relative_seams(V, F, atlas.FTC)
     values = [len(mirrored), seams, q.angle_distortion, q.stretch_l2, q.texel_spread, flips]
-    return [*values, fill, touch, made.seconds]
+    return [*values, fill, touch, atlas.seconds]
 
 
-def by_lscm(V: np.ndarray, F: np.ndarray, made: Made) -> list[float]:
-    """igl.lscm on the charts of an atlas, which are not packed then: weighed by triangles."""
+def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
+    """Return the figures of igl.lscm on the charts of an atlas, not packed; means over the triangles."""
     start = perf_counter()
-    chart, of_charts = charts_of(made.FTC), []
+    chart, of_charts = charts_of(atlas.FTC), []
     for i in range(chart.max() + 1):
-        used, own = compact(made.FTC[chart == i], len(made.TC))
-        points = V[made.origin[used]]
+        used, own = compact(atlas.FTC[chart == i], len(atlas.TC))
+        points = V[atlas.origin[used]]
         q = quality(points, own, flatten(points, own, "lscm").uv)
         of_charts.append((len(own), q.angle_distortion, q.flips))
     triangles, distortion, flips = np.array(of_charts).T
-    seams, unknown = relative_seams(V, F, made.FTC), float("nan")
+    seams, unknown = relative_seams(V, F, atlas.FTC), float("nan")
     seconds = perf_counter() - start
     mean = triangles @ distortion / triangles.sum()
     return [len(of_charts), seams, mean, unknown, unknown, flips.sum(), unknown, unknown, seconds]
 
 
-def row(name: str, program: str, values: list[float]) -> str:
+def format_row(name: str, program: str, values: list[float]) -> str:
     cells = [
         "" if np.isnan(value) else f"{value:{form}}" for value, form in zip(values, FORMATS, strict=True)
     ]
@@ -98,29 +98,33 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     print(
         f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square\n"
-        "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; those\n"
-        "of xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear\n"
-        "lookup with another one. s: seconds. igl.lscm: on the charts of unwrap, not packed; it flattens\n"
-        "each anew, while in unwrap a chart that is cut so that the page is fuller keeps its map.\n"
+        "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; pages of\n"
+        "xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear lookup\n"
+        "with another chart. s: seconds. igl.lscm: on the charts of unwrap, not packed; it flattens each\n"
+        "chart, while unwrap keeps the map of a chart that is cut only to fill the page better.\n"
     )
     print(f"| mesh | by | {HEADS} |\n|{'---|' * (HEADS.count('|') + 3)}")
     tables: dict[str, list[list[float]]] = {}
-    for name, V, F in [stanford(), ("pial", *pial()), *shared(*(ALL if "--all" in sys.argv else KINDS))]:
+    for name, V, F in [
+        stanford(),
+        ("pial", *pial()),
+        *shared(*(ALL_KINDS if "--all" in sys.argv else KINDS)),
+    ]:
         for program, run in programs().items():
             try:
-                made = run(V, F)
-                found = {program: figures(V, F, made)}
+                atlas = run(V, F)
+                found = {program: measure_atlas(V, F, atlas)}
                 if program == "unwrap":
-                    found["igl.lscm"] = by_lscm(V, F, made)
-            except Exception as error:  # another program's, or our own: the table says so
+                    found["igl.lscm"] = flatten_charts_with_lscm(V, F, atlas)
+            except Exception as error:  # of any program: it becomes a row of the table
                 print(f"| {name} | {program} | {type(error).__name__} |{' |' * HEADS.count('|')}", flush=True)
                 print(name, program, error, file=sys.stderr)
                 continue
             for of, values in found.items():
                 tables.setdefault(of, []).append(values)
-                print(row(name, of, values), flush=True)
+                print(format_row(name, of, values), flush=True)
     for program, values in tables.items():
-        print(row(f"median of {len(values)}", program, np.median(values, axis=0).tolist()))
+        print(format_row(f"median of {len(values)}", program, np.median(values, axis=0).tolist()))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""How long `unwrap` takes: beside the flattening alone, and beside xatlas.
+"""Measure the time of `unwrap`, compared with the flattening alone and with xatlas.
 
     python benchmarks/unwrap_time.py [FILE ...]
 
-The meshes are those of the files; without, those of the kinds closed, handles, holes and multi in
-IGL_LINABF_MESHES, as they are and subdivided with bumps, the bunny, a torus, level sets of 5 and 10 handles,
-500 mixed pieces, 2,000 cubes and a plate with 40 bores. Each runs in a process of its own, with one thread.
-xatlas is added if it is installed. Prints Markdown.
+Without files, the meshes are the bunny, a torus, level sets with 5 and 10 handles, 500 mixed pieces, 2,000
+cubes, a plate with 40 bores, and the meshes of kinds closed, handles, holes and multi in IGL_LINABF_MESHES,
+some of them also subdivided with bumps. Each mesh runs in a separate process with one thread. xatlas is
+included if it is installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import igl
 import numpy as np
 import pyvista as pv
 from meshes import shared, stanford
-from peers import by_xatlas
+from peers import unwrap_with_xatlas
 
 from igl_linabf import clean, flatten, flatten_many, unwrap
 from igl_linabf.flattening import medians
@@ -39,14 +39,14 @@ from hard_surfaces import plate_with_holes
 
 Surface = tuple[np.ndarray, np.ndarray]
 
-REPEATS_BELOW = 30_000  # triangles, of which the median of three runs counts
-XATLAS_BELOW = 50_000  # triangles: it takes minutes from there on
+REPEAT_BELOW = 30_000  # triangles below which the time is the median of three runs
+XATLAS_BELOW = 50_000  # triangles above which xatlas takes minutes
 LARGE = {"bunny": 1, "igl_cow": 2, "optcuts_horse_f10000": 3, "igl_3holes": 2, "bff_punctured-torus": 1}
 KINDS = ("closed", "handles", "holes", "multi")
 
 
-def bumpy(V: np.ndarray, F: np.ndarray, times: int, seed: int = 0) -> Surface:
-    """Loop-subdivided, with bumps of a thousandth of the diagonal."""
+def add_bumps(V: np.ndarray, F: np.ndarray, times: int, seed: int = 0) -> Surface:
+    """Return a Loop-subdivided surface with bumps of a thousandth of the diagonal."""
     V, F = igl.loop(V, F.astype(np.int64), times)
     size, rng = float(np.linalg.norm(np.ptp(V, axis=0))), np.random.default_rng(seed)
     height = sum(np.sin(V @ rng.normal(size=3) * 60 / size + rng.uniform(0, 6)) for _ in range(12))
@@ -54,29 +54,29 @@ def bumpy(V: np.ndarray, F: np.ndarray, times: int, seed: int = 0) -> Surface:
 
 
 def torus(times: int) -> Surface:
-    """With bumps."""
+    """Return a torus with bumps."""
     u, v = (a.ravel() for a in np.meshgrid(*2 * [2 * np.pi * np.arange(50) / 50], indexing="ij"))
     V = np.column_stack(
         ((1 + 0.5 * np.cos(v)) * np.cos(u), (1 + 0.5 * np.cos(v)) * np.sin(u), 0.5 * np.sin(v))
     )
     i, j = (a.ravel() for a in np.meshgrid(*2 * [np.arange(50)], indexing="ij"))
     a, b, c, d = (50 * ((i + k) % 50) + (j + m) % 50 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
-    return bumpy(V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d)))), times)
+    return add_bumps(V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d)))), times)
 
 
 def tangle(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Negative in a cube with a tunnel through each pair of sides: 5 handles."""
+    """Return values that are negative inside a cube with a tunnel along each axis: 5 handles."""
     return sum(c**4 - 5 * c**2 for c in (x, y, z)) + 11.8
 
 
 def gyroid(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Negative in a sheet along the gyroid within a ball: 10 handles."""
+    """Return values that are negative inside a sheet along the gyroid within a ball: 10 handles."""
     sheet = np.abs(np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)) - 0.35
     return np.maximum(sheet, x**2 + y**2 + z**2 - 4.5**2)
 
 
 def level_set(f: Callable[..., np.ndarray], reach: float, points: int) -> Surface:
-    """Where a function is zero, by marching cubes on a grid of so many points along each axis."""
+    """Return the zero set of a function, by marching cubes on a grid of `points` points per axis."""
     grid = pv.ImageData(
         dimensions=(points,) * 3, spacing=(2 * reach / (points - 1),) * 3, origin=(-reach,) * 3
     )
@@ -86,8 +86,8 @@ def level_set(f: Callable[..., np.ndarray], reach: float, points: int) -> Surfac
     return np.asarray(body.points, dtype=float), body.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
 
 
-def many(count: int, boxes: float, seed: int = 0) -> Surface:
-    """Pieces side by side: a share of them boxes, the others spheres of 20 to 1,280 triangles."""
+def make_pieces(count: int, boxes: float, seed: int = 0) -> Surface:
+    """Return separate pieces: a share `boxes` of boxes, and spheres of 20 to 1,280 triangles."""
     rng = np.random.default_rng(seed)
     corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0, 1) for z in (0, 1)])
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -99,31 +99,31 @@ def many(count: int, boxes: float, seed: int = 0) -> Surface:
     return np.concatenate(V), np.concatenate([kinds[k][1] + b for k, b in zip(chosen, base, strict=False)])
 
 
-def of_file(path: str) -> Surface:
-    """Clean, its corners welded where they are equal."""
+def read_clean_mesh(path: str) -> Surface:
+    """Return the clean mesh of a file, with equal vertices welded."""
     V, F, *_ = clean(*read_mesh(path))
     return V, F
 
 
 def models() -> dict[str, Callable[[], Surface]]:
-    """Functions that make the meshes, by name."""
+    """Return the functions that make the meshes, by name."""
     given = {name: (V, F) for name, V, F in [stanford(), *shared(*KINDS)]}
     found: dict[str, Callable[[], Surface]] = {name: partial(tuple, mesh) for name, mesh in given.items()}
     for name, times in LARGE.items():
         for k in range(1, times + 1) if name in given else ():
-            found[f"{name}, bumpy, {4**k} x"] = partial(bumpy, *given[name], k)
+            found[f"{name}, bumpy, {4**k} x"] = partial(add_bumps, *given[name], k)
     found |= {f"torus, bumpy, {4**k} x": partial(torus, k) for k in (1, 2)}
     found |= {f"5 handles, {n} points": partial(level_set, tangle, 3.0, n) for n in (80, 160)}
     found |= {"10 handles, 60 points": partial(level_set, gyroid, 5.0, 60)}
-    found |= {"500 pieces": partial(many, 500, 0.5), "2,000 cubes": partial(many, 2000, 1.0)}
+    found |= {"500 pieces": partial(make_pieces, 500, 0.5), "2,000 cubes": partial(make_pieces, 2000, 1.0)}
     return found | {"plate with 40 bores": partial(plate_with_holes, 40)}
 
 
-def measured(name: str) -> dict[str, float]:
-    """A mesh's triangles, charts, times and memory; it is a file or one of `models`."""
-    V, F = of_file(name) if Path(name).is_file() else models()[name]()
-    repeats = 3 if len(F) < REPEATS_BELOW else 1
-    atlas = unwrap(V, F, progress=False)  # imports, and loads compiled kernels
+def measure(name: str) -> dict[str, float]:
+    """Return triangles, charts, times and memory for a file or one of `models`."""
+    V, F = read_clean_mesh(name) if Path(name).is_file() else models()[name]()
+    repeats = 3 if len(F) < REPEAT_BELOW else 1
+    atlas = unwrap(V, F, progress=False)  # a warm-up for lazy imports
     (own,) = medians([partial(unwrap, V, F, progress=False)], repeats, process_time)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     charts = []
@@ -131,12 +131,12 @@ def measured(name: str) -> dict[str, float]:
         vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
     calls = [lambda: [flatten(*chart, progress=False) for chart in charts], partial(flatten_many, charts)]
-    medians(calls, 1)  # loads those that `unwrap` did not need
-    alone, many = medians(calls, repeats, process_time)
+    medians(calls, 1)  # a warm-up
+    one_by_one, together = medians(calls, repeats, process_time)
     row = {"triangles": len(F), "charts": len(charts), "s": own, "MB": memory / 1024}
-    row |= {"flatten": alone, "many": many}
+    row |= {"flatten": one_by_one, "many": together}
     if find_spec("xatlas") and len(F) < XATLAS_BELOW:
-        (row["xatlas"],) = medians([partial(by_xatlas, V, F)], repeats, process_time)
+        (row["xatlas"],) = medians([partial(unwrap_with_xatlas, V, F)], repeats, process_time)
     return row
 
 
@@ -144,11 +144,11 @@ def main() -> None:
     files = sys.argv[1:]
     if files[:1] == ["--one"]:
         warnings.simplefilter("ignore")
-        print(json.dumps(measured(files[1])))
+        print(json.dumps(measure(files[1])))
         return
     print(
-        "s: CPU seconds of unwrap, with one thread. / flatten, / flatten_many: over the time of the charts\n"
-        "alone, one by one and together. MB: peak of the process.\n"
+        "s: CPU seconds of unwrap, with one thread. / flatten, / flatten_many: over the time of flattening\n"
+        "the charts alone, one by one and together. MB: peak memory of the process.\n"
     )
     heads = [
         "mesh",

@@ -1,13 +1,14 @@
 """
-Details of a fine model on a coarse one
-=======================================
+Baking the details of a fine model into a texture
+=================================================
 
-The bunny has 102 k triangles. Here it is decimated to 3 k, unwrapped, and given a texture. Each texel takes
-the normal at the nearest point of the fine bunny. `bake` calls a function with the points of the surface that
-the texels show, all at once.
+The Stanford bunny has 102 k triangles. It is decimated to 3 k triangles, unwrapped, and given a texture in
+which each texel stores the normal at the nearest point of the fine bunny. For this, `bake` calls a function
+once, with the surface points of all texels.
 
-From the left: the coarse bunny, its texture, and the coarse bunny with it. The colours are the directions of
-the normals, so that details of the fine model appear as lines which the coarse one does not have::
+From left to right: the coarse bunny, its texture, and the coarse bunny with the texture. The colours encode
+the directions of the normals. The details of the fine model appear as lines that the coarse model does not
+have::
 
     python demos/baking.py
 """
@@ -32,8 +33,8 @@ V, F = igl.qslim(fine, triangles, 3000)[:2]
 F = F.astype(np.int64)
 
 
-def colours(points: np.ndarray) -> np.ndarray:
-    """The normals of the fine bunny at the nearest points, as colours."""
+def sample_normals(points: np.ndarray) -> np.ndarray:
+    """Return the normals of the fine bunny at the points nearest to `points`, as colours."""
     _, face, nearest = igl.point_mesh_squared_distance(points, fine, triangles)
     a, b, c = (np.ascontiguousarray(fine[triangles[face, k]]) for k in range(3))
     weights = igl.barycentric_coordinates(nearest, a, b, c)
@@ -41,8 +42,8 @@ def colours(points: np.ndarray) -> np.ndarray:
     return n / np.linalg.norm(n, axis=1, keepdims=True) / 2 + 0.5
 
 
-def textured(TC: np.ndarray) -> pv.PolyData:
-    """The coarse bunny with texture coordinates."""
+def build_surface(TC: np.ndarray) -> pv.PolyData:
+    """Return the coarse bunny with texture coordinates."""
     corners = np.column_stack((np.full(len(F), 3), atlas.FTC))
     surface = pv.PolyData(V[atlas.origin], corners)
     surface.active_texture_coordinates = TC
@@ -51,23 +52,23 @@ def textured(TC: np.ndarray) -> pv.PolyData:
 
 if __name__ == "__main__":
     atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=RESOLUTION, padding=4))
-    image = bake(V, F, atlas, colours, RESOLUTION)
+    image = bake(V, F, atlas, sample_normals, RESOLUTION)
     coarse = bake(V, F, atlas, igl.per_vertex_normals(V, F), RESOLUTION)
-    shown = np.linalg.norm(coarse, axis=2) > 0
-    between = np.linalg.norm((2 * image - 1 - coarse)[shown], axis=1)
+    covered = np.linalg.norm(coarse, axis=2) > 0
+    difference = np.linalg.norm((2 * image - 1 - coarse)[covered], axis=1)
     print(
         f"{len(F):,} triangles of {len(triangles):,}; {atlas.fill:.0%} of {RESOLUTION} x {RESOLUTION} texels"
     )
-    print(f"directions of fine and coarse normals differ by {np.median(between):.2f} in the median")
+    print(f"directions of fine and coarse normals differ by {np.median(difference):.2f} in the median")
     assert atlas.good
-    assert np.median(between) > 0.05  # which the coarse mesh does not have
-    np.testing.assert_allclose(np.linalg.norm(2 * image[shown] - 1, axis=1), 1, atol=1e-9)
+    assert np.median(difference) > 0.05  # the fine normals add details
+    np.testing.assert_allclose(np.linalg.norm(2 * image[covered] - 1, axis=1), 1, atol=1e-9)
 
     Path("out").mkdir(exist_ok=True)
     write_image("out/baking_texture.png", image)
     write_textured("out/baking.glb", V, F, atlas.TC, atlas.FTC, image)
     pixels = np.ascontiguousarray((image * 255).round().astype(np.uint8))
-    surface = textured(atlas.TC)
+    surface = build_surface(atlas.TC)
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(1, 3), off_screen=True, window_size=[2100, 700], border=False)
         plotter.add_mesh(surface, color="lightgray")

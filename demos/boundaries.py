@@ -1,13 +1,15 @@
-"""Boundaries to order
-===================
+"""Boundaries of a given shape
+===========================
 
-The bunny's face on a circle and on a rectangle, and a sleeve unrolled to one, beside their free maps::
+Map the face of the Stanford bunny to a circle and to a rectangle, and unroll a sleeve to a rectangle. Both
+are shown beside their maps with a free boundary::
 
     python demos/boundaries.py [MESH]
 
-Only the angle sums at the boundary change: half circles at straight sides, right angles at corners, those
-of the inscribed polygon on a circle. Inside, each map is the one that changes the angles least. A tailor
-wants the sleeve's seam to be two straight sides: its corners are given.
+The shape only prescribes the sums of the angles at the boundary vertices: 180 degrees along a straight side,
+90 degrees at a corner, and the angles of the inscribed polygon on a circle. Among all maps with these sums,
+each map changes the angles least. The corners of the rectangle are given for the sleeve, so that its seam
+becomes two straight sides, as a tailor needs them.
 """
 
 from __future__ import annotations
@@ -25,20 +27,21 @@ from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 
 SHAPES = ("free", "circle", "rectangle")
-AHEAD = np.array([-0.5, -0.85, 0.1])  # where the bunny looks
+AHEAD = np.array([-0.5, -0.85, 0.1])  # the direction in which the bunny looks
 
 
 def face(radius: float = 9.0) -> tuple[np.ndarray, np.ndarray]:
-    """What is near the tip of the Stanford bunny's nose."""
+    """Return the part of the Stanford bunny within `radius` of the tip of its nose."""
     V, F = bunny()
     head = np.flatnonzero(V[:, 2] > 24)
     nose = V[head[np.argmax(V[head] @ AHEAD)]]
     F = F[np.linalg.norm(V[F].mean(axis=1) - nose, axis=1) < radius]
-    return split_chords(*igl.remove_unreferenced(V, F)[:2])  # ears cannot be straight
+    # a triangle with two boundary edges cannot lie along a straight side
+    return split_chords(*igl.remove_unreferenced(V, F)[:2])
 
 
 def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, list[int]]:
-    """A bent, tapered tube, open along its seam; and the four ends of the seam."""
+    """Return a bent, tapered tube that is open along its seam, and the four ends of the seam."""
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, around + 1), np.linspace(0, 1, along + 1))
     radius, bend = 1.2 - 0.5 * v, 1.2 * v**2
     z, x = 4 * v - radius * np.cos(u) * np.sin(bend), 3 * v**2 + radius * np.cos(u) * np.cos(bend)
@@ -51,8 +54,8 @@ def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, l
     return V, F, [0, around, last + around, last]
 
 
-def on_shape(result: Flattening, loop: np.ndarray) -> float:
-    """How far the loop is from its circle or its upright rectangle, over the map's size."""
+def shape_error(result: Flattening, loop: np.ndarray) -> float:
+    """Return the distance of the loop from its circle or upright rectangle, over the size of the map."""
     z = result.uv[loop]
     if result.boundary == "circle":
         system = np.column_stack((z, np.ones(len(z))))
@@ -66,14 +69,14 @@ def on_shape(result: Flattening, loop: np.ndarray) -> float:
 def show(
     name: str, V: np.ndarray, F: np.ndarray, corners: list[int] | None = None, look: np.ndarray | None = None
 ) -> dict[str, Flattening]:
-    """Print and draw the free map and those on a circle and on a rectangle."""
+    """Print and draw the maps with a free boundary, on a circle and on a rectangle."""
     results = {}
     for shape in SHAPES:
         chosen = corners if shape == "rectangle" else None
         results[shape] = result = flatten(V, F, boundary=shape, corners=chosen)
         q = quality(V, F, result.uv)
-        said = f"{name}, {shape}: {result.outcome.value}, F/3nt {q.angle_distortion:.2e}"
-        print(f"{said}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped, {result.iterations} solves")
+        caption = f"{name}, {shape}: {result.outcome.value}, F/3nt {q.angle_distortion:.2e}"
+        print(f"{caption}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped, {result.iterations} solves")
         assert q.flips == 0
     path = Path("out") / f"{name}_shapes.png"
     path.parent.mkdir(exist_ok=True)
@@ -105,6 +108,6 @@ if __name__ == "__main__":
         arm = show("sleeve", W, G, corners)
         for results, faces in ((front, F), (arm, G)):
             for shape in SHAPES[1:]:
-                assert on_shape(results[shape], igl.boundary_loop(faces)) < 1e-6
-        # the two sides that are sewn together are straight, and the sleeve shrinks but little
+                assert shape_error(results[shape], igl.boundary_loop(faces)) < 1e-6
+        # the two sides that are sewn together are straight, and the sleeve shrinks only a little
         assert quality(W, G, arm["rectangle"].uv).stretch_l2 < 1.3

@@ -1,12 +1,14 @@
 """Methods side by side
 ====================
 
-Flatten a mesh by igl.lscm, linear ABF and ABF, and print their quality and time::
+Flatten a mesh with `igl.lscm`, linear ABF and ABF, and print the quality and the time of each map::
 
     python demos/compare_lscm.py MESH [FOLDER]
 
-This prints two tables. It writes MESH's name with .obj (linear ABF's map as texture coordinates) and
-with .png into FOLDER, by default `out`. `igl-linabf compare MESH` prints only the first table.
+The demo prints two tables and writes two files into FOLDER (default: `out`). Both are named after the mesh:
+an OBJ file with the map of linear ABF as texture coordinates, and a PNG picture of all maps.
+
+`igl-linabf compare MESH` prints the first table only.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ def show(
     others: Mapping[str, np.ndarray] | None = None,
     methods: Sequence[str] = ("lscm", "linabf", "abf"),
 ) -> dict[str, Quality]:
-    """Print and draw the maps of several methods and `others`; return the qualities by name."""
+    """Print and draw the maps of several methods and `others`; return the quality of each by name."""
     comparison = compare(V, F, methods)
     maps = comparison.maps | dict(others or {})
     measured = {name: quality(V, F, uv) for name, uv in maps.items()}

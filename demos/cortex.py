@@ -1,14 +1,15 @@
 """The cortex
 ==========
 
-Flatten the left cortical hemisphere of fsaverage5, cut as FreeSurfer's experts cut it.
+Flatten the left cortical hemisphere of fsaverage5 along the cuts that the experts of FreeSurfer made.
 
-The mesh comes with nilearn's wheel. `pial_left` is the surface in 3-D. `flat_left` has the faces that
-remain after the cuts, and a flat map of them, which is shown for comparison. FreeSurfer made it in many
-minutes, to keep distances.
+The mesh is part of the nilearn package. `pial_left` is the surface in 3-D. `flat_left` contains the faces
+that remain after the cuts, and a flat map of them, which is shown for comparison. FreeSurfer computed that
+map to preserve distances, which takes many minutes.
 
-Two methods of ours stand beside it. Linear ABF keeps angles: shapes are right, sizes vary. The isometric
-map keeps lengths and areas as well as it can, in a second, and better than the shipped map does.
+Two methods of this package are shown beside it. Linear ABF preserves angles: shapes are right, but sizes
+vary. The isometric map preserves lengths and areas as well as possible. It takes a second, and distorts both
+less than the map of FreeSurfer.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from nilearn.surface import load_surf_mesh
 
 
 def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Surface (#V, 3), faces (#F, 3) and the flat map (#V, 2) that comes with it, in mm."""
+    """Return the surface (#V, 3), its faces (#F, 3) and the flat map of FreeSurfer (#V, 2), in mm."""
     fsaverage = fetch_surf_fsaverage("fsaverage5")
     flat, pial = (load_surf_mesh(fsaverage[key]) for key in ("flat_left", "pial_left"))
     V, F, _, used = igl.remove_unreferenced(
@@ -35,8 +36,8 @@ def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 if __name__ == "__main__":
     V, F, shipped = cortex()
     measured = show(V, F, Path("out/cortex"), {"shipped": shipped}, methods=("lscm", "linabf", "isometric"))
-    linear, isometric, theirs = (measured[name] for name in ("linABF", "isometric", "shipped"))
+    linear, isometric, freesurfer = (measured[name] for name in ("linABF", "isometric", "shipped"))
     assert linear.flips == isometric.flips == isometric.overlaps == 0
     assert linear.angle_distortion < measured["igl.lscm"].angle_distortion
     for figure in ("area_distortion", "edge_change", "edge_change_99", "stretch_l2", "angle_distortion"):
-        assert getattr(isometric, figure) < getattr(theirs, figure)
+        assert getattr(isometric, figure) < getattr(freesurfer, figure)

@@ -2,11 +2,12 @@
 Even texels
 ===========
 
-Textures want `method="isometric"`. As few seams, two maps: linear ABF keeps angles and lets the squares
-of a checkerboard grow and shrink; the isometric map keeps both as well as it can, and no triangle flips.
+For textures, use `method="isometric"`. Both methods need equally few seams. Linear ABF preserves angles, but
+the squares of a checkerboard grow and shrink. The isometric map preserves angles and sizes as well as
+possible, and no triangle flips.
 
-The models are the Stanford bunny and a cortical hemisphere, closed. If xatlas is installed, its atlas stands
-beside ours: as even, in 50 to 200 charts instead of one or two.
+The models are the Stanford bunny and a closed cortical hemisphere. If xatlas is installed, its atlas is shown
+as well: the texels are equally even, but it has 50 to 200 charts instead of one or two.
 """
 
 from __future__ import annotations
@@ -29,25 +30,26 @@ from igl_linabf.plot import plot_checkerboard
 Surface = tuple[np.ndarray, np.ndarray]
 
 
-def decimated(V: np.ndarray, F: np.ndarray, triangles: int) -> Surface:
+def decimate(V: np.ndarray, F: np.ndarray, triangles: int) -> Surface:
+    """Return the surface with about `triangles` triangles."""
     V, F, *_ = igl.qslim(V, F, triangles)
     return np.asarray(V), np.asarray(F, dtype=np.int64)
 
 
 def hemisphere() -> Surface:
-    """The pial surface of fsaverage5, of nilearn's wheel."""
+    """Return the left pial surface of fsaverage5, which is part of the nilearn package."""
     pial = load_surf_mesh(fetch_surf_fsaverage("fsaverage5")["pial_left"])
-    return decimated(np.asarray(pial.coordinates, dtype=float), np.asarray(pial.faces, dtype=np.int64), 8000)
+    return decimate(np.asarray(pial.coordinates, dtype=float), np.asarray(pial.faces, dtype=np.int64), 8000)
 
 
 MODELS: Mapping[str, tuple[Callable[[], Surface], tuple[float, float, float], tuple[int, int, int]]] = {
-    "bunny": (lambda: decimated(*bunny(), 12000), (0.2, -1, 0.2), (0, 0, 1)),
+    "bunny": (lambda: decimate(*bunny(), 12000), (0.2, -1, 0.2), (0, 0, 1)),
     "hemisphere": (hemisphere, (-1, 0, 0), (0, 0, 1)),
 }
 
 
-def by_xatlas(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Positions, faces and map of xatlas's atlas, its mirrored charts turned back; how many there are."""
+def unwrap_with_xatlas(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Return positions, faces, map and number of charts of the atlas of xatlas, with no chart mirrored."""
     import xatlas
 
     packer = xatlas.Atlas()
@@ -66,31 +68,31 @@ if __name__ == "__main__":
     with pv.vtk_verbosity("error"):
         size = [500 * columns, 500 * len(MODELS)]
         plotter = pv.Plotter(shape=(len(MODELS), columns), off_screen=True, window_size=size, border=False)
-    for i, (name, (surface, seen_from, up)) in enumerate(MODELS.items()):
+    for i, (name, (surface, view, up)) in enumerate(MODELS.items()):
         V, F = surface()
-        shown = {}
+        atlases = {}
         for method in ("linabf", "isometric"):
             atlas = unwrap(V, F, method=method)
             assert atlas.good
-            shown[method] = V[atlas.origin], atlas.FTC, atlas.TC, len(atlas.charts)
+            atlases[method] = V[atlas.origin], atlas.FTC, atlas.TC, len(atlas.charts)
         if columns == 3:
-            shown["xatlas"] = by_xatlas(V, F)
+            atlases["xatlas"] = unwrap_with_xatlas(V, F)
         spread = {}
-        for k, (method, (points, corners, uv, charts)) in enumerate(shown.items()):
+        for k, (method, (points, corners, uv, charts)) in enumerate(atlases.items()):
             measured = quality(points, corners, uv)
             spread[method] = measured.texel_spread
-            said = f"{name}, {method}: texels {measured.texel_spread:.1f} : 1, {charts} charts"
-            print(f"{said}, L2 stretch {measured.stretch_l2:.3f}, {measured.flips} flipped")
+            caption = f"{name}, {method}: texels {measured.texel_spread:.1f} : 1, {charts} charts"
+            print(f"{caption}, L2 stretch {measured.stretch_l2:.3f}, {measured.flips} flipped")
             plotter.subplot(i, k)
-            # as many texels for all: a square is the same share of the surface's area
+            # the same number of texels for all atlases: a square covers the same share of the surface
             double = igl.doublearea(uv, corners).sum()
             side = np.sqrt(double / 2) / 30
             plot_checkerboard(
                 points, corners, uv, frequency=float(np.ptp(uv, axis=0).max() / side), plotter=plotter
             )
-            plotter.view_vector(seen_from, viewup=up)
+            plotter.view_vector(view, viewup=up)
             plotter.camera.zoom(1.2)
-            plotter.add_text(said, font_size=9)
+            plotter.add_text(caption, font_size=9)
         assert spread["isometric"] < 3 < spread["linabf"] / 2
     Path("out").mkdir(exist_ok=True)
     with replacing("out/even_texels.png") as temporary:

@@ -1,11 +1,11 @@
-"""A subject laid flat
-===================
+"""Flattening a FreeSurfer subject
+===============================
 
-From the folder of a FreeSurfer subject to flat maps of both hemispheres.
+Flatten both hemispheres of a FreeSurfer subject, starting from its folder.
 
-The subject is fsaverage5, whose surfaces come with nilearn's wheel; they are written as FreeSurfer names
-them. Its own flat map, which FreeSurfer's experts cut and FreeSurfer laid flat, ships with them, and is shown
-in the right column. Sulci are dark.
+The subject is fsaverage5. Its surfaces are part of the nilearn package, and are written under the names that
+FreeSurfer gives them. The left column shows the new maps. The right column shows the flat maps that are
+distributed with fsaverage5: experts made the cuts, and FreeSurfer flattened the surfaces. Sulci are dark.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ OUT = Path("out/flat_subject")
 SIDES = {"lh": "left", "rh": "right"}
 
 
-def as_subject(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Write fsaverage5 as a subject; return its shipped flat maps, (#V, 2) and their faces."""
+def write_subject(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Write the folder of fsaverage5; return its flat maps by FreeSurfer, (#V, 2), and their faces."""
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "surf").mkdir(parents=True)
     shipped, flat = fetch_surf_fsaverage("fsaverage5"), {}
@@ -42,24 +42,24 @@ def as_subject(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 if __name__ == "__main__":
-    theirs = as_subject(OUT / "fsaverage5")
-    ours = flatten_hemispheres(OUT / "fsaverage5")
+    freesurfer_maps = write_subject(OUT / "fsaverage5")
+    flat_hemispheres = flatten_hemispheres(OUT / "fsaverage5")
     plotter = pv.Plotter(shape=(2, 2), off_screen=True, window_size=[1400, 1200], border=False)
-    for row, flat in enumerate(ours):
+    for row, flat in enumerate(flat_hemispheres):
         write_hemisphere(OUT, flat)
         V, name = flat.hemisphere.V, flat.hemisphere.name
         folds = mean_curvatures(V, flat.hemisphere.F)
-        uv, F = theirs[name]
+        uv, F = freesurfer_maps[name]
         errors = flat.quality.distance_error, distance_error(V, F, uv)
         for column, (title, map_, faces) in enumerate(
             (("igl_linabf", flat.uv, flat.F), ("FreeSurfer", uv, F))
         ):
             plotter.subplot(row, column)
             used = np.unique(faces)
-            shown = np.full(len(V), np.nan)
-            shown[used] = np.where(folds[used] < 0, 0.35, 0.75)
+            shade = np.full(len(V), np.nan)
+            shade[used] = np.where(folds[used] < 0, 0.35, 0.75)
             colours = {"cmap": "gray", "clim": (0, 1), "show_scalar_bar": False}
-            plot_uv(map_, faces, scalars=shown, plotter=plotter, **colours)
+            plot_uv(map_, faces, scalars=shade, plotter=plotter, **colours)
             plotter.add_text(f"{title}, {name}: distance error {100 * errors[column]:.1f} %", font_size=10)
         print(f"{name}: distance error {errors[0]:.3f}, of the shipped map {errors[1]:.3f}; {flat.left_out}")
         assert flat.quality.flips == flat.quality.overlaps == 0

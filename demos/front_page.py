@@ -1,9 +1,9 @@
 """The bunny in its texture
 ===========================
 
-The picture of the first page: the Stanford bunny, unwrapped along seams that `unwrap` finds, with a texture
-of coloured squares. On the right is its atlas, the image that an artist paints on. The squares have one size
-all over the body: `method="isometric"` keeps areas, too.
+This is the picture of the first page: the Stanford bunny, unwrapped along seams that `unwrap` finds, with a
+texture of coloured squares. On the right is its atlas, the image that an artist paints. The squares have
+the same size everywhere on the body, because `method="isometric"` preserves areas, too.
 """
 
 from pathlib import Path
@@ -17,8 +17,8 @@ from igl_linabf.io import replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 
 
-def squares(n: int = 40, texels: int = 2048) -> pv.Texture:
-    """Coloured squares, whose hue tells where in the texture they are."""
+def make_squares(n: int = 40, texels: int = 2048) -> pv.Texture:
+    """Return a texture of coloured squares whose hue depends on their place in the texture."""
     at = (np.arange(texels) + 0.5) / texels
     u, v = np.meshgrid(at, at)
     waves = [0.5 + 0.5 * np.cos(2 * np.pi * (u + v - shift)) for shift in (0.0, 1 / 3, 2 / 3)]
@@ -33,7 +33,7 @@ if __name__ == "__main__":
     print(atlas)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.1
-    texture = squares()
+    texture = make_squares()
     plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1600, 800], border=False)
     plotter.subplot(0, 0)
     plot_checkerboard(V, F, atlas, texture=texture, frequency=1.0, plotter=plotter)

@@ -1,14 +1,14 @@
 """Greedy against least-squares layout
 ===================================
 
-Section 5 of the paper: both layouts of the same angles, on a large mesh::
+Section 5 of the paper compares two layouts. Here, both lay out the same angles of a large mesh::
 
     python demos/greedy.py [MESH]
 
-The default mesh is the cortex with every triangle split into sixteen (298,464 triangles). After one
-linear step the angles are not quite those of a flat mesh. Greedy layout accumulates these errors along
-its tree of triangles: the farther from the seed, the farther its map is from the least-squares map.
-After convergence both maps agree.
+The default mesh is the cortex, with each triangle split into sixteen (298,464 triangles). After one linear
+step, the angles do not yet fit together exactly in the plane. Greedy layout accumulates these errors along
+its tree of triangles. Therefore the distance between its map and the least-squares map grows with the
+distance from the seed. After convergence, both maps agree.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from igl_linabf.plot import fit, plot_compare
 BANDS = 5
 
 
-def depths(F: np.ndarray, seed: int) -> np.ndarray:
-    """Number of edges to cross from face `seed` to each face."""
+def face_depths(F: np.ndarray, seed: int) -> np.ndarray:
+    """Return the number of edges between face `seed` and each face."""
     beside, _ = igl.triangle_triangle_adjacency(F)
     t, k = np.nonzero(beside >= 0)
     graph = sparse.csr_array((np.ones(len(t)), (t, beside[t, k])), shape=(len(F), len(F)))
@@ -38,16 +38,16 @@ def depths(F: np.ndarray, seed: int) -> np.ndarray:
 
 
 def compare_layouts(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, list]:
-    """Both maps, and for bands of distance from the seed: depth, flipped triangles, rms distance."""
+    """Return both maps, and the depth, flips and rms distance of the maps in bands around the seed."""
     angles = flatten(V, F, LinABF(iterations=iterations)).angles
     greedy, least = (layout(F, angles, method=method) for method in ("greedy", "least-squares"))
-    depth = depths(F, int(np.argmax(angles.min(axis=1))))
+    depth = face_depths(F, int(np.argmax(angles.min(axis=1))))
     greedy = fit(greedy, least)
-    away = np.linalg.norm(greedy - least, axis=1)[F].mean(axis=1) / np.ptp(least, axis=0).max()
+    apart = np.linalg.norm(greedy - least, axis=1)[F].mean(axis=1) / np.ptp(least, axis=0).max()
     flipped = igl.doublearea(np.ascontiguousarray(greedy), F) <= 0
     bands = []
     for part in np.array_split(np.argsort(depth, kind="stable"), BANDS):
-        bands.append((depth[part].max(), int(flipped[part].sum()), float(np.sqrt((away[part] ** 2).mean()))))
+        bands.append((depth[part].max(), int(flipped[part].sum()), float(np.sqrt((apart[part] ** 2).mean()))))
     return greedy, least, bands
 
 
@@ -62,9 +62,9 @@ if __name__ == "__main__":
         print(f"\n{len(F):,} triangles, {'one step' if iterations == 1 else 'converged'}")
         print(f"greedy: F/3nt {g.angle_distortion:.3g}, {g.flips} flipped", end="; ")
         print(f"least squares: F/3nt {s.angle_distortion:.3g}, {s.flips} flipped")
-        print("up to this many triangles from the seed: flipped, rms distance of the maps over their size")
-        for depth, flips, away in bands:
-            print(f"{depth:10}  {flips:6}  {away:.1e}")
+        print("largest depth from the seed, flipped triangles, rms distance of the maps over their size")
+        for depth, flips, distance in bands:
+            print(f"{depth:10}  {flips:6}  {distance:.1e}")
         if iterations == 1:
             if len(sys.argv) == 1:
                 assert g.flips > s.flips == 0
@@ -76,5 +76,5 @@ if __name__ == "__main__":
                 plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()
         elif len(sys.argv) == 1:
             assert g.flips == s.flips == 0
-            assert max(away for *_, away in bands) < 1e-6
+            assert max(distance for *_, distance in bands) < 1e-6
     print("\nwrote out/greedy.png")

@@ -1,13 +1,16 @@
-"""Seams where they do not show
-============================
+"""Hidden seams
+============
 
-A machine part falls into its net, and a figure is cut on the side that is not seen::
+Unwrap a machine part along its creases, and a figure along seams on its far side::
 
     python demos/hidden_seams.py
 
-The nut has planes, a hole, and slivers between them: cut along its creases, it is laid flat without
-distortion. The bunny is unwrapped twice, with seams (red) anywhere and with `hide=`, the direction in which
-the far side looks. Both pictures show it from the front.
+The nut consists of planar faces, a hole, and slivers between them. It is cut along its creases and laid flat
+without distortion.
+
+The bunny is unwrapped twice. On the left, the seams (red) may run anywhere. On the right, `hide=` gives the
+direction in which the far side faces, and the seams stay on that side. Both pictures show the bunny from the
+front.
 """
 
 from __future__ import annotations
@@ -21,10 +24,10 @@ from stretch import bunny
 from igl_linabf import Atlas, Seams, unwrap
 from igl_linabf.io import read_mesh, replacing
 
-FAR = np.array([0.0, 0.0, -1.0])  # the bunny is seen from +z
+FAR = np.array([0.0, 0.0, -1.0])  # the far side: the camera looks from +z
 
 
-def surface(V: np.ndarray, F: np.ndarray) -> pyvista.PolyData:
+def to_polydata(V: np.ndarray, F: np.ndarray) -> pyvista.PolyData:
     return pyvista.PolyData(V, np.column_stack((np.full(len(F), 3), F)))
 
 
@@ -32,9 +35,9 @@ def seam_lines(V: np.ndarray, seams: np.ndarray) -> pyvista.PolyData:
     return pyvista.PolyData(V, lines=np.column_stack((np.full(len(seams), 2), seams)))
 
 
-def seen_share(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> float:
-    """Share of the seam length that looks at the viewer."""
-    normal = surface(V, F).compute_normals(cell_normals=False, split_vertices=False)["Normals"]
+def visible_share(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> float:
+    """Return the share of the seam length that faces the viewer."""
+    normal = to_polydata(V, F).compute_normals(cell_normals=False, split_vertices=False)["Normals"]
     a, b = V[atlas.seams.T]
     length = np.linalg.norm(a - b, axis=1)
     return float(length[normal[atlas.seams].mean(axis=1) @ FAR < 0].sum() / length.sum())
@@ -51,10 +54,10 @@ if __name__ == "__main__":
     plotter = pyvista.Plotter(shape=(2, 2), off_screen=True, window_size=(1200, 1200), border=False)
     plotter.subplot(0, 0)
     looks = {"scalars": net.chart, "cmap": "tab10", "show_scalar_bar": False, "show_edges": True}
-    plotter.add_mesh(surface(V, F), **looks)
+    plotter.add_mesh(to_polydata(V, F), **looks)
     plotter.add_mesh(seam_lines(V, net.seams), color="red", line_width=5)
     plotter.subplot(0, 1)
-    flat = surface(np.column_stack((net.TC, np.zeros(len(net.TC)))), net.FTC)
+    flat = to_polydata(np.column_stack((net.TC, np.zeros(len(net.TC)))), net.FTC)
     plotter.add_mesh(
         flat, scalars=net.chart, cmap="tab10", show_scalar_bar=False, show_edges=True, lighting=False
     )
@@ -63,15 +66,15 @@ if __name__ == "__main__":
     V, F = bunny()
     for column, hide in enumerate((None, FAR)):
         atlas = unwrap(V, F, Seams(hide=hide))
-        share = seen_share(V, F, atlas)
-        said = "anywhere" if hide is None else "hidden"
-        print(f"bunny, seams {said}: {share:.0%} of them seen, L2 stretch {atlas.quality.stretch_l2:.3f}")
+        visible = visible_share(V, F, atlas)
+        where = "anywhere" if hide is None else "hidden"
+        print(f"bunny, seams {where}: {visible:.0%} of them seen, L2 stretch {atlas.quality.stretch_l2:.3f}")
         assert atlas.good
-        assert (share < 0.25) == (hide is not None)
+        assert (visible < 0.25) == (hide is not None)
         plotter.subplot(1, column)
-        plotter.add_mesh(surface(V, F), color="lightgray", smooth_shading=True)
+        plotter.add_mesh(to_polydata(V, F), color="lightgray", smooth_shading=True)
         plotter.add_mesh(seam_lines(V, atlas.seams), color="red", line_width=5)
-        plotter.add_text(f"seams {said}", font_size=14, color="black")
+        plotter.add_text(f"seams {where}", font_size=14, color="black")
         plotter.camera_position = [V.mean(axis=0) - 3 * np.ptp(V) * FAR, V.mean(axis=0), (0, 1, 0)]
         plotter.reset_camera()
         plotter.camera.zoom(1.4)

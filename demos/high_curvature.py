@@ -1,11 +1,12 @@
 """High curvature
 ==============
 
-Figure 3 of the paper: high Gauss curvature, on a spiky surface of revolution and on a crown.
+Figure 3 of the paper shows surfaces of high Gauss curvature. Here they are a spiky surface of revolution and
+a crown. Both are height fields over a round plate.
 
-At a tip the angle sum misses 2 pi by far more than a radian, so the exponential map of section 4.2 is
-used there. On the crown LSCM flips triangles. Linear ABF flips none, and its map is nearer to that of
-ABF. Both surfaces are height fields over a round plate.
+At a tip, the angle sum deviates from 2 pi by far more than a radian. Therefore linear ABF uses the
+exponential map of section 4.2 there. On the crown, LSCM flips triangles. Linear ABF flips none, and its map
+is closer to the map of ABF.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from compare_lscm import show
 
 
 def rings(count: int, height: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """A round plate of `count` rings of triangles, lifted by a `height` function of complex positions."""
+    """Return a round plate of `count` rings of triangles, lifted by `height` of the complex positions."""
     z, F, first = [np.zeros(1)], [], 0
     for k in range(1, count + 1):
         z.append(k / count * np.exp(2j * np.pi * np.arange(6 * k) / (6 * k)))
@@ -34,20 +35,20 @@ def rings(count: int, height: Callable[[np.ndarray], np.ndarray]) -> tuple[np.nd
 
 
 def spike(distance: np.ndarray, height: float, width: float) -> np.ndarray:
-    """Height of a spike or a ridge of half `width`, at a distance from its top."""
+    """Return the height of a spike or ridge of half-width `width` at a distance from its top."""
     return height * np.maximum(0, 1 - distance / width)
 
 
 def spiky(z: np.ndarray) -> np.ndarray:
-    """A spike on the axis and two sharp ridges around it."""
+    """Return the height of a spike on the axis and two sharp ridges around it."""
     r = np.abs(z)
     return spike(r, 1.5, 0.3) + spike(np.abs(r - 0.5), 0.35, 0.12) + spike(np.abs(r - 0.8), 0.25, 0.1)
 
 
 def crown(z: np.ndarray) -> np.ndarray:
-    """A spike on the axis and six around it."""
-    around = 0.55 * np.exp(2j * np.pi * np.arange(6) / 6)
-    return spike(np.abs(z), 0.8, 0.2) + sum(spike(np.abs(z - at), 0.7, 0.18) for at in around)
+    """Return the height of a spike on the axis and six spikes around it."""
+    centres = 0.55 * np.exp(2j * np.pi * np.arange(6) / 6)
+    return spike(np.abs(z), 0.8, 0.2) + sum(spike(np.abs(z - at), 0.7, 0.18) for at in centres)
 
 
 if __name__ == "__main__":

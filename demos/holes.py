@@ -1,13 +1,13 @@
-"""Holes, uncut
-============
+"""Holes without cuts
+==================
 
-A crown whose tips are cut off, flattened by igl.lscm, linear ABF and ABF::
+Flatten a crown whose tips are cut off with `igl.lscm`, linear ABF and ABF::
 
     python demos/holes.py [MESH]
 
-The constraints at interior vertices alone leave the map multivalued around a hole. igl_linabf adds
-constraints for each hole: from the first step on, its loop turns once and ends at the scale with which
-it began; from the second step on, it closes.
+With constraints at the interior vertices only, the map is multivalued around a hole. This package adds
+constraints for the boundary loop of each hole. From the first step on, the loop turns by exactly 360 degrees
+and ends at its initial scale. From the second step on, the loop closes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from igl_linabf.plot import fit
 
 
 def crown_without_tips() -> tuple[np.ndarray, np.ndarray]:
-    """The crown of `high_curvature.py`, cut off at a height: a disk with seven holes."""
+    """Return the crown of `high_curvature.py` without its tips, a disk with seven holes."""
     V, F = rings(40, crown)
     V, F, *_ = igl.remove_unreferenced(V, F[V[F][..., 2].max(axis=1) < 0.45])
     return V, F
@@ -47,7 +47,7 @@ if __name__ == "__main__":
         for hole in (first, last):
             print(f"  {hole.rotation:8.1e} {hole.scale:8.1e}     {hole.translation:8.1e}", end="")
         print()
-    # laid out triangle after triangle, on either side of every hole, the map is single-valued now
+    # greedy layout passes every hole on both sides, and the map is single-valued after convergence
     greedy = fit(layout(F, converged.angles, method="greedy"), converged.uv)
     away = np.linalg.norm(greedy - converged.uv, axis=1).max() / np.ptp(converged.uv, axis=0).max()
     print(f"greedy layout of the converged angles is {away:.1e} of the map's size from least squares")

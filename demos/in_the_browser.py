@@ -1,12 +1,12 @@
 """In the browser
 ==============
 
-Write the flattened cortex as an HTML page. Any browser opens it, without a server; turn both views with
+Write the flattened cortex as an HTML page. Any browser can open it without a server, and both views turn with
 the mouse::
 
     python demos/in_the_browser.py [MESH]
 
-The page is pyvista's HTML export of the scene. It has 2 MB and includes the viewer.
+The page is the HTML export of pyvista. It includes the viewer and is about 2 MB in size.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ if __name__ == "__main__":
     plotter.view_yz(negative=True)
     plotter.subplot(0, 1)
     plot_uv(uv, F, plotter=plotter)
-    for view in plotter.renderers:  # the page knows perspective only
+    for view in plotter.renderers:  # the viewer in the page supports perspective only
         view.disable_parallel_projection()
         view.reset_camera()
     plotter.background_color = "white"
     Path("out").mkdir(exist_ok=True)
     page = Path("out") / f"{name}.html"
-    with tempfile.TemporaryDirectory() as nothing, contextlib.redirect_stdout(sys.stderr):
-        # trame looks for another viewer, too, and downloads it unless told of a folder
-        os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", nothing)
+    with tempfile.TemporaryDirectory() as empty, contextlib.redirect_stdout(sys.stderr):
+        # trame downloads its other viewer unless this variable names a folder
+        os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", empty)
         with replacing(page) as temporary:
             plotter.trame.export_html(temporary)
     plotter.show()

@@ -1,10 +1,10 @@
 """
-A window on the surface and its flat map
-========================================
+A window with the surface and its flat map
+==========================================
 
-A click marks the same point on both sides. Keys change the method, the iterations, the checkerboard and
-the distortion that is shown; h lists them. Without a display, a picture of the window is written to
-``out/``::
+A click on either side marks the same point on both. Keys change the method, the number of iterations, the
+checkerboard and the kind of distortion; press h for a list. Without a display, the demo writes a picture of
+the window to ``out/``::
 
     python demos/interactive.py [MESH]
 

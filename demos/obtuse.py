@@ -1,10 +1,11 @@
 """Obtuse
 ======
 
-Figure 4 of the paper: three triangles around a vertex with an angular deficit of 4.56.
+Figure 4 of the paper shows three triangles around a vertex with an angle deficit of 4.56.
 
-The deficit is so large that the exponential map of section 4.2 is used. LSCM and DNCP flip a triangle,
-whichever two boundary vertices are pinned. Linear ABF gives a valid map, the same as ABF.
+Because the deficit is so large, linear ABF uses the exponential map of section 4.2. LSCM and DNCP flip a
+triangle for every choice of two pinned boundary vertices. The map of linear ABF is valid and agrees with the
+map of ABF.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from igl_linabf.io import replacing
 from igl_linabf.plot import fit, plot_compare
 
 F = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]])
-SPOKES = (0.72, 1.0, 0.71)  # lengths from the vertex to its neighbours
-BETWEEN = (0.631, 0.616)  # angles between the first and the second, the second and the third
+SPOKES = (0.72, 1.0, 0.71)  # distances of the middle vertex from its neighbours
+BETWEEN = (0.631, 0.616)  # angles from the first to the second spoke, and from the second to the third
 DEFICIT = 4.56
 
 
 def obtuse() -> np.ndarray:
-    """The four vertices: the middle one, and the ends of three spokes with the given deficit."""
+    """Return four vertices: the middle one, and the ends of three spokes with the given deficit."""
     a, b = BETWEEN
     c = 2 * np.pi - DEFICIT - a - b
     x, y = np.cos(c), (np.cos(b) - np.cos(a) * np.cos(c)) / np.sin(a)
@@ -47,20 +48,20 @@ if __name__ == "__main__":
     abf = flatten(V, F, ABF(tol=1e-10))
     for label, result in (("linABF", flatten(V, F, LinABF(iterations=1))), ("ABF", abf)):
         uv = fit(result.uv, abf.uv)
-        far = np.linalg.norm(uv - abf.uv, axis=1).max() / np.ptp(abf.uv, axis=0).max()
+        distance = np.linalg.norm(uv - abf.uv, axis=1).max() / np.ptp(abf.uv, axis=0).max()
         angle = np.degrees(np.abs(result.angles - abf.angles).max())
         print(
             f"{label:8} flipped triangles: {len(result.flipped)}; from ABF at most {angle:.2f} degrees "
-            f"and {far:.1e} of the map's size; {result.iterations} iterations"
+            f"and {distance:.1e} of the map's size; {result.iterations} iterations"
         )
         assert len(result.flipped) == 0
-        assert far < 1e-3
+        assert distance < 1e-3
         maps[label] = result.uv
     for name, threshold in (("with", 1.0), ("without", 7.0)):
         step = flatten(V, F, LinABF(iterations=1, threshold=threshold))
-        left = step.after.vertex
-        print(f"{name} the switch, what one step leaves of the {DEFICIT} rad: {left:.1e}")
-        assert (left < 1e-4) if name == "with" else (left > 0.5)
+        residual = step.after.vertex
+        print(f"{name} the exponential map, residual of the {DEFICIT} rad after one step: {residual:.1e}")
+        assert (residual < 1e-4) if name == "with" else (residual > 0.5)
     Path("out").mkdir(exist_ok=True)
     with replacing("out/obtuse.png") as temporary:
         plot_compare(V, F, maps, frequency=12, off_screen=True, screenshot=temporary).close()

@@ -2,13 +2,14 @@
 Texels and pages
 ================
 
-Charts have to fill a texture, and keep apart in it. `resolution` says how many texels a page has, and
-`padding` how many of them lie between two charts. `pack_together` puts several surfaces on one page, at one
-scale for all. `texel_density` sets the scale; then there are as many pages as it takes.
+Charts should fill a texture, but keep a distance from each other. `resolution` is the number of texels along
+each side of a page, and `padding` the number of texels between two charts. `pack_together` puts several
+surfaces on one page, all at the same scale. `texel_density` sets the scale; as many pages as necessary are
+then filled.
 
-Above is the bunny with 2 and with 12 texels of padding, and with a cortical hemisphere on the same page.
-Below are three pages of both at a higher density. Each texel that a chart covers has a colour. One that two
-charts share would be red; there is none::
+The upper row shows the bunny with 2 and with 12 texels of padding, and together with a cortical hemisphere on
+one page. The lower row shows three pages of both surfaces at a higher density. Texels covered by a chart are
+coloured. A texel shared by two charts would be red; there is no such texel::
 
     python demos/packing.py
 """
@@ -22,7 +23,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pyvista as pv
-from even_texels import decimated, hemisphere
+from even_texels import decimate, hemisphere
 from stretch import bunny
 
 from igl_linabf import Atlas, Packing, Seams, pack_together, unwrap
@@ -31,12 +32,13 @@ from igl_linabf.plot import WARNING
 from igl_linabf.textures import covered
 
 RESOLUTION = 256
-SHARED = -2  # of a texel with two charts
-COLOURS = ("#2f6690", "#81a4cd", "#d9a441", "#5f8a5f", "#8d6a9f", "#f5f3ee", WARNING)  # charts; none; two
+SHARED = -2  # mark of a texel with two charts
+# five colours for charts, one for texels without a chart, one for texels with two charts
+COLOURS = ("#2f6690", "#81a4cd", "#d9a441", "#5f8a5f", "#8d6a9f", "#f5f3ee", WARNING)
 
 
 def charts_of(atlases: Sequence[Atlas], page: int) -> np.ndarray:
-    """The chart of each texel of a page, counted over all atlases; -1 where there is none."""
+    """Return the index of the chart at each texel of a page, over all atlases; -1 without a chart."""
     image, charts = np.full(RESOLUTION**2, -1), 0
     for atlas in atlases:
         chart = igl.vertex_components(atlas.triangles)[atlas.triangles[:, 0]]
@@ -50,11 +52,13 @@ def charts_of(atlases: Sequence[Atlas], page: int) -> np.ndarray:
     return image.reshape(RESOLUTION, RESOLUTION)
 
 
-def show(plotter: pv.Plotter, place: tuple[int, int], said: str, atlases: Sequence[Atlas], page: int) -> None:
-    """Draw a page, the row of v = 0 below."""
+def show(
+    plotter: pv.Plotter, place: tuple[int, int], caption: str, atlases: Sequence[Atlas], page: int
+) -> None:
+    """Draw a page with the row v = 0 at the bottom."""
     charts = charts_of(atlases, page)
-    said = f"{said}: {(charts != -1).mean():.0%} covered"
-    print(f"{said}, {(charts == SHARED).sum()} texels shared")
+    caption = f"{caption}: {(charts != -1).mean():.0%} covered"
+    print(f"{caption}, {(charts == SHARED).sum()} texels shared")
     assert not (charts == SHARED).any()
     palette = np.array([pv.Color(name).int_rgb for name in COLOURS], dtype=np.uint8)
     image = palette[np.choose(-np.minimum(charts, 0), (charts % 5, 5, 6))]
@@ -62,22 +66,22 @@ def show(plotter: pv.Plotter, place: tuple[int, int], said: str, atlases: Sequen
     texture.interpolate = False
     plotter.subplot(*place)
     plotter.add_mesh(pv.Plane(direction=(0, 0, 1)), texture=texture, lighting=False)
-    plotter.add_text(said, font_size=10)
+    plotter.add_text(caption, font_size=10)
     plotter.view_xy()
     plotter.camera.zoom(1.3)
 
 
 if __name__ == "__main__":
-    rabbit, triangles = decimated(*bunny(), 3000)
-    brain = decimated(*hemisphere(), 4000)
+    rabbit, triangles = decimate(*bunny(), 3000)
+    brain = decimate(*hemisphere(), 4000)
     seams, close = Seams(trade=30), Packing(resolution=RESOLUTION, padding=2)
-    near, apart = (
+    near, far = (
         unwrap(3 * rabbit, triangles, seams, "isometric", packing=packing)
         for packing in (close, Packing(resolution=RESOLUTION, padding=12))
     )
     other = unwrap(*brain, seams, "isometric", packing=close)
-    assert near.good and apart.good and other.good
-    assert near.scale > apart.scale  # padding takes room
+    assert near.good and far.good and other.good
+    assert near.scale > far.scale  # padding takes space
 
     together = pack_together([near, other], close)
     assert np.isclose(together[0].scale, together[1].scale)
@@ -90,7 +94,7 @@ if __name__ == "__main__":
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=[1500, 1000], border=False)
     show(plotter, (0, 0), "padding 2", [near], 0)
-    show(plotter, (0, 1), "padding 12", [apart], 0)
+    show(plotter, (0, 1), "padding 12", [far], 0)
     show(plotter, (0, 2), "two surfaces", together, 0)
     for page in range(min(pages, 3)):
         show(plotter, (1, page), f"page {1001 + page}", dense, page)

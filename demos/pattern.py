@@ -1,12 +1,13 @@
 """
-Patterns to cut and join
-========================
+Patterns for cutting and sewing
+===============================
 
-A lampshade is a cone, so its pattern is true in every length. A bodice is curved both ways, and
-sewn of six panels: the two sides of its seams differ a little, and the table says by how much.
+A lampshade is a cone. Therefore all lengths in its pattern are exact. A bodice is curved in both directions
+and is sewn from six panels. The two sides of each seam differ slightly in length, and a table lists the
+differences.
 
-Each picture shows the surface with its seams, and beside it what `write_pattern` drew: outlines, numbers on
-both sides of each seam, fold lines and the grain. The SVG, DXF and PDF files go to ``out/``::
+Each row shows the surface with its seams, and beside it the drawing of `write_pattern`: outlines, numbers on
+both sides of each seam, fold lines, and the grain. The demo writes SVG, DXF and PDF files to ``out/``::
 
     python demos/pattern.py
 """
@@ -25,13 +26,13 @@ from igl_linabf.patterns import Pattern
 Surface = tuple[np.ndarray, np.ndarray]
 
 
-def around(radius: np.ndarray, height: np.ndarray, sides: int, flat: float = 1.0) -> Surface:
-    """Quadrangles of a surface of revolution, `flat` times as deep as wide."""
+def revolve(radius: np.ndarray, height: np.ndarray, sides: int, depth: float = 1.0) -> Surface:
+    """Return the quadrangles of a surface of revolution that is `depth` times as deep as it is wide."""
     angle = np.arange(sides) * 2 * np.pi / sides
     V = np.stack(
         (
             radius[:, None] * np.cos(angle),
-            flat * radius[:, None] * np.sin(angle),
+            depth * radius[:, None] * np.sin(angle),
             np.repeat(height[:, None], sides, axis=1),
         ),
         axis=-1,
@@ -44,23 +45,24 @@ def around(radius: np.ndarray, height: np.ndarray, sides: int, flat: float = 1.0
 
 
 def lampshade() -> Surface:
-    """A cone of 22 sides, in millimetres: 300 wide below, 120 above."""
-    return around(np.linspace(150, 60, 12), np.linspace(0, 180, 12), 22)
+    """Return a cone of 22 sides, 300 mm wide at the bottom and 120 mm at the top."""
+    return revolve(np.linspace(150, 60, 12), np.linspace(0, 180, 12), 22)
 
 
 def bodice() -> Surface:
-    """From hip to chest, in millimetres; its waist is narrower."""
+    """Return a surface from hip to chest with a narrower waist, in millimetres."""
     height = np.linspace(0, 420, 30)
-    return around(150 - 35 * np.sin(np.pi * height / 420) ** 2, height, 48, 0.7)
+    return revolve(150 - 35 * np.sin(np.pi * height / 420) ** 2, height, 48, 0.7)
 
 
-def panels(V: np.ndarray, sides: int, columns: tuple[int, ...]) -> np.ndarray:
-    """Seams from hem to neck at some of the sides."""
+def panel_seams(V: np.ndarray, sides: int, columns: tuple[int, ...]) -> np.ndarray:
+    """Return seams from hem to neck along some of the sides."""
     up = np.arange(0, len(V) - sides, sides)
     return np.concatenate([np.column_stack((up + j, up + j + sides)) for j in columns])
 
 
 def show(plotter: pv.Plotter, row: int, surface: Surface, atlas: Atlas, pattern: Pattern) -> None:
+    """Draw a surface with its seams, and its pattern beside it."""
     V, F = surface
     plotter.subplot(row, 0)
     plotter.add_mesh(
@@ -71,10 +73,10 @@ def show(plotter: pv.Plotter, row: int, surface: Surface, atlas: Atlas, pattern:
     plotter.view_vector((0.4, -1, 0.5), (0, 0, 1))
     plotter.subplot(row, 1)
     for line in pattern.outlines:
-        plotter.add_lines(flat(line), color="black", width=3, connected=True)
+        plotter.add_lines(close_line(line), color="black", width=3, connected=True)
     for lines, colour in ((pattern.folds, "#2050c0"), (pattern.grain, "#208040")):
         for line in lines:
-            plotter.add_lines(flat(line)[:2], color=colour, width=2)
+            plotter.add_lines(close_line(line)[:2], color=colour, width=2)
     marks = [(side[len(side) // 2], seam.number) for seam in pattern.seams for side in seam.sides]
     if marks:
         places, numbers = (np.array(of) for of in zip(*marks, strict=True))
@@ -91,8 +93,8 @@ def show(plotter: pv.Plotter, row: int, surface: Surface, atlas: Atlas, pattern:
     plotter.camera.zoom(1.3)
 
 
-def flat(line: np.ndarray) -> np.ndarray:
-    """A closed line in space."""
+def close_line(line: np.ndarray) -> np.ndarray:
+    """Return a line of the plane as a closed line in space."""
     closed = np.vstack((line, line[:1]))
     return np.column_stack((closed, np.zeros(len(closed))))
 
@@ -102,8 +104,8 @@ if __name__ == "__main__":
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(2, 2), off_screen=True, window_size=[1400, 1200], border=False)
     shade, body = lampshade(), bodice()
-    sewn = panels(body[0], 48, (0, 8, 16, 24, 32, 40))  # princess seams beside the side seams
-    for row, (name, surface, seams) in enumerate((("lampshade", shade, None), ("bodice", body, sewn))):
+    sewn_seams = panel_seams(body[0], 48, (0, 8, 16, 24, 32, 40))  # two side seams and four princess seams
+    for row, (name, surface, seams) in enumerate((("lampshade", shade, None), ("bodice", body, sewn_seams))):
         atlas = unwrap(*surface, seams, "isometric")
         for suffix in ("svg", "dxf", "pdf"):
             pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1))

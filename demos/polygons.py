@@ -1,12 +1,12 @@
 """
-Quadrangles stay quadrangles
-============================
+Quadrangles remain quadrangles
+==============================
 
-An artist's mesh is made of quadrangles. Seams run along their edges, never along the diagonals that split
-them into triangles, and the file comes back with the same faces.
+Artists model with quadrangles. Seams run along the edges of the quadrangles, never along the diagonals that
+split them into triangles, and a file keeps its faces.
 
-The mesh is a knot of quadrangles. The pictures show it with its seams, and its atlas: each face has four
-corners there, too. It is written as OBJ, PLY and GLB and read back::
+The mesh is a knot made of quadrangles. The pictures show the knot with its seams, and its atlas, whose faces
+have four corners, too. The demo writes the knot as OBJ, PLY and GLB, and reads the files back::
 
     python demos/polygons.py [MESH]
 """
@@ -25,7 +25,7 @@ from igl_linabf.surface import Polygons
 
 
 def knot(n: int = 120, m: int = 12, thick: float = 0.45) -> tuple[np.ndarray, np.ndarray]:
-    """A tube around a trefoil, of quadrangles; a handle and no boundary."""
+    """Return a closed tube of quadrangles around a trefoil knot; it has one handle."""
     t = np.arange(n) * 2 * np.pi / n
     centre = np.stack((np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)), axis=1)
     along = np.roll(centre, -1, axis=0) - np.roll(centre, 1, axis=0)
@@ -42,13 +42,14 @@ def knot(n: int = 120, m: int = 12, thick: float = 0.45) -> tuple[np.ndarray, np
 
 
 def edges_of(mesh: MeshFile) -> set[tuple[int, int]]:
-    """The edges that the faces have."""
+    """Return the edges of all faces."""
     corners = mesh.polygons.corners
     pairs = np.column_stack((corners, corners[mesh.polygons.following]))
     return set(map(tuple, np.sort(pairs, axis=1).tolist()))
 
 
-def drawn(points: np.ndarray, F: object) -> pv.PolyData:
+def to_polydata(points: np.ndarray, F: object) -> pv.PolyData:
+    """Return polygons as a mesh of pyvista; points of the plane get z = 0."""
     if points.shape[1] == 2:
         points = np.column_stack((points, np.zeros(len(points))))
     polygons = Polygons.of(F)
@@ -78,13 +79,13 @@ if __name__ == "__main__":
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1400, 700], border=False)
     plotter.subplot(0, 0)
-    plotter.add_mesh(drawn(mesh.V, mesh.F), color="#d9dde8", show_edges=True, edge_color="#8890a8")
+    plotter.add_mesh(to_polydata(mesh.V, mesh.F), color="#d9dde8", show_edges=True, edge_color="#8890a8")
     lines = np.insert(atlas.seams, 0, 2, axis=1).ravel()
     plotter.add_mesh(pv.PolyData(mesh.V, lines=lines), color="#c02020", line_width=7)
     plotter.view_xy()
     plotter.camera.zoom(1.2)
     plotter.subplot(0, 1)
-    plotter.add_mesh(drawn(atlas.TC, atlas.FTC), color="#d9dde8", show_edges=True, edge_color="#8890a8")
+    plotter.add_mesh(to_polydata(atlas.TC, atlas.FTC), color="#d9dde8", show_edges=True, edge_color="#8890a8")
     plotter.view_xy()
     plotter.camera.zoom(1.3)
     with replacing("out/polygons.png") as temporary:

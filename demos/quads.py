@@ -2,11 +2,12 @@
 Quadrangular remeshing from the map
 ===================================
 
-The application in figure 6 of the paper. The iso-lines of the flat map, drawn on the surface, form a mesh
-of quadrangles. Their angles are nearly right, because the map nearly preserves angles.
+Figure 6 of the paper shows this application. The iso-lines of the flat map are drawn on the surface and form
+a mesh of quadrangles. Their angles are close to 90 degrees, because the map nearly preserves angles.
 
-The surfaces are the cortex, a disk with seven holes, and a closed surface, which is unwrapped first. Whole
-cells are light; cells that a boundary or a seam cuts are dark. Each mesh is written as an OBJ of polygons::
+The surfaces are the cortex, a disk with seven holes, and a closed surface, which is unwrapped first. Complete
+cells are light, and cells cut by a boundary or a seam are dark. Each mesh is written as an OBJ file of
+polygons::
 
     python demos/quads.py [MESH]
 """
@@ -31,7 +32,7 @@ CELLS = 4000
 
 
 def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
-    """A grid of about `CELLS` cells; a closed surface is unwrapped first."""
+    """Return a grid of about `CELLS` cells; a closed surface is unwrapped first."""
     if len(igl.boundary_facets(F)[0]):
         uv = linabf(V, F)
     else:
@@ -41,7 +42,7 @@ def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
 
 
 def corner_angles(grid: QuadGrid) -> np.ndarray:
-    """Angles of the whole cells, (#Q, 4), in degrees."""
+    """Return the angles of the complete cells in degrees, (#Q, 4)."""
     corners = grid.V[grid.quads]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cosine = (ahead * back).sum(axis=2) / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)
@@ -63,20 +64,20 @@ if __name__ == "__main__":
         write_grid(f"out/quads_{name}.obj", grid)
         angles = corner_angles(grid)
         share = len(grid.quads) / len(grid.faces)
-        off = np.abs(angles - 90).mean()
-        said = f"{name}: {len(grid.faces):,} faces, {share:.0%} quads"
-        said += f", angles {angles.mean():.1f} +-{off:.1f} degrees"
-        print(said)
+        deviation = np.abs(angles - 90).mean()
+        caption = f"{name}: {len(grid.faces):,} faces, {share:.0%} quads"
+        caption += f", angles {angles.mean():.1f} +-{deviation:.1f} degrees"
+        print(caption)
         if len(sys.argv) == 1:
             assert share > 0.85
             assert abs(angles.mean() - 90) < 2
-            assert off < 6
+            assert deviation < 6
         plotter.subplot(row, 0)
         plot_grid(grid, plotter=plotter)
-        seen_from, up = views.get(name, ((-1, 0, 0), (0, 0, 1)))
-        plotter.view_vector(seen_from, viewup=up)
+        view, up = views.get(name, ((-1, 0, 0), (0, 0, 1)))
+        plotter.view_vector(view, viewup=up)
         plotter.camera.zoom(1.1)
-        plotter.add_text(said, font_size=14)
+        plotter.add_text(caption, font_size=14)
         plotter.subplot(row, 1)
         plot_grid(grid, flat=True, plotter=plotter)
     with replacing("out/quads.png") as temporary:

@@ -1,13 +1,14 @@
-"""The bunny, unwrapped
+"""Unwrapping the bunny
 ====================
 
-Unwrap the Stanford bunny, or any surface: find seams, flatten, pack, write OBJ and GLB::
+Unwrap the Stanford bunny or any other surface: find seams, flatten the charts, pack them, and write OBJ and
+GLB files::
 
     python demos/seams_bunny.py [MESH]
 
-Three values of `trade` show how longer seams lower the stretch.
+Three values of `trade` show how longer seams reduce the stretch.
 
-`igl-linabf unwrap MESH -o OUT.obj` does the same for one file.
+The command `igl-linabf unwrap MESH -o OUT.obj` does the same for one file.
 """
 
 from __future__ import annotations

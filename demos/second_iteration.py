@@ -1,14 +1,14 @@
 """The second iteration
 ====================
 
-Figure 5 of the paper: one iteration fails on a one-ring, and a second one fixes it.
+Figure 5 of the paper shows a one-ring on which one iteration fails and two iterations succeed.
 
-The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It was
-found by random search; most such one-rings need only one iteration.
+The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It was found by
+random search, because most such one-rings need only one iteration.
 
-Greedy layout places each triangle with its target angles. After one step the residual of the wheel
-constraint, which is nonlinear, is so large that the last triangle is flipped. Least-squares layout
-distributes the residual over all triangles.
+Greedy layout gives each triangle its target angles exactly. After one step, the residual of the nonlinear
+wheel constraint is so large that the last triangle flips. Least-squares layout distributes the residual over
+all triangles.
 """
 
 from __future__ import annotations

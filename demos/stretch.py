@@ -1,11 +1,11 @@
 """Stretch
 =======
 
-The table of the paper's section 6: stretch of ABF and of linear ABF, on horse and dino.
+The table in section 6 of the paper lists the stretch of ABF and of linear ABF for the models horse and dino.
 
-The models are looked up by name in the folder IGL_LINABF_MESHES; a model that is not there is skipped with
-a message. The Stanford bunny is always there: it is a scan that comes with pymeshfix, which repairs it.
-All models are closed, and `find_seams` finds where to cut them open.
+The demo searches for these models by name in the folder IGL_LINABF_MESHES, and skips a missing model with a
+message. The Stanford bunny is always available: pymeshfix includes the scan and repairs it. All models are
+closed. They are cut open along the seams of `find_seams`.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from igl_linabf.plot import plot_compare
 
 
 def bunny() -> tuple[np.ndarray, np.ndarray]:
-    """The Stanford bunny, the scan's holes filled."""
+    """Return the Stanford bunny, with the holes of the scan filled."""
     repaired = MeshFix(*read_mesh(bunny_scan))
     repaired.repair()
     return np.asarray(repaired.points, dtype=float), np.asarray(repaired.faces, dtype=np.int64)
 
 
 def models() -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Horse and dino, if they are there, and the bunny."""
+    """Yield name, vertices and faces of horse and dino, as far as available, and of the bunny."""
     folder = Path(os.environ.get("IGL_LINABF_MESHES", "."))
     for name in ("horse", "dino"):
-        found = sorted(p for p in folder.glob(f"*{name}*") if p.suffix in (".obj", ".off", ".ply"))
-        if found:
-            yield name, *read_mesh(found[0])
+        paths = sorted(p for p in folder.glob(f"*{name}*") if p.suffix in (".obj", ".off", ".ply"))
+        if paths:
+            yield name, *read_mesh(paths[0])
         else:
             print(f"{name}: no such file under IGL_LINABF_MESHES")
     yield "bunny", *bunny()
@@ -52,13 +52,13 @@ if __name__ == "__main__":
             "linABF": flatten(V, F).uv,
             "ABF": flatten(V, F, "abf").uv,
         }
-        measured = {label: quality(V, F, uv) for label, uv in maps.items()}
+        qualities = {label: quality(V, F, uv) for label, uv in maps.items()}
         print(f"\n{name}, {len(F):,} triangles")
-        for label, q in measured.items():
+        for label, q in qualities.items():
             print(f"{label:16}  {q.stretch_l2:9.4f}  {q.angle_distortion:9.3e}  {q.flips:4}")
-        assert measured["linABF"].flips == measured["ABF"].flips == 0
-        assert abs(measured["linABF"].stretch_l2 / measured["ABF"].stretch_l2 - 1) < 0.02
-        assert measured["ABF"].angle_distortion <= measured["igl.lscm"].angle_distortion
+        assert qualities["linABF"].flips == qualities["ABF"].flips == 0
+        assert abs(qualities["linABF"].stretch_l2 / qualities["ABF"].stretch_l2 - 1) < 0.02
+        assert qualities["ABF"].angle_distortion <= qualities["igl.lscm"].angle_distortion
         Path("out").mkdir(exist_ok=True)
         with replacing(f"out/stretch_{name}.png") as temporary:
             plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()

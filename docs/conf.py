@@ -1,4 +1,4 @@
-"""How Sphinx builds these pages: `make docs`."""
+"""Configuration of Sphinx, which `make docs` runs to build these pages."""
 
 import os
 import sys
@@ -11,13 +11,16 @@ import pyvista as pv
 from sphinx.util.inspect import TypeAliasForwardRef
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent / "demos")]  # gallery_pages; the demos import each other
+sys.path[:0] = [
+    str(HERE),
+    str(HERE.parent / "demos"),
+]  # for gallery_pages, and for demos that import each other
 
-import gallery_pages  # noqa: E402  # of this folder
+import gallery_pages  # noqa: E402  # needs the path above
 
-pv.BUILDING_GALLERY = True  # keeps the plotters for the scraper
+pv.BUILDING_GALLERY = True  # pyvista keeps the plotters for the scraper
 pv.OFF_SCREEN = True
-# trame's other viewer would be downloaded, were there no folder said to have it
+# an existing folder prevents the download of trame's other viewer
 os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.mkdtemp(prefix="no-wasm-"))
 
 project = "igl_linabf"
@@ -28,7 +31,7 @@ release = version = metadata.version("igl-linabf")
 REPOSITORY = "https://github.com/igl-linabf/igl_linabf"
 
 extensions = [
-    "myst_nb",  # Markdown, and the notebook
+    "myst_nb",  # Markdown and the notebook
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -41,7 +44,11 @@ extensions = [
 exclude_patterns = [
     "_build",
     "sg_execution_times.rst",
-    *(f"{made}/{name}" for made in ("gallery", "recipes") for name in ("sg_execution_times.rst", "*.ipynb")),
+    *(
+        f"{folder}/{name}"
+        for folder in ("gallery", "recipes")
+        for name in ("sg_execution_times.rst", "*.ipynb")
+    ),
 ]
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
@@ -50,11 +57,11 @@ myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 
 autosummary_generate = True
-# file systems that do not tell quality.html from Quality.html
+# avoid a clash of quality.html and Quality.html on case-insensitive file systems
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
 autodoc_typehints = "signature"
-# names of arrays as they are written, not what they stand for
+# show the names of array types as written, not their definitions
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray")}
 autodoc_type_aliases |= {
     "Hiding": "Literal['back'] | ArrayLike",
@@ -62,13 +69,13 @@ autodoc_type_aliases |= {
     "ConeAngles": "Literal['quarter'] | ArrayLike | None",
     "Values": "ArrayLike | Callable[[FloatArray], ArrayLike]",
 }
-python_maximum_signature_line_length = 80  # else a parameter a line
+python_maximum_signature_line_length = 80  # longer signatures have one parameter per line
 python_trailing_comma_in_multi_line_signatures = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
-# types in signatures: other libraries', which there is no network to look up, and the package's own that the
-# reference describes where they are used
+# types in signatures without a link: types of other libraries, because the build has no network, and types of
+# the package that the reference describes where they are used
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
     ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray)"),
@@ -82,11 +89,11 @@ copybutton_prompt_is_regexp = True
 sphinx_gallery_conf = {
     "examples_dirs": ["../demos", "../recipes"],
     "gallery_dirs": ["gallery", "recipes"],
-    "filename_pattern": r"/(?!compare_lscm)\w+\.py$",  # it is a command, and wants a mesh
-    "within_subsection_order": "gallery_pages.order",
-    "image_scrapers": ("pyvista", "gallery_pages.scenes"),
+    "filename_pattern": r"/(?!compare_lscm)\w+\.py$",  # a command that requires a mesh
+    "within_subsection_order": "gallery_pages.sort_key",
+    "image_scrapers": ("pyvista", "gallery_pages.embed_scenes"),
     "reset_modules": (),
-    "run_stale_examples": True,  # the library may have changed where a demo has not
+    "run_stale_examples": True,  # a demo may be unchanged although the library has changed
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
@@ -99,7 +106,7 @@ html_title = "igl_linabf"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_show_sourcelink = False
-html_sidebars = {"results": []}  # it has no pages below
+html_sidebars = {"results": []}  # without subpages
 html_theme_options = {
     "show_prev_next": True,
     "navbar_align": "left",
@@ -111,19 +118,22 @@ html_theme_options = {
 }
 
 
-def _named(self: TypeAliasForwardRef, name: str) -> None:
+def _keep_alias_name(self: TypeAliasForwardRef, name: str) -> None:
+    """Initialise the reference such that it is printed by its name."""
     self.name = self.__name__ = self.__qualname__ = name
     self.__module__ = "builtins"
 
 
-def _readable(
+def _replace_factory_defaults(
     app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returned: str | None
 ) -> tuple[str | None, str | None]:
-    """A signature that is Python: defaults of dataclasses are printed as `<factory>`."""
+    """Replace `<factory>`, the printed default of dataclass fields, by `...`."""
     return signature and signature.replace("<factory>", "..."), returned
 
 
 def setup(app: Any) -> None:
-    TypeAliasForwardRef.__init__ = _named  # within a union, Sphinx 9.0 prints the class of an alias
-    app.connect("builder-inited", gallery_pages.wide_thumbnails, priority=900)  # once the galleries are made
-    app.connect("autodoc-process-signature", _readable)
+    TypeAliasForwardRef.__init__ = _keep_alias_name  # in unions, Sphinx 9.0 prints the class of an alias
+    app.connect(
+        "builder-inited", gallery_pages.crop_tall_thumbnails, priority=900
+    )  # after the galleries are built
+    app.connect("autodoc-process-signature", _replace_factory_defaults)

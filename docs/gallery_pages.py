@@ -1,4 +1,4 @@
-"""What the galleries take from demos and recipes beside pyvista's pictures, and their order."""
+"""The order of the galleries, their interactive scenes, and their thumbnails."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+# the paper's figures in its order, then further demos; the recipes from files to programs
 FIRST = (
     "cortex",
     "flat_subject",
@@ -42,26 +43,26 @@ FIRST = (
 )
 
 
-def order(filename: str) -> tuple[int, str]:
-    """The paper's figures in its order, then what goes beyond it; the recipes from files to programs."""
+def sort_key(filename: str) -> tuple[int, str]:
+    """Return the sort key of a script: its position in `FIRST`; other scripts follow by name."""
     name = Path(filename).stem
     return (FIRST.index(name) if name in FIRST else len(FIRST), name)
 
 
-def scenes(block: object, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
-    """Show the HTML pages that a demo wrote under `out/`, each in a frame."""
+def embed_scenes(block: object, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Return frames with the HTML pages that a demo wrote to `out/`, and move these pages to the site."""
     folder = Path(gallery_conf["src_dir"]) / "_static" / "scenes"
-    shown = []
+    frames = []
     for page in sorted(Path("out").glob("*.html")):
         folder.mkdir(exist_ok=True)
         shutil.move(page, folder / page.name)
         frame = f'<iframe class="scene" title="{page.stem}" src="../_static/scenes/{page.name}"></iframe>'
-        shown.append(f".. raw:: html\n\n    {frame}\n")
-    return "\n".join(shown)
+        frames.append(f".. raw:: html\n\n    {frame}\n")
+    return "\n".join(frames)
 
 
-def wide_thumbnails(app: Any) -> None:
-    """Fill the thumbnails of tall pictures, whose rows are alike, with their upper rows."""
+def crop_tall_thumbnails(app: Any) -> None:
+    """Replace the thumbnails of tall pictures, whose rows are similar, by their upper part."""
     from PIL import Image
 
     conf = app.config.sphinx_gallery_conf

@@ -1,4 +1,4 @@
-"""Draw the rooms of the package, as the import contracts in pyproject.toml order them: images/rooms.svg.
+"""Draw the subpackages in the order of the import contracts in pyproject.toml, as images/rooms.svg.
 
 python docs/rooms_picture.py
 """
@@ -16,27 +16,25 @@ else:
 ROOT = Path(__file__).parent.parent
 PICTURE = ROOT / "docs" / "images" / "rooms.svg"
 PACKAGE = "igl_linabf"
-WIDTH, HEIGHT, GAP = 130, 24, 6  # of a box, and between boxes; pixels
-HEAD, EDGE = 30, 14  # above the boxes of a column, around the picture; pixels
-COLUMNS = (("charts", "angles", "surface"), ("flattening", "layouts", "io"))  # right of the whole
+Layers = list[list[str]]
+WIDTH, HEIGHT, GAP = 130, 24, 6  # size of a box, and distance between boxes, in pixels
+HEAD, EDGE = 30, 14  # heading above a column, and margin of the picture, in pixels
+COLUMNS = (("charts", "angles", "surface"), ("flattening", "layouts", "io"))  # beside the whole package
 
 
-def contracts() -> dict[str, list[list[str]]]:
-    """The layers of each room that has an order; each imports only those after it."""
+def read_layers() -> dict[str, Layers]:
+    """Return the layers of each subpackage with a contract. A layer imports only from the layers after it."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    made = {}
+    layers_of_room = {}
     for contract in tomllib.loads(text)["tool"]["importlinter"]["contracts"]:
         for container in contract.get("containers", ()):
             layers = [[name.strip() for name in layer.split("|")] for layer in contract["layers"]]
-            made[container.removeprefix(PACKAGE).lstrip(".")] = layers
-    return made
+            layers_of_room[container.removeprefix(PACKAGE).lstrip(".")] = layers
+    return layers_of_room
 
 
-Layers = list[list[str]]
-
-
-def column(room: str, layers: Layers, x: int, y: int, inner: set[str]) -> tuple[list[str], int, int]:
-    """The boxes of a room, its width and its height."""
+def draw_column(room: str, layers: Layers, x: int, y: int, inner: set[str]) -> tuple[list[str], int, int]:
+    """Return the SVG lines of a subpackage, and its width and height in pixels."""
     across = max(map(len, layers))
     width = across * (WIDTH + GAP) - GAP
     lines = [f'<text x="{x}" y="{y + 16}" font-weight="bold">{room or PACKAGE}</text>']
@@ -51,15 +49,15 @@ def column(room: str, layers: Layers, x: int, y: int, inner: set[str]) -> tuple[
     return lines, width, HEAD + len(layers) * (HEIGHT + GAP)
 
 
-def svg() -> str:
-    """The whole picture."""
-    layers = contracts()
+def draw_rooms() -> str:
+    """Return the picture as SVG."""
+    layers = read_layers()
     x, lowest, lines = EDGE, 0, []
     for rooms in (("",), *COLUMNS):
         y, widest = EDGE, 0
         for room in rooms:
-            made, width, height = column(room, layers[room], x, y, set(layers))
-            lines += made
+            boxes, width, height = draw_column(room, layers[room], x, y, set(layers))
+            lines += boxes
             y, widest = y + height + 2 * GAP, max(widest, width)
         x, lowest = x + widest + 5 * GAP, max(lowest, y)
     size = f'width="{x}" height="{lowest + EDGE}"'
@@ -68,4 +66,4 @@ def svg() -> str:
 
 
 if __name__ == "__main__":
-    PICTURE.write_text(svg(), encoding="utf-8")
+    PICTURE.write_text(draw_rooms(), encoding="utf-8")

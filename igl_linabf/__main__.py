@@ -1,7 +1,7 @@
-"""Entry of the command: Ctrl-C ends it at once with one line, also while the libraries are imported.
+"""Entry point of the command `igl-linabf`, which Ctrl-C ends at once with one line of text.
 
-Nothing but the standard library is imported before `main` has taken over the signal: the package's `__init__`
-imports a room only when one of its names is used.
+Only the standard library is imported before `main` handles the signal. The package's `__init__` imports a
+room when one of its names is first used.
 """
 
 import os
@@ -10,29 +10,29 @@ import sys
 from functools import partial
 from typing import NoReturn
 
-INTERRUPTED = 130
+INTERRUPTED = 130  # exit code after Ctrl-C
 
 
 def _stop(*_: object) -> NoReturn:
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
-        if undo_all is not None:  # it has come as far as to import it
+        if undo_all is not None:  # the module has been imported
             undo_all()
         os.write(2, b"igl-linabf: interrupted\n")
     finally:
-        os._exit(INTERRUPTED)  # taken down by the rules, what a library was in the middle of may crash
+        os._exit(INTERRUPTED)  # an ordinary shutdown may crash inside an interrupted library
 
 
 def main() -> int:
-    """Run `igl-linabf`; exit code 130 where it is interrupted, else those of `igl_linabf.cli.main`."""
-    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # as it is in the background of a shell script
+    """Run `igl-linabf` and return the exit code of `igl_linabf.cli.main`, or 130 if interrupted."""
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # ignored in the background of a shell script
         signal.signal(signal.SIGINT, _stop)
     from . import cli
 
-    too_late = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
-    code = cli.main(settled=too_late)
-    too_late()
+    ignore_interrupts = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    code = cli.main(on_commit=ignore_interrupts)
+    ignore_interrupts()
     return code
 
 

@@ -1,4 +1,4 @@
-"""Types of arrays, and of what maps them."""
+"""Type aliases of arrays and of functions on arrays."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,4 +11,4 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[Any]  # float64 or complex128
-Solve = Callable[[Array], Array]  # or a product
+Solve = Callable[[Array], Array]  # applies a matrix or its inverse

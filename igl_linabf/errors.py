@@ -1,4 +1,4 @@
-"""Errors and warnings of the package, how their texts list indices, and what they take for a number."""
+"""Errors and warnings of the package, and helpers for their messages."""
 
 from __future__ import annotations
 
@@ -9,36 +9,34 @@ from numpy.typing import ArrayLike
 
 
 class MeshError(ValueError):
-    """The mesh, the pins or the angles cannot be used; the text says why, where and what to do."""
+    """The mesh, the pins or the angles cannot be used; the message names reason, place and remedy."""
 
 
 class SingularSystemError(MeshError):
-    """A linear system is singular in double precision; the text names the thinnest faces."""
+    """A linear system is singular in double precision; the message names the thinnest faces."""
 
 
 class MemoryLimitError(MeshError):
-    """There is not enough free memory; the text says how much is needed."""
+    """There is not enough free memory; the message includes the required amount."""
 
 
 class MeshWarning(UserWarning):
-    """The input was accepted, but part of it was left out; the text says which."""
+    """The input was accepted, but a part of it was left out or repaired; the message names the part."""
 
 
 class FallbackWarning(UserWarning):
-    """Something other than what was asked for was done; the text says what and why."""
+    """A different computation than the requested one was done; the message names it and the reason."""
 
 
 class OutcomeWarning(UserWarning):
-    """The returned map is not valid or not converged; the text says what is wrong and what helps."""
+    """The returned map is not valid or has not converged; the message names the problem and a remedy."""
 
 
-# Indices that a message lists before it says how many there are. Fewer hide a pattern; more fill the line.
-# tests/test_bad_input.py shows the messages.
-LISTED = 5
+LISTED = 5  # indices that a message lists before it gives their number
 
 
 def some(indices: ArrayLike, limit: int = LISTED) -> str:
-    """Write the first few of `indices`, and how many there are if that is more.
+    """Format the first few of `indices`, and their number if there are more.
 
     Examples
     --------
@@ -55,9 +53,10 @@ def some(indices: ArrayLike, limit: int = LISTED) -> str:
 def is_number(
     value: object, low: float = -np.inf, high: float = np.inf, *, above: bool = False, whole: bool = False
 ) -> bool:
-    """Whether an option is one real number from `low` to `high`, or with `above` beyond `low`; a whole one.
+    """Return True if `value` is a single real number from `low` to `high`.
 
-    Text, lists and complex numbers are none: the error of the option can then name them.
+    With `above`, `low` itself is excluded; with `whole`, the number must be an integer. Booleans, strings,
+    lists and complex numbers are rejected.
 
     Examples
     --------
@@ -74,9 +73,9 @@ def is_number(
 
 
 def stack_level() -> int:
-    """Depth of the first frame outside this package, so that a warning points at the caller."""
+    """Return the stack level of the first frame outside this package, for use in `warnings.warn`."""
     level, frame = 1, sys._getframe(1)
-    inside = ("igl_linabf", "contextlib")  # whose frames are between those of context managers
+    inside = ("igl_linabf", "contextlib")  # contextlib calls the package's context managers
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(inside):
         level, frame = level + 1, frame.f_back
     return level

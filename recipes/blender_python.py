@@ -1,12 +1,12 @@
 """
-From Blender's Python
-=====================
+Unwrapping from a Blender script
+================================
 
-In Blender's text editor: the polygons of the active object come in, and the UV layer of the object gets the
-atlas. `igl_linabf` is there once the extension is installed. Where Blender is not, a torus made here
-takes the object's place.
+Run this script in the text editor of Blender, with the extension installed. It reads the polygons of the
+active object, and writes the atlas to the UV layer of the object. Outside Blender, a generated torus replaces
+the object.
 
-The operator does all of it, and marks the seams, too::
+The operator of the extension does the same, and also marks the seams::
 
     bpy.ops.uv.linabf_unwrap(seams="FOUND", method="isometric")
 """
@@ -23,23 +23,24 @@ except ImportError:
     bpy = None
 
 # %%
-# Vertices and polygons, quadrangles as they are.
+# Get the vertices and the polygons. Quadrangles are not split.
 if bpy is not None:
     bpy.ops.mesh.primitive_torus_add(major_segments=36, minor_segments=16)
     mesh = bpy.context.active_object.data
     V = np.array([vertex.co for vertex in mesh.vertices], dtype=float)
     F = [list(polygon.vertices) for polygon in mesh.polygons]
 else:
-    turn, around = np.meshgrid(np.arange(36), np.arange(16), indexing="ij")
-    a, b = turn.ravel() * np.pi / 18, around.ravel() * np.pi / 8
+    i, j = np.meshgrid(np.arange(36), np.arange(16), indexing="ij")
+    a, b = i.ravel() * np.pi / 18, j.ravel() * np.pi / 8
     r = 1 + 0.25 * np.cos(b)
     V = np.column_stack((r * np.cos(a), r * np.sin(a), 0.25 * np.sin(b)))
-    ahead, up = (turn + 1) % 36, (around + 1) % 16
-    corners = (turn * 16 + around, ahead * 16 + around, ahead * 16 + up, turn * 16 + up)
+    right, up = (i + 1) % 36, (j + 1) % 16
+    corners = (i * 16 + j, right * 16 + j, right * 16 + up, i * 16 + up)
     F = np.stack([corner.ravel() for corner in corners], axis=1)
 
 # %%
-# Unwrap. `FTC` has a row of `TC` for each corner, in the order of Blender's loops.
+# Unwrap the mesh. `FTC` has an index into `TC` for each corner of the polygons, in the order of Blender's
+# loops.
 atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=1024))
 loops = np.concatenate([atlas.TC[corners] for corners in atlas.FTC])
 print(atlas)
@@ -48,20 +49,20 @@ assert loops.shape == (4 * 36 * 16, 2)
 assert loops.min() >= 0 and loops.max() <= 1
 
 # %%
-# Into the UV layer, or into a picture.
+# Write the UV layer, or draw a picture.
 if bpy is not None:
     layer = mesh.uv_layers.active or mesh.uv_layers.new()
     layer.uv.foreach_set("vector", loops.astype(np.float32).ravel())
-    read = np.empty(loops.size, dtype=np.float32)
-    layer.uv.foreach_get("vector", read)
-    assert np.allclose(read, loops.ravel(), atol=1e-6)
+    written = np.empty(loops.size, dtype=np.float32)
+    layer.uv.foreach_get("vector", written)
+    assert np.allclose(written, loops.ravel(), atol=1e-6)
 else:
     import pyvista as pv
 
     from igl_linabf.plot import plot_checkerboard, plot_uv
 
     triangles, triangles_of_map = (
-        np.asarray(of)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3) for of in (F, atlas.FTC)
+        np.asarray(polygons)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3) for polygons in (F, atlas.FTC)
     )
     plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1400, 700], border=False)
     plot_checkerboard(V, triangles, atlas, plotter=plotter)

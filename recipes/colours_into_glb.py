@@ -1,10 +1,11 @@
 """
-Colours of a scan in a GLB file
-===============================
+Baking the colours of a scan into a GLB file
+============================================
 
-A scan has a colour at each vertex. Games and web pages want few triangles, and the colours in a texture.
-So: read the file with its colours, unwrap, bake, and write one GLB file that holds the texture. trimesh
-opens it, and finds at each vertex the colour that the scan has there.
+A scan has a colour at each vertex. Games and web pages need a mesh of few triangles whose colours are in a
+texture. This recipe reads a file with its colours, unwraps the mesh, bakes the colours, and writes one GLB
+file that contains the texture. trimesh then opens the file, and the texture has the colour of the scan at
+each vertex.
 """
 
 from pathlib import Path
@@ -21,7 +22,7 @@ from igl_linabf import Packing, adapters, bake, unwrap
 from igl_linabf.io import read_file, read_mesh, write_textured
 
 # %%
-# A PLY file with vertex colours stands for your scan.
+# Write a PLY file with vertex colours, in place of your scan.
 Path("out").mkdir(exist_ok=True)
 bunny = MeshFix(*read_mesh(bunny_scan))
 bunny.repair()
@@ -31,7 +32,7 @@ paint = np.uint8(255 * (0.55 + 0.4 * stripes))
 trimesh.Trimesh(V, F, vertex_colors=paint, process=False).export("out/scan.ply")
 
 # %%
-# Read, unwrap, bake, write. `isometric` gives even texels.
+# Read the scan, unwrap it, bake its colours, and write the GLB file. `isometric` gives even texels.
 scan = read_file("out/scan.ply")
 atlas = unwrap(scan.V, scan.F, method="isometric", packing=Packing(resolution=512))
 image = bake(scan.V, scan.F, atlas, scan.colours[:, :3], 512)
@@ -39,19 +40,19 @@ write_textured("out/scan.glb", scan.V, scan.F, atlas.TC, atlas.FTC, image)
 assert atlas.good
 
 # %%
-# Open it with trimesh, and look up the texture at each vertex.
+# Open the file with trimesh, and look up the texture at each vertex.
 (opened,) = trimesh.load("out/scan.glb").geometry.values()
-found = opened.visual.to_color().vertex_colors[:, :3].astype(int)
+looked_up = opened.visual.to_color().vertex_colors[:, :3].astype(int)
 _, nearest = cKDTree(V).query(opened.vertices)
-off = np.abs(found - paint[nearest]).max(axis=1)
+error = np.abs(looked_up - paint[nearest]).max(axis=1)
 print(
-    f"{len(atlas.TC) - len(V)} vertices are doubled at seams; colours are off by {np.median(off):.0f} of 255 "
-    f"in the median, by {off.max()} at most"
+    f"{len(atlas.TC) - len(V)} vertices are doubled at seams; colours are off by {np.median(error):.0f} "
+    f"of 255 in the median, by {error.max()} at most"
 )
-assert np.median(off) <= 2
+assert np.median(error) <= 2
 
 # %%
-# The texture on the bunny, and the texture.
+# Draw the bunny with its texture, and the texture itself.
 texture = pv.Texture(np.uint8(255 * image))
 plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1400, 700], border=False)
 plotter.add_mesh(adapters.to_pyvista(scan.V, scan.F, atlas.TC, atlas.FTC), texture=texture)

@@ -1,10 +1,10 @@
 """
-The same mesh deforming
-=======================
+Flattening a deforming mesh
+===========================
 
-A cortex is inflated in frames: its triangles stay, its vertices move. A `Flattener` keeps what follows from
-the triangles alone, so that each frame takes less than a `flatten` of its own, and gives the same map to
-the last bit.
+A cortex is inflated over several frames: its vertices move, but its triangles do not change. A `Flattener`
+computes everything that depends on the triangles only once. Therefore each frame takes less time than a call
+of `flatten`, and the map is the same to the last bit.
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ from igl_linabf import Flattener, flatten, quality
 from igl_linabf.plot import fit, plot_checkerboard, plot_uv
 
 # %%
-# First and last positions of the vertices; those between are interpolated.
+# Load the first and the last positions of the vertices, and interpolate the frames between them.
 fsaverage = fetch_surf_fsaverage("fsaverage5")
 white, inflated, cut = (load_surf_mesh(fsaverage[f"{name}_left"]) for name in ("white", "infl", "flat"))
 F = cut.faces.astype(np.int64)
@@ -29,19 +29,19 @@ first, last = first[used], last[used]
 frames = [first + t * (last - first) for t in (0, 0.5, 1)]
 
 # %%
-# Flatten each frame. The map may turn from frame to frame, so each one is fitted to the one before.
+# Flatten each frame. Maps of successive frames may be rotated, so each map is fitted to the previous one.
 flattener = Flattener(F)
 maps = []
 for V in frames:
     result = flattener.flatten(V)
-    measured = quality(V, F, result.uv)
-    print(f"F/3nt {measured.angle_distortion:.4f}, {measured.flips} flipped triangles")
-    assert measured.flips == 0
+    figures = quality(V, F, result.uv)
+    print(f"F/3nt {figures.angle_distortion:.4f}, {figures.flips} flipped triangles")
+    assert figures.flips == 0
     maps.append(fit(result.uv, maps[-1]) if maps else result.uv)
 assert (result.uv == flatten(frames[-1], F).uv).all()
 
 # %%
-# The frames, and their maps.
+# Draw the frames and their maps.
 plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=[1500, 1000], border=False)
 for column, (V, uv) in enumerate(zip(frames, maps, strict=True)):
     plotter.subplot(0, column)

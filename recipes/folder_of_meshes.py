@@ -1,9 +1,9 @@
 """
-A folder of meshes
-==================
+Unwrapping a folder of meshes
+=============================
 
-`batch` unwraps all meshes of a folder, on all cores. A file that cannot be unwrapped is a row of the table,
-and does not end the work.
+`batch` unwraps all meshes of a folder on all cores. A file that cannot be unwrapped gets a row in the table
+of results, and the remaining files are still processed.
 """
 
 import csv
@@ -18,7 +18,7 @@ from igl_linabf import batch
 from igl_linabf.io import read_file
 
 if __name__ == "__main__":  # the workers import this file
-    # Three models that come with pyvista, and a file that is damaged, stand for your folder.
+    # Collect three models of pyvista and a damaged file, in place of your folder.
     folder = Path(tempfile.mkdtemp())
     scans, maps = folder / "scans", folder / "maps"
     scans.mkdir()
@@ -26,7 +26,8 @@ if __name__ == "__main__":  # the workers import this file
         shutil.copy(file, scans)
     (scans / "damaged.ply").write_bytes(Path(examples.antfile).read_bytes()[:2000])
 
-    # Unwrap them, here in one process (by default in one a core). Each outcome is a row.
+    # Unwrap the meshes, here in one process (default: one process per core). Each outcome is a row of the
+    # table.
     batch(scans, maps, method="isometric", format="glb", workers=1, progress=False)
     with open(maps / "results.csv", encoding="utf-8", newline="") as table:
         rows = {Path(row["input"]).stem: row for row in csv.DictReader(table)}
@@ -38,7 +39,7 @@ if __name__ == "__main__":  # the workers import this file
     assert sorted(good) == ["airplane", "ant", "nut"]
     assert rows["damaged"]["message"]
 
-    # The maps.
+    # Draw the maps.
     plotter = pv.Plotter(shape=(1, 3), off_screen=True, window_size=[1500, 500], border=False)
     for column, name in enumerate(sorted(good)):
         mesh = read_file(maps / f"{name}.glb")

@@ -1,9 +1,10 @@
 """
-Quadrangles from a scan
-=======================
+Remeshing a scan with quadrangles
+=================================
 
-A scanner gives triangles of all shapes. Linear ABF keeps angles, so the lines of a square grid in the map
-are nearly at right angles on the surface: a mesh of quadrangles, written as an OBJ of polygons.
+A scan consists of triangles of all shapes. Linear ABF preserves angles. Therefore the lines of a square grid
+in the map meet at nearly right angles on the surface, and form a mesh of quadrangles. It is written as an OBJ
+file of polygons.
 """
 
 from pathlib import Path
@@ -19,8 +20,7 @@ from igl_linabf.io import read_mesh
 from igl_linabf.plot import plot_grid
 
 # %%
-# The body of the Stanford bunny: its scan repaired, decimated, and cut at the neck and above
-# the feet.
+# Repair and decimate the scan of the Stanford bunny, and cut its body off at the neck and above the feet.
 Path("out").mkdir(exist_ok=True)
 bunny = MeshFix(*read_mesh(bunny_scan))
 bunny.repair()
@@ -31,27 +31,27 @@ _, piece = igl.facet_components(F)
 V, F, *_ = igl.remove_unreferenced(V, F[piece == np.bincount(piece).argmax()])
 
 # %%
-# Flatten it, and lay a grid of about 2,000 cells over the map, which has the area of the surface.
+# Flatten the body, and lay a grid of about 2,000 cells over the map, whose area is the area of the surface.
 uv = linabf(V, F)
 grid = quad_grid(V, F, uv, spacing=np.sqrt(igl.doublearea(V, F).sum() / 2 / 2000))
 write_grid("out/quads_from_scan.obj", grid)
 
 # %%
-# How right are the angles of the whole cells?
+# Measure how much the angles of the complete cells deviate from 90 degrees.
 corners = grid.V[grid.quads]
 ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
 cosine = (ahead * back).sum(axis=2) / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)
 angles = np.degrees(np.arccos(cosine))
-off = np.abs(angles - 90)
+deviation = np.abs(angles - 90)
 print(
     f"{len(F):,} triangles; {len(grid.quads):,} of {len(grid.faces):,} cells are whole quadrangles, "
-    f"whose angles are {off.mean():.1f} degrees off 90 in the mean"
+    f"whose angles are {deviation.mean():.1f} degrees off 90 in the mean"
 )
 assert len(grid.quads) > 0.8 * len(grid.faces)
-assert off.mean() < 6
+assert deviation.mean() < 6
 
 # %%
-# Whole cells are light, cells that the boundary cuts are dark.
+# Draw the complete cells light, and the cells cut by the boundary dark.
 plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1400, 700], border=False)
 plot_grid(grid, plotter=plotter)
 plotter.view_vector((0.3, -1, 0.3), (0, 0, 1))

@@ -1,9 +1,9 @@
 """
-A pattern for fabrication
-=========================
+A sheet metal pattern
+=====================
 
-A duct leads from a square to a circle. It is bent from one piece of sheet metal, and welded along one seam.
-`write_pattern` draws the piece at true scale, for the laser cutter, with the lines to bend along.
+A duct connects a square opening with a round one. It is bent from one piece of sheet metal and welded along
+one seam. `write_pattern` draws the piece at true scale for a laser cutter, with the bending lines.
 """
 
 import re
@@ -16,8 +16,8 @@ import pyvista as pv
 from igl_linabf import unwrap, write_pattern
 
 # %%
-# The duct, in millimetres. A triangle stands on each side of the square, and the corners are bent to the
-# circle.
+# Build the duct, in millimetres. A triangle stands on each side of the square, and a fan of triangles
+# leads from each corner to the circle.
 SIDES, WIDTH, RADIUS, HEIGHT = 32, 300, 100, 250
 turn = (np.arange(SIDES) + 0.5) * 2 * np.pi / SIDES
 circle = np.column_stack((RADIUS * np.cos(turn), RADIUS * np.sin(turn), np.full(SIDES, HEIGHT)))
@@ -33,7 +33,8 @@ for i in range(SIDES):
 F = np.array(F)
 
 # %%
-# One seam, from a corner of the square to the circle. A developable surface keeps all its lengths.
+# Unwrap along one seam from a corner of the square to the circle. The surface is developable: no length
+# changes.
 seam = np.array([[SIDES, 0]])
 Path("out").mkdir(exist_ok=True)
 atlas = unwrap(V, F, seam, "isometric")
@@ -45,7 +46,7 @@ assert pattern.error < 1e-6
 np.testing.assert_allclose(weld.lengths, np.linalg.norm(V[SIDES] - V[0]), rtol=1e-6)
 
 # %%
-# What is cut is as long as what is drawn: the two rims of the duct, and the seam twice.
+# The outline is as long as the two rims of the duct and twice the seam.
 (outline,) = pattern.outlines
 cut = np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum()
 rims = np.linalg.norm(np.diff(V[igl.boundary_facets(F)[0]], axis=1), axis=2).sum()
@@ -54,7 +55,7 @@ size = re.search(r'width="([\d.]+)mm"', Path("out/duct.svg").read_text(encoding=
 assert float(size[1]) > pattern.size[0]
 
 # %%
-# The duct with its seam in red, and the piece with the lines to bend along.
+# Draw the duct with its seam in red, and the piece with the bending lines.
 plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=[1400, 700], border=False)
 plotter.add_mesh(pv.PolyData.from_regular_faces(V, F), color="#c8ccd0", show_edges=True)
 plotter.add_lines(V[seam[0]], color="#c02020", width=8)

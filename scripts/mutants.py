@@ -1,14 +1,15 @@
-"""Whether the tests bite: each mutant of tests/mutants.diff is run on the tests of its room.
+"""Run the tests of a room on each mutant of tests/mutants.diff, and report the survivors.
 
     python scripts/mutants.py [ROOM ...]
 
-A mutant is a small fault in the code: a sign, a bound, a line left out. The line `# ROOM: fault | TESTS`
-stands above its patch and names the tests that should fail. Prints each mutant with the test that found
-it. Ends with 1 if one survives: no test asserts that property then, or the code does nothing. Some tests need
-the meshes that `IGL_LINABF_MESHES` names; a mutant is not tried where all of its tests are skipped.
+A mutant is a small fault in the code: a wrong sign, a wrong bound, a missing line. The line above its patch,
+`# ROOM: fault | TESTS`, names the tests that should fail. The script prints each mutant with the test that
+finds it. The exit code is 1 if a mutant survives: either no test asserts that property, or the code has no
+effect. Some tests need the meshes in `IGL_LINABF_MESHES`; a mutant is not tried if all of its tests are
+skipped.
 
-The patched module is loaded in place of the one on disk, which is left as it is; so it is in Python processes
-that the tests start.
+The patched module replaces the module on disk at import, also in Python processes that the tests start. The
+file on disk is not changed.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from types import CodeType
 ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = ROOT / "tests" / "mutants.diff"
 SKIPPED = "not tried, its tests are skipped here"
-SECONDS = 400  # of one run of tests, after which a mutant counts as found: it hangs
+TIMEOUT = 400  # seconds per run of tests; a mutant that hangs counts as found
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,11 @@ class Mutant:
     Attributes
     ----------
     room, property, tests : str
-        The room, what the fault breaks, and the tests, as pytest takes them.
+        The room, the property that the fault breaks, and the tests as arguments of pytest.
     path : Path
-        The module's file.
+        The file of the module.
     changes : list of (str, str)
-        Lines as they are, which stand once in the file; and in the mutant.
+        Original lines, which must occur exactly once in the file, and the lines of the mutant.
     """
 
     room: str
@@ -57,7 +58,7 @@ class Mutant:
         return ".".join(self.path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
     def source(self) -> str:
-        """The module's text with the fault in it."""
+        """Return the source of the module with the fault."""
         text = self.path.read_text("utf-8")
         for old, new in self.changes:
             if text.count(old) != 1:
@@ -69,13 +70,13 @@ class Mutant:
         return text
 
 
-def mutants(text: str) -> list[Mutant]:
-    """Those of a file of patches."""
+def parse_mutants(text: str) -> list[Mutant]:
+    """Return the mutants in the text of a file of patches."""
     found = []
     for part in ("\n" + text).split("\n# ")[1:]:
         head, *lines = part.splitlines()
         room, rest = head.split(": ", 1)
-        words, tests = rest.rsplit(" | ", 1)
+        property_, tests = rest.rsplit(" | ", 1)
         path = next(line for line in lines if line.startswith("--- a/")).removeprefix("--- a/")
         hunks = "\n".join(lines).split("\n@@")[1:]
         changes = []
@@ -84,12 +85,12 @@ def mutants(text: str) -> list[Mutant]:
             old = "".join(line[1:] + "\n" for line in body if line[:1] in (" ", "-"))
             new = "".join(line[1:] + "\n" for line in body if line[:1] in (" ", "+"))
             changes.append((old, new))
-        found.append(Mutant(room, words, tests, ROOT / path, changes))
+        found.append(Mutant(room, property_, tests, ROOT / path, changes))
     return found
 
 
-class Faulty(SourceFileLoader, MetaPathFinder):
-    """Loads one module as the mutant has it."""
+class MutantLoader(SourceFileLoader, MetaPathFinder):
+    """A loader that replaces one module by its mutant."""
 
     def __init__(self, mutant: Mutant) -> None:
         super().__init__(mutant.module, str(mutant.path))
@@ -106,9 +107,9 @@ class Faulty(SourceFileLoader, MetaPathFinder):
 
 
 def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
-    """What finds the mutant of that number in the file, "" if nothing does, or `SKIPPED`; and the seconds.
+    """Return the test that finds a mutant ("" if it survives, `SKIPPED` if not tried), and the seconds.
 
-    `start_up` is a folder with a `sitecustomize.py`, which every Python process imports that is started.
+    Every Python process imports the `sitecustomize.py` of the folder `start_up` when it starts.
     """
     environment = {**os.environ, "IGL_LINABF_MUTANT": str(number), "OMP_NUM_THREADS": "1"}
     environment["PYTHONPATH"] = os.pathsep.join(
@@ -123,7 +124,7 @@ def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
             env=environment,
             capture_output=True,
             encoding="utf-8",
-            timeout=SECONDS,
+            timeout=TIMEOUT,
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -142,27 +143,29 @@ def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("rooms", nargs="*", metavar="ROOM")
-    asked = parser.parse_args().rooms
-    every = list(enumerate(mutants(MUTANTS.read_text("utf-8"))))
-    chosen = [(number, mutant) for number, mutant in every if not asked or mutant.room in asked]
+    rooms = parser.parse_args().rooms
+    numbered = list(enumerate(parse_mutants(MUTANTS.read_text("utf-8"))))
+    chosen = [(number, mutant) for number, mutant in numbered if not rooms or mutant.room in rooms]
     for _, mutant in chosen:
         mutant.source()
-    living, skipped = [], []
+    survivors, skipped = [], []
     with TemporaryDirectory() as start_up, ThreadPoolExecutor(os.cpu_count()) as pool:
         Path(start_up, "sitecustomize.py").write_text("import mutants\n", "utf-8")
         runs = pool.map(lambda pair: run(pair[0], pair[1].tests, start_up), chosen)
         for (_, mutant), (found, seconds) in zip(chosen, runs, strict=True):
             print(f"{mutant.room}: {mutant.property}: {found or 'SURVIVES'} ({seconds:.0f} s)", flush=True)
             if not found:
-                living.append(mutant)
+                survivors.append(mutant)
             if found == SKIPPED:
                 skipped.append(mutant)
     tried = len(chosen) - len(skipped)
-    print(f"{tried - len(living)} of {tried} mutants are found, {len(skipped)} not tried")
-    return 1 if living else 0
+    print(f"{tried - len(survivors)} of {tried} mutants are found, {len(skipped)} not tried")
+    return 1 if survivors else 0
 
 
 if __name__ == "__main__":
     sys.exit(main())
-if "IGL_LINABF_MUTANT" in os.environ:  # in a process of the tests
-    sys.meta_path.insert(0, Faulty(mutants(MUTANTS.read_text("utf-8"))[int(os.environ["IGL_LINABF_MUTANT"])]))
+if "IGL_LINABF_MUTANT" in os.environ:  # this is a process of the tests
+    sys.meta_path.insert(
+        0, MutantLoader(parse_mutants(MUTANTS.read_text("utf-8"))[int(os.environ["IGL_LINABF_MUTANT"])])
+    )

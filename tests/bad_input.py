@@ -1,16 +1,17 @@
-"""Input that must be refused, or accepted with a warning, by name; run as a script for one of them.
+"""Input that must be refused, or accepted with a warning, by name; run as a script for some of them.
 
-`python tests/bad_input.py NAME` prints how each method ends: run apart, so that a crash of the process
-is seen and takes nothing along.
+`python tests/bad_input.py NAME ...` prints for each name how each method ends, as a line of JSON. It runs in
+a process of its own, so that a crash is seen: the first name without a line crashed.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 
 import numpy as np
 
-# a strip of a grid: 12 vertices, 12 triangles, vertices 5 and 6 inside
+# a strip of a grid with 12 vertices and 12 triangles; vertices 5 and 6 are interior
 V = np.array([[i % 4, i // 4, 0.1 * (i % 3)] for i in range(12)], dtype=float)
 F = np.array(
     [t for i in (0, 1, 2, 4, 5, 6) for t in ([i, i + 1, i + 4], [i + 1, i + 5, i + 4])], dtype=np.int64
@@ -47,7 +48,7 @@ def torus(remove: int) -> tuple[np.ndarray, np.ndarray]:
 
 PINS = [[0.0, 0.0], [1.0, 0.0]]
 
-# name: (V, F, pins, what the message says: what is wrong, and where)
+# name: (V, F, pins, pattern of the message, which names the fault and its place)
 REFUSED = {
     "no vertices": (np.empty((0, 3)), F, (), r"V has the shape \(0, 3\)"),
     "no faces": (V, np.empty((0, 3), dtype=int), (), r"F has the shape \(0, 3\)"),
@@ -118,13 +119,18 @@ def main() -> None:
     from igl_linabf import MeshError, flatten
     from igl_linabf.flattening import METHODS
 
-    positions, faces, pins, _ = {**REFUSED, **WARNED}[sys.argv[1]]
-    for method in METHODS:
-        try:
-            uv = flatten(positions, faces, method, *pins).uv
-            print(f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}")
-        except MeshError as error:
-            print(f"{method}: MeshError: {error}")
+    for name in sys.argv[1:]:
+        positions, faces, pins, _ = {**REFUSED, **WARNED}[name]
+        ends = []
+        for method in METHODS:
+            try:
+                uv = flatten(positions, faces, method, *pins).uv
+                ends.append(
+                    f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}"
+                )
+            except MeshError as error:
+                ends.append(f"{method}: MeshError: {error}")
+        print(json.dumps([name, ends]), flush=True)
 
 
 if __name__ == "__main__":

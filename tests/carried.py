@@ -1,4 +1,4 @@
-"""Meshes of every kind that need no folder: made by code, or in the wheels of what the tests require."""
+"""Meshes of every kind that are always available: generated, or part of packages that the tests require."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Surface = tuple[np.ndarray, np.ndarray]
 
 @cache
 def hemisphere(shape: str) -> Surface:
-    """A hemisphere of fsaverage5 (nilearn's wheel): closed "pial_left", or the folded disk "flat_right"."""
+    """Return a hemisphere of fsaverage5 (from nilearn): closed "pial_left", or the disk "flat_right"."""
     from nilearn.datasets import fetch_surf_fsaverage
     from nilearn.surface import load_surf_mesh
 
@@ -28,13 +28,13 @@ def hemisphere(shape: str) -> Surface:
 
 @cache
 def pial() -> Surface:
-    """The left hemisphere, closed, decimated to 3,000 triangles."""
+    """Return the closed left hemisphere, decimated to 3,000 triangles."""
     V, F = igl.qslim(*hemisphere("pial_left"), 3000)[:2]
     return np.asarray(V), np.asarray(F, dtype=np.int64)
 
 
 def limb() -> Surface:
-    """The same, long as a limb and cut open along one path only: its map spans more than double precision."""
+    """Return the hemisphere, stretched and cut along one path; its scales exceed double precision."""
     from conftest import tree_cut
 
     V, F = pial()
@@ -42,21 +42,21 @@ def limb() -> Surface:
 
 
 def pial_with_holes() -> Surface:
-    """The cortex of the right hemisphere with three holes."""
+    """Return the cortex of the right hemisphere with three holes."""
     V, F = hemisphere("flat_right")
     inside = np.linalg.norm(V[:, None] - V[[2000, 5000, 8000]], axis=2).min(axis=1)
     return igl.remove_unreferenced(V, F[~(inside < 6)[F].any(axis=1)])[:2]
 
 
 def ball() -> Surface:
-    """A rough ball with a hole of one triangle: nearly all of its curvature is to be laid flat."""
+    """Return a rough ball without one triangle, a disk that contains nearly all curvature of the ball."""
     V, F = igl.upsample(*igl.icosahedron(), 3)
     rough = 1 + 0.15 * np.random.default_rng(0).normal(size=len(V))
     return V / np.linalg.norm(V, axis=1)[:, None] * rough[:, None], F[1:]
 
 
 def tube(length: float = 30.0, around: int = 24) -> Surface:
-    """A long rough tube, closed at one end: the scale of its map falls by e each radius."""
+    """Return a rough tube, closed at one end; the scale of its map falls by a factor e per radius."""
     side = 2 * np.pi / around
     rows = int(length / side)
     k, i = np.arange(around), np.arange(rows + 1)[:, None]
@@ -73,8 +73,8 @@ def tube(length: float = 30.0, around: int = 24) -> Surface:
     return V + 0.08 * np.random.default_rng(0).normal(size=V.shape), F
 
 
-def of_pyvista(name: str) -> Surface:
-    """A mesh of pyvista's wheel: a "nut", closed, with one handle; an "ant" of fifteen closed pieces."""
+def load_pyvista_mesh(name: str) -> Surface:
+    """Return a mesh of pyvista: a closed "nut" with one handle, or an "ant" of fifteen closed pieces."""
     import pyvista
 
     from igl_linabf.io import read_mesh
@@ -83,20 +83,20 @@ def of_pyvista(name: str) -> Surface:
 
 
 def punctured_nut() -> Surface:
-    """The same without a triangle."""
-    V, F = of_pyvista("nut")
+    """Return the nut without one triangle."""
+    V, F = load_pyvista_mesh("nut")
     return V, F[1:]
 
 
 def double_torus() -> Surface:
-    """Closed, with two handles."""
+    """Return a closed surface with two handles."""
     from checkerboards import double_torus
 
     return double_torus()
 
 
 def crown() -> Surface:
-    """A crown without its seven tips: a disk with as many holes."""
+    """Return a crown without its seven tips, a disk with seven holes."""
     from holes import crown_without_tips
 
     return crown_without_tips()
@@ -109,7 +109,7 @@ def cortex() -> Surface:
 
 
 def quads(n: int = 4) -> Surface:
-    """A rough cube of n x n quadrangles a side."""
+    """Return a rough cube with n x n quadrangles per side."""
     corners: dict[tuple[int, ...], int] = {}
     F = []
     for axis, end, i, j in product(range(3), (0, n), range(n), range(n)):
@@ -133,7 +133,7 @@ def torus_of_quads(n: int = 30, m: int = 16) -> Surface:
 
 
 def dual() -> tuple[np.ndarray, list[list[int]]]:
-    """Twelve pentagons and many hexagons, some concave: the faces around each vertex of a rough ball."""
+    """Return the dual of a rough ball: twelve pentagons and many hexagons, some of them concave."""
     W, T = igl.upsample(*igl.icosahedron(), 3)
     W /= np.linalg.norm(W, axis=1)[:, None]
     following: list[dict[int, tuple[int, int]]] = [{} for _ in W]
@@ -158,8 +158,8 @@ MESHES: dict[str, Callable[[], Surface]] = {
     "tube": tube,
     "limb": limb,
     "pial": pial,
-    "nut": lambda: of_pyvista("nut"),
-    "ant": lambda: of_pyvista("ant"),
+    "nut": lambda: load_pyvista_mesh("nut"),
+    "ant": lambda: load_pyvista_mesh("ant"),
     "punctured_nut": punctured_nut,
     "double_torus": double_torus,
     "crown": crown,

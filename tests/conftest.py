@@ -1,4 +1,4 @@
-"""Meshes: the shared ones by name, the cortex of nilearn's wheel, and surfaces made here."""
+"""Meshes for the tests (shared files by name, meshes of packages, generated surfaces) and common helpers."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -26,11 +27,11 @@ from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / folder) for folder in ("demos", "benchmarks", "scripts")]
-collect_ignore = ["blender_scenes.py"]  # for Blender's Python, in which project/test_blender.py runs it
+collect_ignore = ["blender_scenes.py"]  # project/test_blender.py runs it in the Python of Blender
 OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")
-NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # a mesh
+NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # followed by the name of a mesh
 DISKS = (
     "disk__bff_hemisphere.obj",
     "disk__flipfree_camelhead_small.obj",
@@ -72,7 +73,7 @@ Surface = tuple[np.ndarray, np.ndarray]
 
 
 def bumps(n: int = 900, seed: int = 0, height: float = 0.35) -> Surface:
-    """A disk of `n` random vertices, lifted by random waves."""
+    """Return a disk of `n` random vertices, lifted by random waves."""
     rng = np.random.default_rng(seed)
     around = np.linspace(0, 2 * np.pi, int(4 * np.sqrt(n)), endpoint=False)
     rim = np.column_stack((np.cos(around), np.sin(around)))
@@ -88,7 +89,7 @@ def bumps(n: int = 900, seed: int = 0, height: float = 0.35) -> Surface:
 
 
 def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int, seed: int | None = None) -> Surface:
-    """A closed surface cut along a tree of shortest paths to far points, or to random ones."""
+    """Cut a closed surface along a tree of shortest paths to distant points, or to random points."""
     edges = igl.edges(F)
     length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
     graph = sparse.csr_array((length, edges.T), shape=(len(V), len(V)))
@@ -107,13 +108,13 @@ def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int, seed: int | None = None)
 
 
 def load(name: str) -> Surface:
-    """A mesh by name: "bumps", one of `carried.MESHES`, or a shared file; skips where that is not there."""
+    """Return a mesh by name ("bumps", in `carried.MESHES`, or a shared file); skip the test if missing."""
     if name == "bumps":
         return bumps()
     if name in MESHES:
         try:
             return MESHES[name]()
-        except ImportError as error:  # not every environment has the wheels that they come with
+        except ImportError as error:  # not all environments have the packages of these meshes
             pytest.skip(f"{error.name} is not installed: no {name}")
     if FOLDER is None:
         pytest.skip(f"{NO_FOLDER}{name}")
@@ -121,19 +122,30 @@ def load(name: str) -> Surface:
 
 
 def python_of_blender() -> Path:
-    """The Python with bpy that IGL_LINABF_BPY names, this one, or that of `make blender`; else skips."""
+    """Return a Python with bpy (IGL_LINABF_BPY, this one, or of `make blender`); skip without one."""
     named = os.environ.get("IGL_LINABF_BPY")
     if named:
         return Path(named)
     if find_spec("bpy") is not None:
         return Path(sys.executable)
-    if not OWN_BLENDER.exists():
+    if not imports_bpy(OWN_BLENDER):
         pytest.skip("no Python with bpy is there: `make blender` makes one")
     return OWN_BLENDER
 
 
+@cache
+def imports_bpy(python: Path) -> bool:
+    """Return whether a Python is there and has bpy; an environment whose making was broken off has not."""
+    if not python.exists():
+        return False
+    try:
+        return subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
 def built_wheel(folder: Path) -> Path:
-    """The package's wheel, for this Python: of what the editable install has compiled, where there is one."""
+    """Build the wheel for this Python, if possible with the core compiled by the editable install."""
     warm = find_spec("scikit_build_core") and find_spec("nanobind") and find_spec("hatch_fancy_pypi_readme")
     how = ("--no-build-isolation", "-C", "build-dir=build/{wheel_tag}") if warm else ()
     command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", *how, "-w", str(folder), str(ROOT)]
@@ -148,8 +160,8 @@ def built_wheel(folder: Path) -> Path:
 
 @contextmanager
 def one_at_a_time(folder: Path) -> Iterator[None]:
-    """Others wait: two builds at once would write the same files."""
-    if os.name == "nt":  # where files have no such locks
+    """Hold a lock, because two simultaneous builds would write the same files."""
+    if os.name == "nt":  # without such locks
         yield
         return
     import fcntl
@@ -161,7 +173,7 @@ def one_at_a_time(folder: Path) -> Iterator[None]:
 
 
 def not_tested(reasons: list[str]) -> list[str]:
-    """What the reasons of skipped tests come to: shared meshes by kind, and the others as they are."""
+    """Summarize the reasons of skipped tests: shared meshes by kind, and all other reasons."""
     kinds: Counter[str] = Counter()
     others: Counter[str] = Counter()
     for reason in reasons:
@@ -183,7 +195,7 @@ def not_tested(reasons: list[str]) -> list[str]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what was not tested: a green run without the shared meshes is no full run."""
+    """Print what was not tested, because a run without the shared meshes is incomplete."""
     skipped = terminalreporter.getreports("skipped")
     lines = not_tested([str(report.longrepr[2]) for report in skipped if isinstance(report.longrepr, tuple)])
     if lines:
@@ -194,18 +206,18 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture
 def few_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Distances are measured from few vertices: quickly, and less exactly."""
+    """Measure distances from few vertices: faster, but less exact."""
     monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 100)
 
 
 def pixels(path: Path) -> np.ndarray:
-    """A picture as (height, width, channels)."""
+    """Return a picture as an array (height, width, channels)."""
     with Image.open(path) as image:
         return np.asarray(image)
 
 
 def best_fit_distance(uv: np.ndarray, onto: np.ndarray) -> float:
-    """Largest distance of two maps after the best similarity, relative to the size of the second."""
+    """Return the largest distance of two maps after the best similarity, over the size of the second."""
     z, w = uv @ [1, 1j], onto @ [1, 1j]
     z, w = z - z.mean(), w - w.mean()
     ratio = np.vdot(z, w) / np.vdot(z, z)

@@ -1,4 +1,4 @@
-"""Names in the docs, and what they stand for."""
+"""Resolve names that the docs use."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from conftest import ROOT
 import igl_linabf
 from igl_linabf import Atlas, Chart, Flattening
 
-OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # what the docs call one of them
+OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # names of these objects in the docs
 
 
-def attribute(thing: object, name: str) -> object:
-    """`thing.name`; of a class, also what its objects have under that name."""
+def get_attribute(thing: object, name: str) -> object:
+    """Return `thing.name`; for a class, also the type of an attribute of its objects."""
     if hasattr(thing, name):
         return getattr(thing, name)
     if isinstance(thing, ModuleType):
@@ -27,20 +27,20 @@ def attribute(thing: object, name: str) -> object:
     return fields[name]
 
 
-def resolved(dotted: str) -> object:
-    """What a dotted name stands for: in the package, of one of its results, or elsewhere."""
+def resolve(dotted: str) -> object:
+    """Return the object of a dotted name: in the package, in a result, or in another package."""
     first, *rest = dotted.split(".")
     try:
-        thing = OBJECTS.get(first) or attribute(igl_linabf, first)
+        thing = OBJECTS.get(first) or get_attribute(igl_linabf, first)
     except ImportError:
         thing = importlib.import_module(first)
     for name in rest:
-        thing = attribute(thing, name)
+        thing = get_attribute(thing, name)
     return thing
 
 
-def reference() -> list[str]:
-    """Every entry of the reference, docs/api/index.rst, with the module that it is listed under."""
+def read_reference() -> list[str]:
+    """Return all entries of the reference, docs/api/index.rst, with their modules."""
     names, module = [], ""
     for line in (ROOT / "docs" / "api" / "index.rst").read_text("utf-8").splitlines():
         if line.startswith(".. currentmodule::"):

@@ -1,7 +1,7 @@
-"""Hostile cases in a child process, so that a crash or a hang is seen, and of which case it was.
+"""Run hostile cases in a child process, so that a crash or a hang is attributed to its case.
 
-`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends. A script
-with cases of its own is a child in the same way, by `child`.
+`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child process. It writes the outcome of each
+case. A script with other cases can act as a child process, too: see `run_as_child`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import hostile_files as files
 import hostile_meshes as meshes
 import numpy as np
 
-LIMIT = 60.0  # seconds of one case: more is a hang
+LIMIT = 60.0  # seconds after which a case counts as a hang
 ROOT = Path(__file__).parent.parent
 
 
@@ -29,7 +29,7 @@ def _disk(seed: int, most: int = 250) -> meshes.Disk:
     return meshes.Disk.random(np.random.default_rng(seed), most)
 
 
-# kind: what is done with a seed, and its share of ten thousand
+# kind: (check of a seed, number of cases among ten thousand)
 KINDS: dict[str, tuple[Callable[[int], str], int]] = {
     "`flatten`, random disks": (lambda seed: meshes.check_disk(_disk(seed)), 2500),
     '`flatten`, `method="abf"`': (lambda seed: meshes.check_disk(_disk(seed), "abf"), 700),
@@ -48,27 +48,27 @@ KINDS: dict[str, tuple[Callable[[int], str], int]] = {
 }
 
 
-def _break_a_promise(seed: int) -> str:
+def _break_promise(seed: int) -> str:
     raise meshes.BrokenError(str(seed))
 
 
-# that this is seen
+# cases that must be detected
 BROKEN: dict[str, Callable[[int], str]] = {
     "to crash": lambda seed: ctypes.string_at(0).decode(),
     "to hang": lambda seed: str(time.sleep(1000)),
-    "to break a promise": _break_a_promise,
+    "to break a promise": _break_promise,
 }
 
 
 def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
-    """How often cases end in what way, and a sentence on each that breaks a promise."""
+    """Return the counts of the outcomes, and a description of each case that breaks a promise."""
     return run_all([(kind, seed) for seed in seeds])[kind]
 
 
 def run_all(
     cases: list[tuple[str, int]], script: str = __file__
 ) -> dict[str, tuple[Counter[str], list[str]]]:
-    """The same of cases of several kinds in one child, or in as many as crash."""
+    """Do the same for cases of several kinds; a new child process continues after each crash."""
     ends: dict[str, tuple[Counter[str], list[str]]] = {kind: (Counter(), []) for kind, _ in cases}
     while cases:
         with tempfile.TemporaryDirectory() as folder:
@@ -81,32 +81,34 @@ def run_all(
                 encoding="utf-8",
                 errors="replace",
             )
-            said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
-        for (kind, seed), (good, end) in zip(cases, said, strict=False):
+            ends_of_cases = (
+                [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
+            )
+        for (kind, seed), (good, end) in zip(cases, ends_of_cases, strict=False):
             count, broken = ends[kind]
             if good:
                 count[end] += 1
             else:
                 broken.append(f"{kind}, seed {seed}: {end}")
-        rest = cases[len(said) :]
-        if rest:
-            kind, seed = rest[0]
+        remaining = cases[len(ends_of_cases) :]
+        if remaining:
+            kind, seed = remaining[0]
             what = f"the process ended with {child.returncode}: {child.stderr[:1000]}"
             ends[kind][1].append(f"{kind}, seed {seed}: {what}")
-        cases = rest[1:]
+        cases = remaining[1:]
     return ends
 
 
-def child(work: dict[str, Callable[[int], str]]) -> None:
-    """Do the cases that the command line names, and write how each ends."""
+def run_as_child(checks: dict[str, Callable[[int], str]]) -> None:
+    """Run the cases named by the command line, and write the outcome of each."""
     todo, done, limit = sys.argv[1:]
     faulthandler.enable()
     with open(done, "w", encoding="utf-8") as file:
         for kind, seed in json.loads(Path(todo).read_text(encoding="utf-8")):
             faulthandler.dump_traceback_later(float(limit), exit=True)
             try:
-                end = (True, work[kind](seed))
-            except Exception as error:  # whatever it is, it is reported
+                end = (True, checks[kind](seed))
+            except Exception as error:  # all errors are reported
                 trace = error.__traceback__
                 while trace is not None and trace.tb_next is not None:
                     trace = trace.tb_next
@@ -117,4 +119,4 @@ def child(work: dict[str, Callable[[int], str]]) -> None:
 
 
 if __name__ == "__main__":
-    child({**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}})
+    run_as_child({**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}})

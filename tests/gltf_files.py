@@ -1,4 +1,4 @@
-"""Files with much in them, and what is compared of them."""
+"""Files that use many features of their formats, and helpers to compare them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from igl_linabf.io import MeshFile, read_file, write_file
 
 
 def corners(mesh: MeshFile) -> np.ndarray:
-    """Position and texture coordinates at each corner."""
+    """Return position and texture coordinates at each corner."""
     assert mesh.TC is not None
     assert mesh.texture is not None
     return np.hstack((mesh.V[mesh.polygons.corners], mesh.TC[mesh.texture]))
 
 
 def unwrapped(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
+    """Unwrap a file; return the mesh with its atlas, and the mesh as read from the written file."""
     mesh = read_file(source)
     atlas = unwrap(mesh.V, mesh.F, progress=False)
     write_file(out, mesh, atlas.TC, atlas.FTC)
@@ -57,6 +58,7 @@ l 1/1 5/1
 
 
 def glb(path: Path, text: dict, parts: list[bytes]) -> None:
+    """Write a GLB file with one buffer view per part."""
     views, start = [], 0
     for part in parts:
         views.append({"buffer": 0, "byteOffset": start, "byteLength": len(part)})
@@ -72,7 +74,7 @@ def glb(path: Path, text: dict, parts: list[bytes]) -> None:
 
 
 def scene(path: Path) -> None:
-    """Two meshes, one in two primitives and two nodes, in a turned and scaled tree; an animation."""
+    """Write two meshes, one with two primitives and two nodes, in a rotated and scaled tree; an animation."""
     V, F = igl.icosahedron()
     normals = V / np.linalg.norm(V, axis=1)[:, None]
     colours = (np.arange(48) * 5).astype("<u1").reshape(12, 4)

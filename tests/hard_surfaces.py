@@ -1,4 +1,4 @@
-"""Bodies with creases, made by code: what a net lays flat exactly."""
+"""Generated bodies with creases; a net flattens most of them exactly."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def box(x: float, y: float, z: float, times: int = 0) -> Surface:
     return igl.upsample(V, F, times) if times else (V, F)
 
 
-def extruded(outline: np.ndarray, caps: np.ndarray, height: float, times: int = 0) -> Surface:
-    """A flat outline, anticlockwise, with the triangles of its inside, as a solid."""
+def extrude(outline: np.ndarray, caps: np.ndarray, height: float, times: int = 0) -> Surface:
+    """Extrude an anticlockwise planar outline with a given triangulation to a solid."""
     n = len(outline)
     low = np.column_stack((outline, np.zeros(n)))
     i = np.arange(n)
@@ -28,16 +28,16 @@ def extruded(outline: np.ndarray, caps: np.ndarray, height: float, times: int = 
 
 
 def prism(n: int, height: float, times: int = 0) -> Surface:
-    """Of n sides; its caps are fans of slivers from one corner."""
+    """Return a prism of n sides whose caps are fans of slivers from one corner."""
     angle = 2 * np.pi * np.arange(n) / n
     caps = np.column_stack((np.zeros(n - 2), np.arange(1, n - 1), np.arange(2, n))).astype(np.int64)
-    return extruded(np.column_stack((np.cos(angle), np.sin(angle))), caps, height, times)
+    return extrude(np.column_stack((np.cos(angle), np.sin(angle))), caps, height, times)
 
 
 def angle_solid(height: float, times: int = 0) -> Surface:
-    """A solid like the letter L."""
+    """Return a solid in the shape of the letter L."""
     outline = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]], dtype=float)
-    return extruded(outline, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]), height, times)
+    return extrude(outline, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]), height, times)
 
 
 def cone(n: int, height: float) -> Surface:
@@ -50,7 +50,7 @@ def cone(n: int, height: float) -> Surface:
 
 
 def pencil(n: int, height: float, tip: float) -> Surface:
-    """A cylinder with a cone on top; where the two meet is no sharp crease."""
+    """Return a cylinder with a cone on top, which meet in a blunt crease."""
     (V, F), (_, top) = prism(n, height), cone(n, 1)
     apex = np.array([[0, 0, height + tip]])
     lid = (n <= F).all(axis=1)
@@ -58,7 +58,7 @@ def pencil(n: int, height: float, tip: float) -> Surface:
 
 
 def rock(roughness: float, times: int = 0) -> Surface:
-    """An ellipsoid of few triangles, smooth below and rough above."""
+    """Return an ellipsoid of few triangles, smooth at the bottom and rough at the top."""
     V, F = igl.upsample(*igl.icosahedron(), 2)
     V = V / np.linalg.norm(V, axis=1)[:, None]
     out = roughness * np.random.default_rng(0).random(len(V)) * np.clip(V[:, 2] + 0.6, 0, 1)
@@ -67,7 +67,7 @@ def rock(roughness: float, times: int = 0) -> Surface:
 
 
 def plate_with_holes(n: int = 6) -> Surface:
-    """A plate with n bores side by side, closed: genus n; its planes are all slivers between the rims."""
+    """Return a closed plate of genus n with n bores; slivers between the rims form its planes."""
     import shapely
 
     around = 2 * np.pi * np.arange(24) / 24
@@ -78,14 +78,17 @@ def plate_with_holes(n: int = 6) -> Surface:
     corners = np.array([shapely.get_coordinates(shapely.orient_polygons(t))[:3] for t in cap])
     F = np.linalg.norm(corners[:, :, None] - outline, axis=-1).argmin(axis=-1)
     m = len(outline)
-    loops = [np.arange(4), *(4 + 24 * k + np.arange(24)[::-1] for k in range(n))]  # the solid on the left
+    loops = [
+        np.arange(4),
+        *(4 + 24 * k + np.arange(24)[::-1] for k in range(n)),
+    ]  # with the solid on the left
     sides = [triangles(np.column_stack((a, np.roll(a, -1), np.roll(a, -1) + m, a + m))) for a in loops]
     low = np.column_stack((outline, np.zeros(m)))
     return np.vstack((low, low + UP / 2)), np.vstack((F[:, ::-1], F + m, *sides))
 
 
 def rounded_box(x: float, y: float, z: float, radius: float, steps: int = 8) -> Surface:
-    """With fillets along its edges, that meet in eighths of a ball: twice so many strips each."""
+    """Return a box with fillets of 2 `steps` strips along its edges, which meet in eighths of a ball."""
     half, V, F = np.array([x, y, z]) / 2, list[np.ndarray](), list[np.ndarray]()
     corner, number = np.linspace(0, radius, steps + 1), 2 * steps + 2
     along = [np.append(corner - h, h - corner[::-1]) for h in half]
@@ -108,7 +111,7 @@ def rounded_box(x: float, y: float, z: float, radius: float, steps: int = 8) -> 
 
 
 def rounded_plate(radius: float, steps: int = 6, around: int = 96) -> Surface:
-    """Longer than wide, round at both ends, with a bore, and fillets along all its rims."""
+    """Return an oblong plate with round ends, a bore, and fillets along all rims."""
     angle = 2 * np.pi * (np.arange(around) + 0.5) / around
     ways = np.column_stack((np.cos(angle), np.sin(angle)))
     outside, inside = ways + np.sign(ways[:, :1]) * [2, 0], 0.5 * ways

@@ -1,4 +1,4 @@
-"""Damaged files, and what must hold of the command on them."""
+"""Damaged files, and checks of the command on them."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from igl_linabf.io import read_mesh, read_texture
 
 
 def good_files(rng: np.random.Generator) -> dict[str, list[bytes]]:
-    """Small meshes in every form of the four formats."""
-    return files_of(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).made())
+    """Return small random meshes in all forms of the four formats."""
+    return files_of(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).build())
 
 
 def files_of(V: np.ndarray, F: np.ndarray) -> dict[str, list[bytes]]:
-    """The mesh in every form of the four formats."""
+    """Return a mesh in all forms of the four formats."""
     V32, n, m = V.astype("<f4"), len(V), len(F)
 
     def lines(rows: np.ndarray, form: str) -> bytes:
@@ -118,14 +118,14 @@ GARBAGE = (
 )
 
 
-def mutated(data: bytes, rng: np.random.Generator) -> bytes:
-    """Bits flipped, bytes cut out, ends cut off, numbers replaced, lines doubled and moved."""
+def mutate(data: bytes, rng: np.random.Generator) -> bytes:
+    """Flip bits, remove bytes, truncate, replace numbers, duplicate and move lines, at random."""
     for _ in range(int(rng.choice([1, 1, 2, 3, 8]))):
-        data = _mutated_once(data, rng)
+        data = _mutate_once(data, rng)
     return data
 
 
-def _mutated_once(data: bytes, rng: np.random.Generator) -> bytes:
+def _mutate_once(data: bytes, rng: np.random.Generator) -> bytes:
     i, j = sorted(int(k) for k in rng.integers(len(data) + 1, size=2))
     j = min(j, i + 1 + int(rng.integers(9)))
     garbage = GARBAGE[rng.integers(len(GARBAGE))]
@@ -151,25 +151,25 @@ def _mutated_once(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def hostile_file(seed: int) -> tuple[str, bytes]:
-    """Suffix and bytes: a damaged file mostly, or noise, or one of another format."""
+    """Return suffix and bytes of a damaged file, or sometimes of noise or of another format."""
     rng = np.random.default_rng(seed)
     suffix = str(rng.choice(["obj", "off", "ply", "stl"]))
     kind = rng.random()
     if kind < 0.05:
         return suffix, rng.bytes(int(rng.integers(400)))
     files = good_files(rng)
-    own = files[suffix]
-    data = own[rng.integers(len(own))]
+    forms = files[suffix]
+    data = forms[rng.integers(len(forms))]
     if kind < 0.1:
         head = data[: int(rng.integers(200))]
         return suffix, head + rng.bytes(int(rng.integers(400)))
     if kind < 0.13:
         return suffix, files[str(rng.choice(["obj", "off", "ply", "stl"]))][0]
-    return suffix, mutated(data, rng)
+    return suffix, mutate(data, rng)
 
 
 def check_file(seed: int, command: str) -> str:
-    """The command on a hostile file: its exit code, one sentence, and a whole file or none."""
+    """Check the exit code, the message, and the output of the command on a hostile file."""
     suffix, data = hostile_file(seed)
     with tempfile.TemporaryDirectory() as folder:
         mesh = Path(folder) / f"hostile.{suffix}"
@@ -179,22 +179,26 @@ def check_file(seed: int, command: str) -> str:
         arguments += (
             ["--repeat", "1", "--methods", "lscm,linabf"] if command == "compare" else ["-o", str(out)]
         )
-        said, told = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(told):
+        stdout, stderr = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(stderr):
             code = main(arguments)
-        left = sorted(set(os.listdir(folder)) - {mesh.name})
+        files_left = sorted(set(os.listdir(folder)) - {mesh.name})
         wrote = command != "compare" and code != 2
         require(code in (0, 1, 2), f"exit code {code}")
-        require(left == ([out.name] if wrote else []), f"exit code {code}, and in the folder are {left}")
-        lines = told.getvalue().splitlines()
+        require(
+            files_left == ([out.name] if wrote else []),
+            f"exit code {code}, files in the folder: {files_left}",
+        )
+        lines = stderr.getvalue().splitlines()
         require(all(line.startswith("igl-linabf: ") for line in lines), f"stderr is {lines}")
         errors = [line for line in lines if ": warning: " not in line]
         require(all(has_place(line) for line in lines), f"no place in {lines}")
         if code == 2:
-            require(len(errors) == 1 and not said.getvalue(), f"exit code 2, and {lines}")
+            require(len(errors) == 1 and not stdout.getvalue(), f"exit code 2, and {lines}")
             return "refused"
         require(
-            bool(said.getvalue()) and not re.search(r"\bnan\b", said.getvalue()), f"NaN in {said.getvalue()}"
+            bool(stdout.getvalue()) and not re.search(r"\bnan\b", stdout.getvalue()),
+            f"NaN in {stdout.getvalue()}",
         )
         if wrote and out.suffix == ".obj":
             TC, FTC = read_texture(out)

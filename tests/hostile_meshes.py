@@ -1,6 +1,7 @@
-"""Hostile cases by number: random disks, corrupted meshes, damaged files; and what must hold of each.
+"""Numbered hostile cases (random disks, corrupted and damaged meshes), and checks of each.
 
-Each `check_...` returns how the case ended, in a few words, and raises `BrokenError` where that is wrong.
+Each function `check_...` returns the outcome of a case in a few words, and raises `BrokenError` if a promise
+is broken.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from fractions import Fraction
 import igl
 import numpy as np
 from bad_input import tetrahedron, torus
-from carried import of_pyvista
+from carried import load_pyvista_mesh
 from nasty_meshes import NASTY, joined
 from scipy.spatial import Delaunay
 
@@ -27,27 +28,27 @@ Surface = tuple[np.ndarray, np.ndarray]
 
 
 class BrokenError(AssertionError):
-    """A promise is not kept."""
+    """A promise is broken."""
 
 
 @dataclass(frozen=True)
 class Disk:
-    """A planar Delaunay triangulation, lifted; `made` is the surface.
+    """The parameters of a lifted planar Delaunay triangulation.
 
     Attributes
     ----------
     n : int
-        Vertices, about.
+        Approximate number of vertices.
     relief : float
         Height of the random waves over the unit square.
     noise : float
-        Height of white noise: spikes at every vertex.
+        Height of white noise, which makes a spike at each vertex.
     holes, slivers : int
-        Stars of vertices that are left out; vertices moved almost onto the opposite edge.
+        Number of vertex stars that are removed, and of vertices moved almost onto the opposite edge.
     thin : int
-        By 10^-thin of that edge's length.
+        Distance of these vertices from the edge, as 10^-thin of the original distance.
     scale : int
-        Everything times 10^scale.
+        All coordinates are multiplied by 10^scale.
     seed : int
     """
 
@@ -62,7 +63,7 @@ class Disk:
 
     @classmethod
     def random(cls, rng: np.random.Generator, most: int = 250) -> Disk:
-        """One of all kinds; the harder a property, the rarer it is."""
+        """Return random parameters; harder properties are rarer."""
         often = rng.random(5)
         return cls(
             n=int(np.exp(rng.uniform(np.log(4), np.log(most)))),
@@ -75,7 +76,8 @@ class Disk:
             seed=int(rng.integers(2**32)),
         )
 
-    def made(self) -> Surface:
+    def build(self) -> Surface:
+        """Return the surface."""
         rng = np.random.default_rng(self.seed)
         xy = rng.random((max(self.n, 4), 2))
         F = Delaunay(xy).simplices.astype(np.int64)
@@ -85,7 +87,7 @@ class Disk:
         z = self.relief * np.sin(xy @ waves.T + rng.uniform(0, 6, 4)).sum(axis=1) / 4
         z += self.noise * rng.normal(size=len(xy))
         V = np.column_stack((xy, z))
-        F = _with_holes(F, len(V), self.holes, rng)
+        F = _cut_holes(F, len(V), self.holes, rng)
         for t in rng.choice(len(F), min(self.slivers, len(F)), replace=False):
             i, j, k = rng.permutation(F[t])
             V[i] = (V[j] + V[k]) / 2 + 10.0**-self.thin * (V[i] - (V[j] + V[k]) / 2)
@@ -107,8 +109,8 @@ def _twice_area(xy: np.ndarray, F: np.ndarray) -> np.ndarray:
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
 
-def _with_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> np.ndarray:
-    """`F` without the stars of some vertices that are apart from each other and from the boundary."""
+def _cut_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> np.ndarray:
+    """Remove disjoint stars of vertices away from the boundary."""
     edges = np.sort(F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edge, count = np.unique(edges, axis=0, return_counts=True)
     taken = np.zeros(n, dtype=bool)
@@ -123,7 +125,7 @@ def _with_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> 
 
 
 def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Faces whose orientation in uv is not positive, in rational arithmetic."""
+    """Return the faces whose orientation in uv is not positive, in rational arithmetic."""
     rows = [[Fraction(x) for x in row] if np.isfinite(row).all() else None for row in uv.tolist()]
     flipped = []
     for t, (i, j, k) in enumerate(F.tolist()):
@@ -134,15 +136,15 @@ def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 PLACE = re.compile(
-    r"\b(faces?|vertex|vertices|edges?|chart|row|line) \[?-?\d"  # indices, in the mesh or in the file
+    r"\b(faces?|vertex|vertices|edges?|chart|row|line) \[?-?\d"  # indices in the mesh or in the file
     r"|^(igl-linabf: )?(V|F|uv|angles|b|bc|outer|pins?) (has|have|is|are|holds?) "  # the argument
-    r"|^(igl-linabf: )?the mesh (is closed|has \d)"  # all of it
+    r"|^(igl-linabf: )?the mesh (is closed|has \d)"  # the whole mesh
     r"|\S\.(obj|off|ply|stl)\b"  # the file
 )
 
 
 def has_place(message: str) -> bool:
-    """Whether a message names indices of faces, vertices or lines, an argument, or a file."""
+    """Return True if a message names indices of faces, vertices or lines, an argument, or a file."""
     return bool(PLACE.search(message))
 
 
@@ -152,7 +154,7 @@ def require(holds: bool, what: str) -> None:
 
 
 def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
-    """What must hold of any result."""
+    """Check the properties of any result."""
     uv, used = result.uv, np.unique(F)
     require(uv.shape == (len(V), 2), f"uv has the shape {uv.shape}")
     require(bool(np.isfinite(uv[used]).all()), f"NaN in a result called {result.outcome.value}")
@@ -162,7 +164,7 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
     require(
         listed == flipped.tolist(), f"called {result.outcome.value}, flipped {listed}, not {flipped.tolist()}"
     )
-    # target angles that are no triangle's are not good, even where the map is
+    # invalid target angles are not a good outcome, even if the map has no flips
     good = not len(flipped) and result.outcome is not il.Outcome.ANGLES_INVALID
     require(result.outcome.good == good, f"called {result.outcome.value}: {result.message}")
     require(result.outcome.good or has_place(result.message), f"no place in {result.message!r}")
@@ -171,8 +173,11 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
     if result.outcome is not il.Outcome.ANGLES_INVALID:
         require(bool((angles >= 0).all() and (angles <= np.pi).all()), "angles outside [0, pi]")
         missing = float(np.abs(angles.sum(axis=1) - np.pi).max())
-        told = result.after.triangle
-        require(missing <= told + 1e-12, f"angles sum to pi but for {missing:.1e}, and {told:.1e} is told")
+        reported = result.after.triangle
+        require(
+            missing <= reported + 1e-12,
+            f"angles miss a sum of pi by {missing:.1e}, but {reported:.1e} is reported",
+        )
     measured = il.quality(V, F, uv)
     require(measured.flips == len(flipped), f"quality counts {measured.flips} flips of {len(flipped)}")
     for name, value in vars(measured).items():
@@ -180,12 +185,12 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
     return result.outcome.value
 
 
-def refusing(work: Callable[[], str]) -> str:
-    """How work ends that may be refused, with a place."""
+def run_refusable(work: Callable[[], str]) -> str:
+    """Return the outcome of `work`, or of its refusal, which must name a place and give advice."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", il.OutcomeWarning)
         warnings.simplefilter("ignore", il.FallbackWarning)
-        warnings.simplefilter("ignore", il.MeshWarning)  # angles near pi that are opened
+        warnings.simplefilter("ignore", il.MeshWarning)  # angles near pi are repaired
         try:
             return work()
         except il.MeshError as error:
@@ -200,17 +205,17 @@ def refusing(work: Callable[[], str]) -> str:
 
 
 def check_disk(disk: Disk, method: str | il.LinABF = "linabf", **where: object) -> str:
-    V, F = disk.made()
-    return refusing(lambda: check_flattened(V, F, il.flatten(V, F, method, **where)))
+    V, F = disk.build()
+    return run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method, **where)))
 
 
 def check_guarantee(seed: int) -> str:
-    """Zero flips in exact arithmetic, or the last attempt says why; nothing changes where none flip.
+    """Check that the guarantee leaves no flips in exact arithmetic, and does not change maps without flips.
 
-    The disks are spiky, and the methods go on from one another less than by default, so that maps flip.
+    The disks are spiky, and the methods have fewer fallbacks than by default, so that maps flip.
     """
     disk = Disk.random(np.random.default_rng(seed), 120)
-    V, F = replace(disk, noise=(0.0, 1.0, 4.0)[seed % 3]).made()
+    V, F = replace(disk, noise=(0.0, 1.0, 4.0)[seed % 3]).build()
     methods = (il.LinABF(iterations=1), il.LinABF(), il.ABF())
     method = methods[(0, 0, 0, 0, 1, 1, 1, 2)[seed // 3 % 8]]
 
@@ -227,12 +232,12 @@ def check_guarantee(seed: int) -> str:
             return "no start"
         return f"{end} by the guarantee"
 
-    return refusing(work)
+    return run_refusable(work)
 
 
 def check_unwrap(disk: Disk) -> str:
-    """Of the disk, closed by a second sheet where it has no holes."""
-    V, F = disk.made()
+    """Check the atlas of a disk; without holes, a second sheet closes the disk first."""
+    V, F = disk.build()
 
     def work() -> str:
         atlas = il.unwrap(V, F)
@@ -240,23 +245,23 @@ def check_unwrap(disk: Disk) -> str:
         require(bool((atlas.TC >= 0).all() and (atlas.TC <= 1).all()), "TC outside the square")
         check_atlas(V, F, atlas)
         if not atlas.repairs:
-            require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
+            require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC does not match F")
         cleaned = il.clean(V, F)
         solid = atlas.FTC[cleaned.faces]
         oriented = np.where(cleaned.turned[:, None], solid[:, [0, 2, 1]], solid)
         flipped = exactly_flipped(atlas.TC, oriented)
         if atlas.good:
-            require(not len(flipped), f"called good, flipped are {flipped.tolist()}")
+            require(not len(flipped), f"called good, but faces {flipped.tolist()} are flipped")
             require(len(il.overlaps(atlas.TC, solid)) == 0, "called good, with overlaps")
         return f"{'good' if atlas.good else 'not good'}"
 
     if not disk.holes:
         V, F = doubled(V, F)
-    return refusing(work)
+    return run_refusable(work)
 
 
 def doubled(V: np.ndarray, F: np.ndarray) -> Surface:
-    """A closed surface: the disk, and a copy below it, joined along the boundary."""
+    """Return a closed surface: the disk, and a copy below it, joined along the boundary."""
     loop = igl.boundary_loop(F)
     n = len(V)
     other = np.arange(n) + n
@@ -277,7 +282,7 @@ def _set(rows: np.ndarray, i: object, value: object) -> np.ndarray:
 
 
 def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[str, tuple[object, object]]:
-    """Each kind of bad input, at a random place."""
+    """Return each kind of bad input, with the fault at a random place."""
     n, m = len(V), len(F)
     i, t, k = int(rng.integers(n)), int(rng.integers(m)), int(rng.integers(3))
     sides = np.sort(F[:, :2], axis=1) @ [n, 1]
@@ -324,26 +329,26 @@ def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[
     }
 
 
-CORRUPTIONS = tuple(corruptions(*Disk().made(), np.random.default_rng(0)))
+CORRUPTIONS = tuple(corruptions(*Disk().build(), np.random.default_rng(0)))
 
 
 def check_corrupted(seed: int) -> str:
-    """Refused, by whatever method."""
+    """Check that all methods refuse a corrupted mesh."""
     rng = np.random.default_rng(seed)
     kind, method = CORRUPTIONS[seed % len(CORRUPTIONS)], str(rng.choice(list(METHODS)))
-    V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).made(), rng)[kind]
-    if kind in TAKEN:
+    V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).build(), rng)[kind]
+    if kind in REPAIRABLE:
         check_atlas(V, F, il.unwrap(V, F, progress=False))
-    ends = [refusing(lambda: check_flattened(V, F, il.flatten(V, F, method)))]
-    if kind not in FOR_UNWRAP:
-        ends.append(refusing(lambda: str(il.unwrap(V, F, strict=kind in TAKEN))))
+    ends = [run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method)))]
+    if kind not in VALID_FOR_UNWRAP:
+        ends.append(run_refusable(lambda: str(il.unwrap(V, F, strict=kind in REPAIRABLE))))
     for end in ends:
         require(end.startswith("refused"), f"a mesh with {kind} ended as {end}")
     return "refused"
 
 
-FOR_UNWRAP = {"two components", "closed", "handle", "quads"}
-TAKEN = {
+VALID_FOR_UNWRAP = {"two components", "closed", "handle", "quads"}
+REPAIRABLE = {
     "too large for squares",
     "vertex twice",
     "two vertices in one place",
@@ -359,7 +364,7 @@ TAKEN = {
 
 
 def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
-    """What must hold of the atlas of any triangles."""
+    """Check the properties of the atlas of any triangles."""
     TC, FTC = atlas.TC, atlas.FTC
     require(FTC.shape == F.shape, f"FTC has the shape {FTC.shape}")
     require(bool(np.isfinite(TC).all()), "TC is NaN")
@@ -375,13 +380,13 @@ def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
         require(not flat.any(), "a face of a chart has a texture corner twice")
         require(len(il.overlaps(TC, solid)) == 0, "called good, with overlaps")
         require(atlas.quality.flips == 0, "called good, with flips")
-    aside = np.delete(FTC, clean, axis=0)
-    collapsed = (aside == aside[:, [1, 2, 0]]).any(axis=1)
-    require(bool(collapsed.all()), "a face that was set aside has an area")
+    omitted = np.delete(FTC, clean, axis=0)
+    collapsed = (omitted == omitted[:, [1, 2, 0]]).any(axis=1)
+    require(bool(collapsed.all()), "an omitted face has an area")
 
 
 def check_any(seed: int) -> str:
-    """Any finite triangles are unwrapped: disks, spheres and tori with all kinds of damage at once."""
+    """Check that any finite triangles are unwrapped: disks, spheres and tori with several kinds of damage."""
     rng = np.random.default_rng(seed)
     kind = int(rng.integers(4))
     if kind == 0:
@@ -390,41 +395,41 @@ def check_any(seed: int) -> str:
     elif kind == 1:
         V, F = torus(int(rng.integers(3)))
     else:
-        V, F = replace(Disk.random(rng, 60), scale=0).made()
+        V, F = replace(Disk.random(rng, 60), scale=0).build()
         V, F = doubled(V, F) if kind == 3 and len(igl.boundary_loop_all(F)) == 1 else (V, F)
-    return _unwrapped(V, F, rng, int(rng.integers(4)))
+    return _check_unwrap(V, F, rng, int(rng.integers(4)))
 
 
 def check_nasty(seed: int) -> str:
-    """One or two of the nasty meshes and of real ones, with more damage and unused vertices that are NaN."""
+    """Check the atlas of one or two nasty or real meshes, with damage and unused vertices that are NaN."""
     rng = np.random.default_rng(seed)
     parts = [_nasty_or_real(rng) for _ in range(int(rng.integers(1, 3)))]
     size = [max(float(np.ptp(V[np.unique(F)], axis=0).max()), 1e-9) for V, F in parts]
     V, F = joined(*((V / s, F) for (V, F), s in zip(parts, size, strict=True)))
     V[~np.isfinite(V)] = 0
-    V, F = damaged(V, F, rng) if rng.random() < 0.5 else (V, F)
+    V, F = damage(V, F, rng) if rng.random() < 0.5 else (V, F)
     V = np.clip(V, -1e300, 1e300)
     order = rng.permutation(len(V) + 3)
     place = np.argsort(order)
     V = np.vstack((V, np.full((3, 3), np.nan)))[order]
-    return _unwrapped(V, place[F], rng, 0)
+    return _check_unwrap(V, place[F], rng, 0)
 
 
 def _nasty_or_real(rng: np.random.Generator) -> Surface:
     if rng.random() < 0.7:
         return NASTY[sorted(NASTY)[int(rng.integers(len(NASTY)))]]()
     name = str(rng.choice(["airplane", "ant", "nut"]))
-    V, F = of_pyvista(name)
-    if rng.random() < 0.5:  # an open part of it
+    V, F = load_pyvista_mesh(name)
+    if rng.random() < 0.5:  # an open part
         F = F[(V[F].mean(axis=1) @ rng.normal(size=3)) < 0]
     return (V, F) if len(F) else (V, np.array([[0, 1, 2]]))
 
 
-def _unwrapped(V: np.ndarray, F: np.ndarray, rng: np.random.Generator, damages: int) -> str:
-    """Unwrap it after some more damages; check the atlas and what `clean` makes of it."""
+def _check_unwrap(V: np.ndarray, F: np.ndarray, rng: np.random.Generator, damages: int) -> str:
+    """Damage a mesh further, unwrap it, and check the atlas and the result of `clean`."""
     for _ in range(damages):
         with np.errstate(over="ignore"):
-            V, F = damaged(V, F, rng)
+            V, F = damage(V, F, rng)
         V = np.clip(V, -1e300, 1e300)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", il.MeshWarning)
@@ -438,8 +443,8 @@ def _unwrapped(V: np.ndarray, F: np.ndarray, rng: np.random.Generator, damages: 
     return "good" if atlas.good else "not good"
 
 
-def damaged(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
-    """One more damage, to a tenth of the mesh or so."""
+def damage(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
+    """Apply one random kind of damage to a part of the mesh."""
     n, m = len(V), len(F)
     some = rng.random(m) < rng.choice([0.02, 0.1, 0.5])
     few = rng.choice(n, max(1, n // 10))
@@ -456,15 +461,15 @@ def damaged(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
     if how == 4:
         V[few] = V[rng.choice(n, len(few))]
         return V, F
-    if how == 5:  # vertices made one
+    if how == 5:  # merge vertices
         name = np.arange(n)
         name[few] = rng.choice(n, len(few))
         return V, name[F]
-    if how == 6:  # on the opposite edge
+    if how == 6:  # move vertices to the opposite edge
         for i, j, k in F[some]:
             V[i] = V[j] * 0.75 + V[k] * 0.25
         return V, F
-    if how == 7:  # a flat grid has many faces on a line
+    if how == 7:  # round to a grid, which makes faces collinear
         return np.round(V * 3) / 3, F
     if how == 8:
         return np.vstack((V, rng.random((3, 3)))), np.vstack((F, rng.integers(n + 3, size=(5, 3))))
@@ -486,10 +491,10 @@ def check_method(seed: int) -> str:
 
 
 def check_options(seed: int) -> str:
-    """Linear ABF with random options and pins."""
+    """Check linear ABF with random options and pins."""
     rng = np.random.default_rng(seed)
     disk = Disk.random(rng)
-    V, _ = disk.made()
+    V, _ = disk.build()
     options: dict[str, object] = {
         "iterations": int(rng.integers(1, 6)),
         "layout": str(rng.choice(["boundary", "least-squares", "greedy"])),
@@ -509,9 +514,9 @@ def check_options(seed: int) -> str:
 
 
 def check_dtypes(seed: int) -> str:
-    """The same numbers in another type, order, stride: the same map, bit for bit."""
+    """Check that dtype, order and strides of the arrays do not change a single bit of the map."""
     rng = np.random.default_rng(seed)
-    V, F = replace(Disk.random(rng), scale=0).made()
+    V, F = replace(Disk.random(rng), scale=0).build()
     V = V.astype(np.float32).astype(float)
     index = str(rng.choice([">i4", "u2", "u8", "f8", "i8"]))
     others = (
@@ -531,13 +536,13 @@ def check_dtypes(seed: int) -> str:
         require(bool((il.flatten(other_V, other_F).uv == uv).all()), "another map")
         return "the same"
 
-    return refusing(work)
+    return run_refusable(work)
 
 
 def check_map(seed: int) -> str:
-    """Quality, overlaps, layout and cut of numbers that are no good map."""
+    """Check quality, overlaps, layout and cut for bad maps."""
     rng = np.random.default_rng(seed)
-    V, F = replace(Disk.random(rng, 60), scale=0).made()
+    V, F = replace(Disk.random(rng, 60), scale=0).build()
     uv = V[:, :2] + rng.choice([0, 0.01, 1]) * rng.normal(size=(len(V), 2))
     uv = uv * 10.0 ** int(rng.choice([0, 0, 0, 0, -200, 60, 150, 300]))
     spoilt = rng.choice(["", "", "NaN", "inf", "one point", "a line", "two in one place"])
@@ -554,7 +559,7 @@ def check_map(seed: int) -> str:
     sides = F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     seams = sides[rng.random(len(sides)) < rng.choice([0, 0.1, 0.5, 1])]
 
-    def measured() -> str:
+    def check_figures() -> str:
         q = il.quality(V, F, uv)
         for name, value in vars(q).items():
             require(value is None or not np.isnan(value), f"quality's {name} is NaN")
@@ -566,16 +571,16 @@ def check_map(seed: int) -> str:
         require(str(q) == str(il.quality(V, F, scaled)), "quality depends on the scale")
         return "measured"
 
-    def laid_out() -> str:
+    def check_layout() -> str:
         require(bool(np.isfinite(il.layout(F, angles)).all()), "layout is NaN")
         return ""
 
-    def was_cut() -> str:
+    def check_cut() -> str:
         new_V, new_F, origin = il.cut(V, F, seams)
         require(bool((new_V == V[origin]).all() and (origin[new_F] == F).all()), "cut is another surface")
         il.unwrap(V, F, seams)
         return ""
 
-    refusing(laid_out)
-    refusing(was_cut)
-    return refusing(measured)
+    run_refusable(check_layout)
+    run_refusable(check_cut)
+    return run_refusable(check_figures)

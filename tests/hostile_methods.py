@@ -1,4 +1,4 @@
-"""Methods for the tests of batches that do harm to the process they run in, on the meshes they are told."""
+"""Methods that harm their own process on chosen meshes, for the tests of batches."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from igl_linabf.flattening import Method
 
 @dataclass(frozen=True)
 class Hostile(Method):
-    """LSCM, but for meshes of certain numbers of faces, after a pause; large ones wait 15 s for a file."""
+    """LSCM, but for meshes of certain numbers of faces, after a pause; large ones wait for a file.
+
+    They wait for a minute at most.
+    """
 
     aborts: int = 0
     aborts_once: int = 0
@@ -29,7 +32,7 @@ class Hostile(Method):
     def run(self, mesh, pinned):
         time.sleep(self.pause)
         faces = len(mesh.double_area)
-        end = time.monotonic() + 15
+        end = time.monotonic() + 60
         while 0 < self.waits <= faces and not Path(self.flag).exists() and time.monotonic() < end:
             time.sleep(0.02)
         if faces == self.aborts:

@@ -1,6 +1,7 @@
-"""Meshes as exporters, scanners and games have them: 31 that are no clean manifold, or only just one.
+"""Meshes as exporters, scanners and games produce them: 31 meshes that are not, or only barely, clean
+manifolds.
 
-`NASTY[name]()` returns V, F. Each is finite where a face is.
+`NASTY[name]()` returns V and F. All vertices of faces are finite.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ QUADS = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4,
 
 
 def nasty(make: Callable[[], Surface]) -> Callable[[], Surface]:
+    """Register a function in `NASTY` under its name."""
     NASTY[make.__name__.replace("_", " ")] = make
     return make
 
 
 def triangles(quads: np.ndarray) -> np.ndarray:
+    """Split each quadrangle into two triangles."""
     return np.concatenate((quads[:, :3], quads[:, [0, 2, 3]]))
 
 
@@ -40,6 +43,7 @@ def sheet(n: int = 8, m: int = 8) -> Surface:
 
 
 def joined(*parts: Surface) -> Surface:
+    """Return several surfaces as one mesh."""
     starts = np.cumsum([0, *(len(V) for V, _ in parts)])
     return np.vstack([V for V, _ in parts]), np.vstack(
         [F + s for (_, F), s in zip(parts, starts, strict=False)]
@@ -47,17 +51,18 @@ def joined(*parts: Surface) -> Surface:
 
 
 def merged(V: np.ndarray, F: np.ndarray) -> Surface:
-    """Vertices in one place made one."""
+    """Merge vertices with equal positions."""
     V, index = np.unique(np.round(V, 9), axis=0, return_inverse=True)
     return V, index.ravel()[F]
 
 
 def soup(V: np.ndarray, F: np.ndarray) -> Surface:
+    """Give each face its own vertices."""
     return V[F].reshape(-1, 3), np.arange(F.size).reshape(-1, 3)
 
 
 def band(n: int, width: int, turns: int) -> Surface:
-    """A band with this many half turns, its ends joined."""
+    """Return a closed band with `turns` half turns."""
     t, s = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(width), indexing="ij"))
     angle, half = 2 * np.pi * t / n, np.pi * turns * t / n
     off = 0.8 * (s / (width - 1) - 0.5)
@@ -72,7 +77,7 @@ def band(n: int, width: int, turns: int) -> Surface:
 
 
 def voxels(filled: np.ndarray) -> Surface:
-    """The faces between filled and empty cells, vertices shared: edges of four faces, bowties."""
+    """Return the faces between filled and empty cells, with edges of four faces and with bowties."""
     cells = np.argwhere(filled)
     offsets = np.array([[0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]])
     full = np.pad(filled, 1)
@@ -97,7 +102,7 @@ def soup_of_quadrangles() -> Surface:
 
 @nasty
 def three_sheets_at_an_edge() -> Surface:
-    """A bent sheet, and another one that stands on the line y = 4 of it."""
+    """Return a bent sheet, and another sheet that stands on its line y = 4."""
     V, F = sheet()
     V[:, 2] = 0.3 * np.sin(V[:, 0])
     other = V[:, [0, 2, 1]] * [1, 0, 1] + [0, 4, 0]
@@ -228,7 +233,7 @@ def a_side_of_no_length() -> Surface:
 
 @nasty
 def t_junctions_filled_with_caps() -> Surface:
-    """Each face of a cube of 2 triangles; on its diagonal 5 points of the one side only."""
+    """Return a cube with 5 additional points on one side of each diagonal, filled with flat triangles."""
     V, F = CUBE, triangles(QUADS)
     points, faces = [V], []
     for a, b, c in F[6:].tolist():  # a - b is the diagonal

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def spiral() -> tuple[np.ndarray, np.ndarray]:
-    """A flat band that winds around by more than a turn, its ends at different heights."""
+    """Return a flat helical band that winds by more than a full turn."""
     t = np.linspace(0, 9.0, 120)
     rings = [np.column_stack((r * np.cos(t), r * np.sin(t), 0.3 * t)) for r in (1.0, 1.25, 1.5, 1.75)]
     V, n = np.concatenate(rings), len(t)

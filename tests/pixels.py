@@ -1,4 +1,4 @@
-"""What is in a picture."""
+"""Analyse pictures."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from igl_linabf.plot import DARK, LIGHT
 
 
 def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
-    """Which pixels have a colour."""
+    """Return a mask of the pixels that have a colour."""
     return (np.abs(image[..., :3].astype(int) - pv.Color(colour).int_rgb) <= tolerance).all(axis=-1)
 
 
 def squares(image: np.ndarray) -> int:
-    """Changes between light and dark along the middle row, which count a board's squares."""
+    """Count the changes between light and dark squares of a checkerboard along the middle row."""
     row = image[len(image) // 2]
     seen = np.where(near(row, LIGHT), 1, np.where(near(row, DARK), -1, 0))
     seen = seen[seen != 0]
@@ -25,7 +25,7 @@ def squares(image: np.ndarray) -> int:
 
 
 def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
-    """Where along a colour map each pixel is, from 0 to 1; NaN where it is not on it."""
+    """Return the position of each pixel in a colour map, from 0 to 1; NaN for other colours."""
     table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
     seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
     away = np.abs(seen[:, None] - table).max(axis=-1)
@@ -34,7 +34,7 @@ def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
 
 
 def colourful(picture: Path, rows: int, columns: int) -> list[int]:
-    """Share in percent of the pixels that are not white, by panel."""
+    """Return the percentage of pixels that are not white, by panel."""
     image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
     parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
     return [int(100 * part.mean()) for part in parts]

@@ -1,4 +1,4 @@
-"""Scripts of the repository: run in a process of their own, or imported."""
+"""Run scripts of the repository in a separate process, or import them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from conftest import ROOT
 
 
 def run(folder, *arguments: object) -> str:
+    """Run a script in a folder, and return its output."""
     process = subprocess.run(
-        [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8", timeout=300
+        [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8", timeout=500
     )
     assert process.returncode == 0, process.stderr
     return process.stdout
 
 
 def script(name: str) -> object:
-    """A module of the folder `scripts`."""
+    """Import a script of the folder `scripts` as a module."""
     loader = importlib.machinery.SourceFileLoader(Path(name).stem, str(ROOT / "scripts" / name))
     spec = importlib.util.spec_from_loader(loader.name, loader)
     module = importlib.util.module_from_spec(spec)

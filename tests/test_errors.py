@@ -1,4 +1,4 @@
-"""What errors list, what is a number, and whose line a warning names."""
+"""Lists in messages, checks of numbers, and the line that a warning names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_numbers_within_bounds() -> None:
 
 
 def test_a_warning_names_the_line_that_called_the_library() -> None:
-    """However deep in it, and through context managers."""
+    """The depth of the call and context managers do not matter."""
     inside: dict[str, object] = {
         "__name__": "igl_linabf.somewhere",
         "contextmanager": contextmanager,

@@ -1,7 +1,7 @@
-"""UV > Unwrap (Linear ABF): igl_linabf in Blender.
+"""The operator UV > Unwrap (Linear ABF) for Blender.
 
-In: selected faces or whole objects, with Blender's seams or without. Out: their UV layers, and found seams
-marked as Blender's.
+It unwraps selected faces or whole objects, along the seams marked in Blender or along seams that it finds. It
+writes the UV layers, and marks the seams that it finds.
 """
 
 from . import operators, panel, settings

@@ -1,4 +1,4 @@
-"""The operator: all chosen faces of all chosen objects become one atlas."""
+"""The operator, which unwraps the chosen faces of all chosen objects into one atlas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import pairwise
 import bpy
 import numpy as np
 
-from .scene import CannotUnwrapError, Part, mark_seams, part_of, select_faces, write_uv
+from .scene import CannotUnwrapError, Part, mark_seams, read_part, select_faces, write_uv
 from .settings import PROPERTIES, draw
 
 
@@ -19,7 +19,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
 
     bl_idname = "uv.linabf_unwrap"
     bl_label = "Unwrap (Linear ABF)"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012  # Blender wants a set
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012  # Blender requires a set
     __annotations__ = dict(PROPERTIES)
 
     @classmethod
@@ -30,11 +30,11 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         draw(self.layout, self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        things, selected = _chosen(context)
+        objects, selected = _choose_objects(context)
         modifiers = context.evaluated_depsgraph_get() if self.modifiers else None
         with _object_mode(context, selected), _progress(context) as progress:
             try:
-                found = (part_of(thing, selected, modifiers) for thing in things)
+                found = (read_part(obj, selected, modifiers) for obj in objects)
                 parts = [part for part in found if part is not None]
                 if not parts:
                     what = "no faces are selected" if selected else "the objects have no faces"
@@ -47,12 +47,8 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                 return {"CANCELLED"}
 
     def _unwrap(self, parts: list[Part], progress: object) -> set[str]:
-        from igl_linabf import (
-            MeshError,
-            Packing,
-            Seams,
-            unwrap,
-        )  # where it is first needed: SciPy takes its time
+        # imported here, because the import of SciPy is slow
+        from igl_linabf import MeshError, Packing, Seams, unwrap
 
         vertices = np.cumsum([0, *(len(part.V) for part in parts)])
         faces = np.cumsum([0, *(len(part.F) for part in parts)])
@@ -67,7 +63,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
             seams = Seams(edges, trade=self.trade, complete=self.complete)
         else:
             seams = None if self.cones else Seams(trade=self.trade)
-        with warnings.catch_warnings(record=True) as said:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
                 atlas = unwrap(
@@ -91,15 +87,15 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
             if not marked or self.complete:
                 own = (atlas.seams >= first).all(axis=1) & (atlas.seams < first + len(part.V)).all(axis=1)
                 mark_seams(part, atlas.seams[own] - first, keep=marked)
-        for warning in said:
+        for warning in caught:
             self.report({"WARNING"}, str(warning.message))
         self._tell_of_troubles(atlas, parts, faces)
         if atlas.good:
             self.report({"INFO"}, f"{len(atlas.charts)} charts, L2 stretch {atlas.quality.stretch_l2:.3f}")
         return {"FINISHED"}
 
-    def _tell_of_troubles(self, atlas: object, parts: list[Part], faces: np.ndarray) -> None:
-        """Select the faces of the charts that are not good."""
+    def _select_bad_charts(self, atlas: object, parts: list[Part], faces: np.ndarray) -> None:
+        """Select the faces of all charts that overlap or have a bad outcome."""
         if atlas.good:
             return
         bad = np.zeros(faces[-1], dtype=bool)
@@ -107,20 +103,20 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
             bad[chart.faces] |= bool(chart.overlapping) or not chart.result.outcome.good
         for part, (a, b) in zip(parts, pairwise(faces), strict=True):
             if bad[a:b].any():
-                select_faces(part.thing.data, part.polygons[bad[a:b]].tolist())
+                select_faces(part.obj.data, part.polygons[bad[a:b]].tolist())
 
 
-def _chosen(context: bpy.types.Context) -> tuple[list[bpy.types.Object], bool]:
-    """The objects, each mesh once, and whether only selected faces count, as in edit mode."""
+def _choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], bool]:
+    """Return the objects, each mesh once, and whether only selected faces are unwrapped (edit mode)."""
     selected = context.mode == "EDIT_MESH"
-    things = context.objects_in_mode_unique_data if selected else context.selected_objects
-    meshes = {thing.data: thing for thing in reversed(things) if thing.type == "MESH"}
+    objects = context.objects_in_mode_unique_data if selected else context.selected_objects
+    meshes = {obj.data: obj for obj in reversed(objects) if obj.type == "MESH"}
     return list(reversed(meshes.values())), selected
 
 
 @contextmanager
 def _object_mode(context: bpy.types.Context, editing: bool) -> Iterator[None]:
-    """Meshes can be read and written as arrays outside edit mode only."""
+    """Leave edit mode, because arrays of a mesh are accessible in object mode only."""
     if editing:
         bpy.ops.object.mode_set(mode="OBJECT")
     try:
@@ -132,7 +128,7 @@ def _object_mode(context: bpy.types.Context, editing: bool) -> Iterator[None]:
 
 @contextmanager
 def _progress(context: bpy.types.Context) -> Iterator[object]:
-    """Blender's progress cursor, as `unwrap` calls it."""
+    """Yield a callback of `unwrap` that drives the progress cursor of Blender."""
     manager = context.window_manager
     manager.progress_begin(0.0, 1.0)
     try:

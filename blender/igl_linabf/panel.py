@@ -37,20 +37,20 @@ CLASSES = VIEW3D_PT_linabf, IMAGE_PT_linabf
 MENUS = "VIEW3D_MT_uv_map", "IMAGE_MT_uvs_unwrap"
 
 
-def _entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+def _draw_entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     menu.layout.separator()
     menu.layout.operator(UV_OT_linabf_unwrap.bl_idname)
 
 
 def register() -> None:
-    for of in CLASSES:
-        bpy.utils.register_class(of)
+    for panel_class in CLASSES:
+        bpy.utils.register_class(panel_class)
     for name in MENUS:
-        getattr(bpy.types, name).append(_entry)
+        getattr(bpy.types, name).append(_draw_entry)
 
 
 def unregister() -> None:
     for name in MENUS:
-        getattr(bpy.types, name).remove(_entry)
-    for of in reversed(CLASSES):
-        bpy.utils.unregister_class(of)
+        getattr(bpy.types, name).remove(_draw_entry)
+    for panel_class in reversed(CLASSES):
+        bpy.utils.unregister_class(panel_class)

@@ -1,4 +1,4 @@
-"""What the artist sets: in the panel for the next unwrap, and in the operator for the last one."""
+"""Settings of the panel, for the next unwrap, and of the operator, for the last unwrap."""
 
 from __future__ import annotations
 
@@ -72,13 +72,13 @@ PROPERTIES = {
 
 
 class LinabfSettings(bpy.types.PropertyGroup):
-    """Settings of the panel, kept in the scene."""
+    """The settings of the panel, stored in the scene."""
 
     __annotations__ = dict(PROPERTIES)
 
 
 def draw(layout: bpy.types.UILayout, chosen: object) -> None:
-    """The settings as rows of a panel."""
+    """Draw the settings as rows of a panel."""
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.prop(chosen, "method")

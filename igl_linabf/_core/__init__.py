@@ -1,8 +1,8 @@
-"""The loops over triangles, edges and matrices, compiled ahead from `src`: plain arrays in, plain arrays out.
+"""The compiled core: loops over triangles, edges and matrices, on plain arrays.
 
-There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013).
-With IGL_LINABF_CORE=baseline in the environment the first one runs everywhere. `__init__.pyi` lists what is
-bound.
+The source in `src` is built twice: for any processor, and for x86-64-v3 (AVX2, since 2013). Set the
+environment variable IGL_LINABF_CORE to "baseline" to use the first build everywhere. `__init__.pyi` declares
+the functions.
 """
 
 import os
@@ -17,8 +17,8 @@ from . import _baseline
 
 _fast = _baseline.has_v3() and os.environ.get("IGL_LINABF_CORE") != "baseline"
 _built = import_module("._v3", __name__) if _fast else _baseline
-NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
-PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
+NEXT = [1, 2, 0]  # corner k + 1, with the left angle beta in the wheel of corner k
+PREV = [2, 0, 1]  # corner k + 2, with the right angle gamma
 BUILD = "x86-64-v3" if _fast else "baseline"
 
 globals().update({name: value for name, value in vars(_built).items() if not name.startswith("_")})

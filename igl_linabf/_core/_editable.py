@@ -1,4 +1,4 @@
-"""In an editable install the core is built again where a source has changed. Wheels do not hold this file."""
+"""Rebuild of the core in an editable install after a source has changed; not part of wheels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HERE = Path(__file__).parent
 
 
 def rebuild_if_changed(loader: object) -> None:
-    """Build the core by scikit-build-core's hook if a source is newer than what was built last."""
+    """Build the core with the hook of scikit-build-core if a source is newer than the last build."""
     spec = find_spec("._baseline", __package__)
     built = Path(spec.origin) if spec and spec.origin else None
     sources = [HERE.parent.parent / "CMakeLists.txt", HERE / "src", *(HERE / "src").rglob("*")]
@@ -26,7 +26,7 @@ def rebuild_if_changed(loader: object) -> None:
     except Exception as error:
         raise ImportError(
             "a source of igl_linabf's core has changed, and the core could not be built again: see above. "
-            "In the clone, scripts/bootstrap or `pip install -e .` builds it anew"
+            "Run scripts/bootstrap or `pip install -e .` in the clone to rebuild it"
         ) from error
     finally:
         os.environ["PATH"] = path

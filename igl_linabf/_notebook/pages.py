@@ -1,4 +1,4 @@
-"""HTML tables, and maps as small pictures in SVG."""
+"""HTML tables, and small SVG pictures of maps."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -9,19 +9,14 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, cycles
 
-# Pixels along the longer side of a picture. In fewer, triangles cannot be told apart; more fill the notebook.
-# demos/ and tests/_notebook/test_pages.py make such pictures.
-PICTURE_SIDE = 260
-
-# Triangles that are drawn at most: their sides then have some eight pixels. Of more, only the outlines of the
-# charts are drawn; of fewer, nobody needs the outlines alone (tests/_notebook/test_pages.py).
-MOST_DRAWN_TRIANGLES = 2_000
-MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # an outline is as long as several triangles
+PICTURE_SIDE = 260  # pixels along the longer side
+MOST_DRAWN_TRIANGLES = 2_000  # with sides of about eight pixels; larger maps show only the outlines of charts
+MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # because an outline is as long as several triangles
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 
 def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
-    """A table; the first row is the header of columns of figures, if it has one."""
+    """Format rows as an HTML table; with `header`, the first row is the header of right-aligned columns."""
     lines = []
     for i, row in enumerate(rows):
         tag = "th" if header and i == 0 else "td"
@@ -35,7 +30,7 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
 
 
 def html_row(parts: Iterable[tuple[str, str]]) -> str:
-    """Blocks of HTML in a row, each with its title above it."""
+    """Arrange blocks of HTML, given as (title, content), side by side with their titles above them."""
     blocks = [
         f'<div style="margin: 0 1em 0.5em 0">{f"<div>{escape(title)}</div>" if title else ""}{content}</div>'
         for title, content in parts
@@ -44,15 +39,15 @@ def html_row(parts: Iterable[tuple[str, str]]) -> str:
 
 
 def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
-    """A picture of a map: its outlines, and its triangles where they are few enough to be told apart.
+    """Draw the outlines of a map, and its triangles if there are at most `MOST_DRAWN_TRIANGLES`.
 
     Parameters
     ----------
     uv : (#V, 2) float64
-        NaN at vertices that no face uses.
+        The map; NaN at vertices that no face uses.
     F : (#F, 3) int64
     piece : (#F,) int64, optional
-        The chart of each face, which gives it its colour; one chart by default.
+        The chart of each face, which determines its colour; by default, all faces are one chart.
     """
     piece = np.zeros(len(F), np.int64) if piece is None else piece
     corners = uv[F]
@@ -79,12 +74,12 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
 
 
 def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
-    """The boundary loops of each chart; of thousands of charts, those of the ones with the most faces."""
+    """Return the boundary loops of each chart, up to `MOST_DRAWN_CHARTS` charts with the most faces."""
     tail, head, of = F[:, NEXT].ravel(), F[:, PREV].ravel(), np.repeat(piece, 3)
     n = int(F.max()) + 1
     single = ~np.isin(tail * n + head, head * n + tail)
     tail, head, of = tail[single], head[single], of[single]
-    # where loops touch at a vertex, any way through it gives the same outline, filled by even and odd
+    # where loops touch at a vertex, any continuation gives the same outline under the even-odd fill rule
     following = np.empty(len(tail), np.int64)
     following[np.lexsort((head, of))] = np.lexsort((tail, of))
     loops: dict[int, list[list[int]]] = {}
@@ -95,7 +90,7 @@ def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]
 
 
 def _closed_path(at: FloatArray, loops: list[list[int]]) -> str:
-    """The path of closed polygons, in tenths of pixels."""
+    """Format closed polygons as an SVG path, in tenths of pixels."""
     text = []
     for loop in loops:
         points = [f"{x:.1f} {y:.1f}" for x, y in at[loop]]

@@ -1,7 +1,7 @@
-"""Support for computations: progress, cleanup, child processes, threads, timing, text tables.
+"""Infrastructure for computations: progress, cleanup, child processes, threads, timing and text tables.
 
-Progress goes to a callback or a bar. Cleanup undoes work at Ctrl-C; files are written completely or not at
-all. Child processes run code that may crash or hang.
+Progress is reported to a callback or a progress bar. Cleanup undoes incomplete work on Ctrl-C, so that files
+are written completely or not at all. Child processes run code that may crash or hang.
 """
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process

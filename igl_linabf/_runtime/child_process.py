@@ -1,4 +1,4 @@
-"""Run functions in a child process, for code that may crash, hang, or conflict with other libraries."""
+"""Functions in a child process, for code that may crash, hang, or conflict with other libraries."""
 
 import io
 import os
@@ -16,63 +16,66 @@ import numpy as np
 
 from .cleanup import undo_at_interrupt
 
-Arrays = dict[str, Any]  # of NumPy arrays
+Arrays = dict[str, Any]  # NumPy arrays by name
 
 
 def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME`, with arrays in and out by pipes; MODULE calls `run_as_child_process`.
+    """Run `python -m MODULE NAME`, and pass arrays in both directions through pipes.
+
+    The module must call `run_as_child_process`.
 
     Raises
     ------
     RuntimeError
-        The process failed (the text has its last line of output), or took longer than `timeout` seconds.
+        The process failed (the message contains its last line of output), or took longer than `timeout`
+        seconds.
     """
     started: list[Popen[bytes]] = []
     with undo_at_interrupt(partial(_kill, started)):
         try:
-            with _interrupts_held_back():
+            with _delay_interrupts():
                 started.append(
                     Popen([sys.executable, "-m", module, name], stdin=PIPE, stdout=PIPE, stderr=PIPE)
                 )
             (process,) = started
-            made, said = process.communicate(_packed(arrays), timeout)
+            made, said = process.communicate(_pack(arrays), timeout)
         except BaseException as error:
             for process in started:
                 process.kill()
                 process.communicate()
                 assert process.stdin is not None
                 with suppress(BrokenPipeError):
-                    process.stdin.close()  # it was not read to its end
+                    process.stdin.close()  # raises if the input was not read completely
             if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise
     if process.returncode != 0 or not made:
         last = (said.decode(errors="replace").strip() or f"exit code {process.returncode}").splitlines()[-1]
         raise RuntimeError(f"{name} failed: {last}")
-    return _unpacked(made)
+    return _unpack(made)
 
 
 def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """The child's side of `run_in_child_process`: run the function that the command line names."""
+    """Run the function named on the command line: the child's side of `run_in_child_process`."""
     (name,) = sys.argv[1:]
     with os.fdopen(os.dup(1), "wb") as out:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no part of the result
-        out.write(_packed(functions[name](_unpacked(sys.stdin.buffer.read()))))
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keep the output of libraries out of the result
+        out.write(_pack(functions[name](_unpack(sys.stdin.buffer.read()))))
 
 
-def _packed(arrays: Arrays) -> bytes:
+def _pack(arrays: Arrays) -> bytes:
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
 
 
-def _unpacked(data: bytes) -> Arrays:
+def _unpack(data: bytes) -> Arrays:
     with np.load(io.BytesIO(data)) as arrays:
         return dict(arrays)
 
 
 def _kill(started: list[Popen[bytes]]) -> None:
-    """Kill without `wait`, whose lock the interrupted thread may hold."""
+    """Kill the processes without calling `wait`, whose lock the interrupted thread may hold."""
     for process in started:
         process.kill()
         if os.name == "posix":
@@ -80,8 +83,8 @@ def _kill(started: list[Popen[bytes]]) -> None:
 
 
 @contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Delay Ctrl-C until after the block, so that a started process is always recorded."""
+def _delay_interrupts() -> Iterator[None]:
+    """Delay Ctrl-C until the end of the block, so that a started process is always recorded."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield

@@ -1,7 +1,7 @@
-"""Cleanup for a process that ends at once, as the command does at Ctrl-C.
+"""Cleanup for a process that terminates without raising, such as the command on Ctrl-C.
 
-An exception would surface in whatever library the main thread runs at that time. Some crash if their import
-is interrupted, and VTK turns it into an error of its own.
+A KeyboardInterrupt would surface inside the library that the main thread is running. Some libraries crash if
+their import is interrupted, and VTK converts the exception to its own error.
 """
 
 from __future__ import annotations
@@ -13,34 +13,35 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-_undoings: dict[object, Callable[[], object]] = {}
+_undo_functions: dict[object, Callable[[], object]] = {}
 
 
 @contextmanager
 def undo_at_interrupt(undo: Callable[[], object]) -> Iterator[None]:
-    """Within the block, `undo_all` calls `undo`, which must not wait for a lock."""
+    """Register `undo` for `undo_all` during the block; `undo` must not wait for a lock."""
     key = object()
-    _undoings[key] = undo
+    _undo_functions[key] = undo
     try:
         yield
     finally:
-        del _undoings[key]
+        del _undo_functions[key]
 
 
 def undo_all() -> None:
-    """Call `undo` of all blocks that are running, the latest first."""
-    for undo in reversed(list(_undoings.values())):
+    """Call the registered `undo` functions of all active blocks, most recent first."""
+    for undo in reversed(list(_undo_functions.values())):
         with suppress(OSError):
             undo()
 
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A temporary file beside `path` that takes its place when the block succeeds.
+    """Write to a temporary file beside `path`, which replaces `path` if the block succeeds.
 
     Parameters
     ----------
-    path : path of the file to write
+    path : path-like
+        The file to write.
 
     Yields
     ------
@@ -66,7 +67,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     remove = partial(temporary.unlink, missing_ok=True)
     with undo_at_interrupt(remove):
         try:
-            # not tempfile's, whose mode only the umask of the whole process, threads and all, would tell
+            # not `tempfile`, whose files have mode 0o600; reading the umask would set it for all threads
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             yield str(temporary)
             os.replace(temporary, path)

@@ -1,4 +1,4 @@
-"""Progress of long work, and the times of its stages."""
+"""Progress of long computations, and the times of their stages."""
 
 import multiprocessing
 import os
@@ -18,7 +18,7 @@ _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=No
 
 @contextmanager
 def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
-    """Collect the seconds that `timed` measures in the block; 0 for `stages` that do not run."""
+    """Collect the seconds that `timed` measures during the block; 0 for `stages` that do not run."""
     seconds = dict.fromkeys(stages, 0.0)
     token = _seconds.set(seconds)
     try:
@@ -29,7 +29,7 @@ def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
 
 @contextmanager
 def timed(stage: str) -> Iterator[None]:
-    """Add the seconds that the block takes to those of `stage`."""
+    """Add the duration of the block to the seconds of `stage`."""
     start = perf_counter()
     yield
     seconds = _seconds.get()
@@ -39,14 +39,12 @@ def timed(stage: str) -> Iterator[None]:
 
 Progress = Callable[[str, float], None] | Literal[False] | None
 
-# Seconds until a bar appears. Sooner, short calls would flicker; later, long ones seem to hang.
-# tests/_runtime/test_progress.py shows both.
-SECONDS_WITHOUT_BAR = 2.0
+SECONDS_WITHOUT_BAR = 2.0  # before a progress bar appears
 
 
 @dataclass
 class _Report:
-    """The fraction that is done, and the one that ends the present part; `show` is None in silence."""
+    """The state of a report: callback (None if silent), fraction done, and end of the current part."""
 
     show: Callable[[str, float], None] | None
     done: float = 0.0
@@ -54,15 +52,15 @@ class _Report:
 
 
 class _Bar:
-    """A bar of rich on stderr, from `SECONDS_WITHOUT_BAR` on until all is done."""
+    """A progress bar of `rich` on stderr, which appears after `SECONDS_WITHOUT_BAR`."""
 
     def __init__(self) -> None:
         self._start = perf_counter()
-        self._bar: Any = None  # rich's, imported when it is needed
+        self._bar: Any = None  # rich is imported on first use
         self._ended = False
 
     def __call__(self, stage: str, done: float) -> None:
-        if done >= 1:  # what follows may print
+        if done >= 1:  # the caller may print next
             self.close()
         if self._ended:
             return
@@ -88,7 +86,7 @@ class _Bar:
 
 
 def wipe() -> None:
-    """Clear the line of a bar and show the cursor, without rich's locks."""
+    """Clear the line of the bar and show the cursor, without taking a lock of `rich`."""
     os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
 
 
@@ -97,18 +95,18 @@ _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
 @contextmanager
 def reporting(progress: Progress) -> Iterator[None]:
-    """Report the progress of `advance` and `progress_part` in the block.
+    """Report the progress that `advance` and `progress_part` announce during the block.
 
-    A callable gets the name of the stage and the fraction done. None shows a bar if stderr is a
-    terminal, in the main thread of the main process; False shows nothing. Inside another
-    `reporting`, also a silent one, None continues that one.
+    A callable is called with the name of the stage and the fraction done. None shows a bar if stderr is a
+    terminal and this is the main thread of the main process; False shows nothing. Inside another `reporting`
+    block, even a silent one, None continues the outer report.
     """
     if progress is None and _current.get() is not None:
         yield
         return
     if progress is not None and progress is not False and not callable(progress):
         raise ValueError(
-            f"progress is {progress!r}: give a function of a stage and the fraction done, None or False"
+            f"progress is {progress!r}: give a function of the stage and the fraction done, None or False"
         )
     bar = _Bar() if progress is None and on_terminal() else None
     token = _current.set(_Report(bar or progress or None))
@@ -123,7 +121,7 @@ def reporting(progress: Progress) -> Iterator[None]:
 
 
 def advance(stage: str, share: float) -> None:
-    """Report that `stage` has done a share of what is left of the present part; 1 ends the part."""
+    """Report that `stage` has completed a share of the rest of the current part; a share of 1 ends it."""
     report = _current.get()
     if report is not None:
         report.done = report.end if share == 1 else report.done + share * (report.end - report.done)
@@ -133,7 +131,7 @@ def advance(stage: str, share: float) -> None:
 
 @contextmanager
 def progress_part(stage: str, end: float) -> Iterator[None]:
-    """The block is a part of the whole computation, which it brings to the fraction `end`."""
+    """Declare the block a part of the computation that ends at the fraction `end`."""
     report = _current.get()
     if report is None:
         yield
@@ -148,7 +146,7 @@ def progress_part(stage: str, end: float) -> Iterator[None]:
 
 
 def on_terminal() -> bool:
-    """Whether a bar may be shown."""
+    """Return True if a bar may be shown: stderr is a terminal, and this is the main thread and process."""
     return (
         sys.stderr is not None
         and sys.stderr.isatty()
@@ -159,21 +157,21 @@ def on_terminal() -> bool:
 
 @contextmanager
 def counting(stage: str, total: int, progress: Progress) -> Iterator[Callable[[], None]]:
-    """Yields what to call for each part that is done.
+    """Count completed items; yields a function to call after each item.
 
-    A callable gets the name of the stage and the fraction done. None shows a bar where stderr is a terminal;
-    False shows nothing.
+    A callable `progress` is called with the name of the stage and the fraction done. None shows a bar if
+    stderr is a terminal; False shows nothing.
     """
     done = 0
     if progress is not None or not on_terminal():
 
-        def tell() -> None:
+        def count() -> None:
             nonlocal done
             done += 1
             if progress:
                 progress(stage, done / total)
 
-        yield tell
+        yield count
         return
 
     from rich import progress as rich

@@ -1,10 +1,10 @@
-"""Tables as text."""
+"""Text tables."""
 
 from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """A text table: the first column is left-aligned, the others right-aligned.
+    """Format a text table, with the first column left-aligned and all other columns right-aligned.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Work that is shared out to threads; NumPy and the core let several of them run at a time."""
+"""Parallel work in threads, for functions that spend their time in NumPy and the core without the GIL."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -9,21 +9,19 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-# Threads at most. With fewer, cores idle; more wait for Python's lock. benchmarks/many.py has the times of
-# many meshes, and OMP_NUM_THREADS limits them further.
-MOST_THREADS = 8
+MOST_THREADS = 8  # more threads only wait for the GIL, see benchmarks/many.py
 
 
 def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Results of `work` in the order of `items`; every thread has a copy of the caller's context.
+    """Yield the results of `work` in the order of `items`; each call has a copy of the caller's context.
 
-    There are as many threads as cores, or as OMP_NUM_THREADS says.
+    The number of threads is OMP_NUM_THREADS or the number of cores, at most `MOST_THREADS`.
     """
     given = list(items)
     wanted = os.environ.get("OMP_NUM_THREADS", "")
     if wanted.isdecimal() and int(wanted):
         cores = int(wanted)
-    else:  # those that the process may use, where the system says it
+    else:  # the cores available to this process, if the system reports them
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     threads = min(cores, len(given), MOST_THREADS)
     if threads < 2:
@@ -34,5 +32,5 @@ def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
         try:
             for future in futures:
                 yield future.result()
-        finally:  # what has not begun is not needed after an error
+        finally:  # after an error, cancel the items that have not started
             pool.shutdown(wait=False, cancel_futures=True)

@@ -1,7 +1,6 @@
-"""Meshes of other libraries: arrays out of them, and texture coordinates into them.
+"""Convert meshes of other libraries to arrays, and arrays to meshes with texture coordinates.
 
-In: a mesh of trimesh, pyvista, meshio or Open3D, or tensors of PyTorch. Out: V, F; and such a mesh again,
-with the texture coordinates where its library looks for them.
+Supported are meshes of trimesh, pyvista, meshio and Open3D, and tensors of PyTorch.
 """
 
 from .meshes import (

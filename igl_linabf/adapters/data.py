@@ -1,4 +1,4 @@
-"""What meshes of other libraries have beside points and faces, on a mesh with doubled vertices."""
+"""Copy the data of meshes from other libraries to meshes with duplicated vertices."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     import pyvista
     import trimesh
 
-CELLS_OF_NO_SURFACE = ("vertex", "line", "line3")  # of meshio
+NON_SURFACE_CELLS = ("vertex", "line", "line3")  # meshio's cell types that are not surfaces
 
 
-def check_alike(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
-    """Raise where data of so many points and faces is not that of V and F."""
-    given = np.shape(V)[0], np.shape(F)[0]
-    if given != (points, faces):
+def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
+    """Raise if the numbers of points and faces differ from the numbers of rows of V and F."""
+    sizes = np.shape(V)[0], np.shape(F)[0]
+    if sizes != (points, faces):
         raise MeshError(
-            f"like has {points} vertices and {faces} triangles, V and F have {given[0]} and {given[1]}: pass "
+            f"like has {points} vertices and {faces} triangles, V and F have {sizes[0]} and {sizes[1]}: pass "
             "the mesh that they come from"
         )
 
 
-def of_triangles(mesh: pyvista.PolyData) -> pyvista.PolyData:
-    """The mesh, or its triangles, with their data."""
+def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
+    """Return the mesh with all faces triangulated, and with the data of its faces."""
     if mesh.n_strips:
         try:
             mesh = without_strips(mesh)
@@ -38,8 +38,8 @@ def of_triangles(mesh: pyvista.PolyData) -> pyvista.PolyData:
     return mesh if mesh.is_all_triangles else mesh.triangulate()
 
 
-def keep_data_of_trimesh(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntArray) -> None:
-    """Colours and attributes at vertices that are copies of others; faces are the same."""
+def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntArray) -> None:
+    """Copy colours, attributes and metadata to a mesh whose vertices are copies of `vertex`."""
     kind = like.visual.kind
     if kind == "vertex":
         mesh.visual.vertex_attributes["color"] = like.visual.vertex_colors[vertex]

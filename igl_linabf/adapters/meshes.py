@@ -1,4 +1,4 @@
-"""Meshes of trimesh, pyvista, meshio and Open3D."""
+"""Convert meshes of trimesh, pyvista, meshio and Open3D from and to arrays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError
 from ..io import as_mesh_file, keep_data_of_polydata, split_at_seams
 from ..surface import face_array
-from .data import CELLS_OF_NO_SURFACE, check_alike, keep_data_of_trimesh, of_triangles
+from .data import NON_SURFACE_CELLS, check_sizes, copy_trimesh_data, triangulate_polydata
 
 if TYPE_CHECKING:
     import meshio
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def from_trimesh(mesh: trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
-    """The vertices and triangles of a `trimesh.Trimesh`.
+    """Return the vertices and triangles of a `trimesh.Trimesh`.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def from_trimesh(mesh: trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        It is no `Trimesh`: a scene or a point cloud, for example.
+        The mesh is not a `Trimesh` but, for example, a scene or a point cloud.
 
     Examples
     --------
@@ -50,8 +50,8 @@ def from_trimesh(mesh: trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
 
     if not isinstance(mesh, trimesh.Trimesh):
         raise MeshError(
-            f"this is a {type(mesh).__name__}, no trimesh.Trimesh: take one of scene.geometry.values(), or "
-            "scene.to_mesh() for all in one"
+            f"this is a {type(mesh).__name__}, not a trimesh.Trimesh: pass one of scene.geometry.values(), "
+            "or scene.to_mesh() for the whole scene"
         )
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
 
@@ -64,29 +64,29 @@ def to_trimesh(
     *,
     like: trimesh.Trimesh | None = None,
 ) -> trimesh.Trimesh:
-    """A `trimesh.Trimesh` with the texture coordinates in `mesh.visual.uv`.
+    """Return a `trimesh.Trimesh` with the texture coordinates in `mesh.visual.uv`.
 
     Parameters
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
     TC : (#TC, 2) float
-        Texture coordinates, or a map of `flatten`.
+        Texture coordinates, or a map from `flatten`.
     FTC : (#F, 3) int, optional
-        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+        Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : trimesh.Trimesh, optional
-        The mesh that V and F come from: its colours, attributes and metadata are kept.
+        The mesh that V and F come from; its colours, attributes and metadata are copied.
 
     Returns
     -------
     trimesh.Trimesh
-        trimesh has one texture coordinate a vertex, so vertices are doubled along the seams. The faces
-        stay in order.
+        trimesh stores one texture coordinate per vertex, so vertices are duplicated along the seams. The
+        faces keep their order.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or to `like`, or are not finite.
+        The arrays do not match each other or `like`, or are not finite.
 
     Examples
     --------
@@ -94,22 +94,22 @@ def to_trimesh(
     """
     import trimesh
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    visual = trimesh.visual.TextureVisuals(uv=made.TC)
-    mesh = trimesh.Trimesh(made.V, made.F, visual=visual, process=False)
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    visual = trimesh.visual.TextureVisuals(uv=split.TC)
+    mesh = trimesh.Trimesh(split.V, split.F, visual=visual, process=False)
     if like is not None:
-        check_alike(V, F, len(like.vertices), len(like.faces))
-        keep_data_of_trimesh(mesh, like, made.vertex)
+        check_sizes(V, F, len(like.vertices), len(like.faces))
+        copy_trimesh_data(mesh, like, split.vertex)
     return mesh
 
 
 def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
-    """The vertices and triangles of a `pyvista.PolyData`; its polygons are triangulated.
+    """Return the vertices and triangles of a `pyvista.PolyData`; polygons are triangulated.
 
     Parameters
     ----------
     mesh : pyvista.PolyData
-        Its lines and single points are left out.
+        Lines and single points are ignored.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        It is no `PolyData`: a volume grid, for example.
+        The mesh is not a `PolyData` but, for example, a volume grid.
 
     Examples
     --------
@@ -134,8 +134,10 @@ def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
     import pyvista
 
     if not isinstance(mesh, pyvista.PolyData):
-        raise MeshError(f"this is a {type(mesh).__name__}, no pyvista.PolyData: take mesh.extract_surface()")
-    faces = of_triangles(mesh)
+        raise MeshError(
+            f"this is a {type(mesh).__name__}, not a pyvista.PolyData: pass mesh.extract_surface()"
+        )
+    faces = triangulate_polydata(mesh)
     F = np.asarray(faces.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
     return np.array(faces.points, dtype=np.float64), np.ascontiguousarray(F)
 
@@ -148,29 +150,29 @@ def to_pyvista(
     *,
     like: pyvista.PolyData | None = None,
 ) -> pyvista.PolyData:
-    """A `pyvista.PolyData` with the texture coordinates in `mesh.active_texture_coordinates`.
+    """Return a `pyvista.PolyData` with the texture coordinates in `mesh.active_texture_coordinates`.
 
     Parameters
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
     TC : (#TC, 2) float
-        Texture coordinates, or a map of `flatten`.
+        Texture coordinates, or a map from `flatten`.
     FTC : (#F, 3) int, optional
-        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+        Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : pyvista.PolyData, optional
-        The mesh that V and F come from: its arrays of points, cells and fields are kept.
+        The mesh that V and F come from; its point, cell and field arrays are copied.
 
     Returns
     -------
     pyvista.PolyData
-        VTK has one texture coordinate a point, so points are doubled along the seams. The faces stay in
-        order. `plotter.add_mesh(mesh, texture=...)` shows it.
+        VTK stores one texture coordinate per point, so points are duplicated along the seams. The faces keep
+        their order. `plotter.add_mesh(mesh, texture=...)` displays the mesh with a texture.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or to `like`, or are not finite.
+        The arrays do not match each other or `like`, or are not finite.
 
     Examples
     --------
@@ -178,34 +180,34 @@ def to_pyvista(
     """
     import pyvista
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    mesh = pyvista.PolyData.from_regular_faces(made.V, made.F)
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    mesh = pyvista.PolyData.from_regular_faces(split.V, split.F)
     if like is not None:
-        triangles = of_triangles(like)
-        check_alike(V, F, triangles.n_points, triangles.GetNumberOfPolys())
-        keep_data_of_polydata(mesh, triangles, made.vertex)
-    mesh.active_texture_coordinates = made.TC
+        triangles = triangulate_polydata(like)
+        check_sizes(V, F, triangles.n_points, triangles.GetNumberOfPolys())
+        keep_data_of_polydata(mesh, triangles, split.vertex)
+    mesh.active_texture_coordinates = split.TC
     return mesh
 
 
 def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
-    """The vertices and triangles of a `meshio.Mesh`.
+    """Return the vertices and triangles of a `meshio.Mesh`.
 
     Parameters
     ----------
     mesh : meshio.Mesh
-        Its lines and vertex cells are left out. Points of the plane get the height 0.
+        Lines and vertex cells are ignored. Two-dimensional points get z = 0.
 
     Returns
     -------
     V : (#V, 3) float64
     F : (#F, 3) int64
-        The triangles of all its blocks, in order.
+        The triangles of all blocks, in order.
 
     Raises
     ------
     MeshError
-        It has other cells than triangles.
+        The mesh has cells other than triangles.
 
     Examples
     --------
@@ -217,11 +219,11 @@ def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
     >>> textured.point_data["obj:vt"].shape == (len(textured.points), 2)
     True
     """
-    surface = [block for block in mesh.cells if block.type not in CELLS_OF_NO_SURFACE]
+    surface = [block for block in mesh.cells if block.type not in NON_SURFACE_CELLS]
     others = {block.type: len(block.data) for block in surface if block.type != "triangle"}
     if others:
         listed = ", ".join(f"{count} cells {kind!r}" for kind, count in others.items())
-        raise MeshError(f"the mesh has {listed}: keep or make triangles of the surface's cells")
+        raise MeshError(f"the mesh has {listed}: pass a surface mesh of triangles only")
     blocks = [np.asarray(block.data, dtype=np.int64) for block in surface]
     V = np.zeros((len(mesh.points), 3))
     V[:, : np.shape(mesh.points)[1]] = mesh.points
@@ -236,29 +238,29 @@ def to_meshio(
     *,
     like: meshio.Mesh | None = None,
 ) -> meshio.Mesh:
-    """A `meshio.Mesh` with the texture coordinates in `mesh.point_data["obj:vt"]`.
+    """Return a `meshio.Mesh` with the texture coordinates in `mesh.point_data["obj:vt"]`.
 
     Parameters
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
     TC : (#TC, 2) float
-        Texture coordinates, or a map of `flatten`.
+        Texture coordinates, or a map from `flatten`.
     FTC : (#F, 3) int, optional
-        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+        Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : meshio.Mesh, optional
-        The mesh that V and F come from: its data of points, cells and fields are kept.
+        The mesh that V and F come from; its point, cell and field data are copied.
 
     Returns
     -------
     meshio.Mesh
-        Points are doubled along the seams. meshio's OBJ writer writes `"obj:vt"` as `vt` lines, and its
-        reader reads them there. The faces stay in order.
+        Points are duplicated along the seams. meshio's OBJ writer and reader use `"obj:vt"` for `vt` lines.
+        The faces keep their order.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or to `like`, or are not finite.
+        The arrays do not match each other or `like`, or are not finite.
 
     Examples
     --------
@@ -266,27 +268,27 @@ def to_meshio(
     """
     import meshio
 
-    made = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
     points, cells, fields = {}, {}, {}
     if like is not None:
-        surface = [i for i, block in enumerate(like.cells) if block.type not in CELLS_OF_NO_SURFACE]
-        check_alike(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
-        points = {name: np.asarray(values)[made.vertex] for name, values in like.point_data.items()}
+        surface = [i for i, block in enumerate(like.cells) if block.type not in NON_SURFACE_CELLS]
+        check_sizes(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
+        points = {name: np.asarray(values)[split.vertex] for name, values in like.point_data.items()}
         cells = {
             name: [np.concatenate([values[i] for i in surface])] for name, values in like.cell_data.items()
         }
         fields = like.field_data
-    points["obj:vt"] = made.TC
-    return meshio.Mesh(made.V, [("triangle", made.F)], points, cells, fields)
+    points["obj:vt"] = split.TC
+    return meshio.Mesh(split.V, [("triangle", split.F)], points, cells, fields)
 
 
 def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArray]:
-    """The vertices and triangles of an Open3D mesh, `open3d.geometry.TriangleMesh`.
+    """Return the vertices and triangles of an Open3D mesh, `open3d.geometry.TriangleMesh`.
 
     Parameters
     ----------
     mesh : open3d.geometry.TriangleMesh
-        A mesh of the tensor API is one after `mesh.to_legacy()`.
+        For a mesh of the tensor API, pass `mesh.to_legacy()`.
 
     Returns
     -------
@@ -296,7 +298,7 @@ def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArra
     Raises
     ------
     MeshError
-        It has no `triangles`, or is a mesh of the tensor API.
+        The mesh has no `triangles`, or belongs to the tensor API.
 
     Examples
     --------
@@ -304,7 +306,7 @@ def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArra
     """
     if not hasattr(mesh, "triangles") or not hasattr(mesh, "triangle_uvs"):
         raise MeshError(
-            f"this is a {type(mesh).__name__}, no open3d.geometry.TriangleMesh: of a tensor mesh, take "
+            f"this is a {type(mesh).__name__}, not an open3d.geometry.TriangleMesh: for a tensor mesh, pass "
             "mesh.to_legacy()"
         )
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.triangles, dtype=np.int64).reshape(-1, 3)
@@ -318,29 +320,29 @@ def to_open3d(
     *,
     like: open3d.geometry.TriangleMesh | None = None,
 ) -> open3d.geometry.TriangleMesh:
-    """An Open3D mesh with the texture coordinates in `mesh.triangle_uvs`.
+    """Return an Open3D mesh with the texture coordinates in `mesh.triangle_uvs`.
 
     Parameters
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
     TC : (#TC, 2) float
-        Texture coordinates, or a map of `flatten`.
+        Texture coordinates, or a map from `flatten`.
     FTC : (#F, 3) int, optional
-        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+        Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : open3d.geometry.TriangleMesh, optional
-        The mesh that V and F come from: its colours and normals are kept.
+        The mesh that V and F come from; its colours and normals are copied.
 
     Returns
     -------
     open3d.geometry.TriangleMesh
-        With three texture coordinates a triangle and the material 0, as Open3D draws textures. No vertex
-        is doubled.
+        A mesh with three texture coordinates per triangle and the material 0, which Open3D needs to draw
+        textures. No vertex is duplicated.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or to `like`, or are not finite.
+        The arrays do not match each other or `like`, or are not finite.
 
     Examples
     --------
@@ -348,22 +350,23 @@ def to_open3d(
     """
     import open3d
 
-    made = as_mesh_file(V, face_array(F)).textured(TC, FTC)
-    assert made.TC is not None  # it has been given them
+    mapped = as_mesh_file(V, face_array(F)).textured(TC, FTC)
+    assert mapped.TC is not None
     mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(made.V), open3d.utility.Vector3iVector(made.triangles.astype(np.int32))
+        open3d.utility.Vector3dVector(mapped.V),
+        open3d.utility.Vector3iVector(mapped.triangles.astype(np.int32)),
     )
-    mesh.triangle_uvs = open3d.utility.Vector2dVector(made.TC[made.texture])
-    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(made.polygons), dtype=np.int32))
+    mesh.triangle_uvs = open3d.utility.Vector2dVector(mapped.TC[mapped.texture])
+    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(mapped.polygons), dtype=np.int32))
     if like is not None:
-        check_alike(V, F, len(like.vertices), len(like.triangles))
+        check_sizes(V, F, len(like.vertices), len(like.triangles))
         mesh.vertex_colors, mesh.vertex_normals = like.vertex_colors, like.vertex_normals
         mesh.triangle_normals = like.triangle_normals
     return mesh
 
 
 def vertex_map(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> IntArray:
-    """The vertex of V that each vertex of `to_trimesh`, `to_pyvista` and `to_meshio` is a copy of.
+    """Return the row of V for each vertex of the meshes from `to_trimesh`, `to_pyvista` and `to_meshio`.
 
     Parameters
     ----------
@@ -371,17 +374,17 @@ def vertex_map(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     F : (#F, 3) int
     TC : (#TC, 2) float
     FTC : (#F, 3) int, optional
-        As they are passed to those functions.
+        The arguments of these functions.
 
     Returns
     -------
     vertex : (#P,) int64
-        Values at the vertices of V become those of the new mesh by `values[vertex]`.
+        `values[vertex]` are the values at the vertices of the new mesh for values at the vertices of V.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not match, or are not finite.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Tensors of PyTorch."""
+"""Convert meshes from and to PyTorch tensors."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 
 def from_torch(V: torch.Tensor, F: torch.Tensor) -> tuple[FloatArray, IntArray]:
-    """Vertices and triangles as arrays, detached from the graph of gradients.
+    """Return vertices and triangles as arrays, detached from the autograd graph.
 
     Parameters
     ----------
     V : (#V, 3) tensor
-        On any device.
+        A tensor on any device.
     F : (#F, 3) tensor of integers
 
     Returns
@@ -31,11 +31,11 @@ def from_torch(V: torch.Tensor, F: torch.Tensor) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        The tensors have other shapes.
+        A tensor has the wrong shape.
 
     Examples
     --------
-    The page on other libraries has one.
+    See the documentation page about other libraries.
     """
     return vertex_array(V.detach().cpu().numpy()), face_array(F.detach().cpu().numpy())
 
@@ -43,33 +43,33 @@ def from_torch(V: torch.Tensor, F: torch.Tensor) -> tuple[FloatArray, IntArray]:
 def to_torch(
     V: torch.Tensor, F: torch.Tensor, TC: ArrayLike, FTC: ArrayLike | None = None
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Texture coordinates as tensors like those of the mesh, as differentiable renderers take them.
+    """Return texture coordinates as tensors for differentiable renderers.
 
     Parameters
     ----------
     V : (#V, 3) tensor
-        The texture coordinates get its dtype and device.
+        Determines the dtype and device of the texture coordinates.
     F : (#F, 3) tensor of integers
-        Their rows get its dtype and device: int32 for nvdiffrast, int64 for PyTorch3D.
+        Determines the dtype and device of the indices: int32 for nvdiffrast, int64 for PyTorch3D.
     TC : (#TC, 2) float
-        Texture coordinates, or a map of `flatten`.
+        Texture coordinates, or a map from `flatten`.
     FTC : (#F, 3) int, optional
-        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+        Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
 
     Returns
     -------
     uv : (#TC, 2) tensor
-        Without a gradient.
+        Texture coordinates without a gradient.
     uv_idx : (#F, 3) tensor
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or are not finite.
+        The arrays do not match, or are not finite.
 
     Examples
     --------
-    The page on other libraries has one.
+    See the documentation page about other libraries.
     """
     import torch
 

@@ -1,7 +1,8 @@
-"""Many meshes: in come files, folders and globs; out come files of maps and a table with a row for each.
+"""Flatten many mesh files, in parallel with Dask, and record the results in a table.
 
-Dask hands them out, on this machine or on a cluster. `one_mesh` is what its workers do, `table` what is known
-of the inputs and survives any end of the process, `places` folders and URLs.
+`running` plans and runs a batch, `one_mesh` is the work of one Dask worker, `clusters` connects to Dask,
+`table` stores the results so that they survive a crash, and `places` finds and writes files in folders and at
+URLs.
 """
 
 from .running import Batch, batch

@@ -1,4 +1,4 @@
-"""Dask's cluster: one of our own on this machine, or the one at an address."""
+"""Clients of Dask clusters: a local cluster, or the one whose scheduler has a given address."""
 
 import logging
 import os
@@ -13,23 +13,28 @@ from typing import Any
 import psutil
 
 from .._runtime import undo_at_interrupt
-from .constants import MENDING_INTERVAL, NO_WORKER, PATIENCE, TERMINATE, WORKER_MEMORY
+from .constants import PATIENCE
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+NO_WORKER = 600  # seconds after which missing workers of a local cluster are given up
+MENDING_INTERVAL = 1000  # milliseconds between two checks for dead workers
+WORKER_MEMORY = 2**29  # bytes of a worker without a mesh
+TERMINATE = 0.95  # share of its memory limit at which Dask terminates a worker: Dask's default
 
-SETTINGS = {
-    # the largest part of a worker's memory is that of the mesh at hand: neither can go to disk
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+DASK_SETTINGS = {
+    # most memory of a worker belongs to its current mesh and cannot be spilled to disk
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.worker.memory.terminate": TERMINATE,
-    "distributed.deploy.lost-worker-timeout": NO_WORKER,  # those that start slowly are not lost
+    "distributed.deploy.lost-worker-timeout": NO_WORKER,  # workers may start slowly
 }
 
 
 @contextmanager
-def client_of(scheduler: str) -> Iterator[Any]:
-    """A client of the scheduler at an address."""
+def connect_client(scheduler: str) -> Iterator[Any]:
+    """Connect to the scheduler at an address."""
     from distributed import Client
 
     try:
@@ -41,8 +46,8 @@ def client_of(scheduler: str) -> Iterator[Any]:
 
 
 @contextmanager
-def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
-    """A client of a cluster of single-threaded workers on this machine that listens on loopback only."""
+def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
+    """Start a cluster of single-threaded workers on this machine, which listens on loopback only."""
     import dask
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster
@@ -50,8 +55,8 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
     with ExitStack() as stack:
         folder = tempfile.mkdtemp(prefix="igl_linabf-")
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
-        stack.enter_context(_single_threaded())
-        stack.enter_context(dask.config.set(SETTINGS))
+        stack.enter_context(_limit_to_one_thread())
+        stack.enter_context(dask.config.set(DASK_SETTINGS))
         cluster = LocalCluster(
             n_workers=workers or CPU_COUNT,
             threads_per_worker=1,
@@ -59,17 +64,17 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
             dashboard_address="127.0.0.1:0",
             memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
             local_directory=folder,
-            silence_logs=logging.CRITICAL,  # what becomes of a mesh is in its row
+            silence_logs=logging.CRITICAL,  # the row of a mesh has the outcome
             preload=["igl_linabf.batch_runs.one_mesh"],
-            scheduler_kwargs={"allowed_failures": 0},  # who was there when a worker died is tried alone
+            scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
         )
         stack.enter_context(cluster)
-        ending = stack.enter_context(_mended(cluster))
+        ending = stack.enter_context(_replace_lost_workers(cluster))
 
         def end() -> None:
             ending.set()
             for nanny in cluster.workers.values():
-                nanny.close_gracefully()  # else it starts another process, which outlives this one
+                nanny.close_gracefully()  # otherwise it starts a process that outlives this one
             killed = [psutil.Process(nanny.pid) for nanny in cluster.workers.values() if nanny.pid]
             for process in killed:
                 with suppress(psutil.NoSuchProcess):
@@ -82,10 +87,10 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
 
 
 @contextmanager
-def _mended(cluster: Any) -> Iterator[threading.Event]:
-    """Replace workers of a local cluster that could not be started again, until the event is set.
+def _replace_lost_workers(cluster: Any) -> Iterator[threading.Event]:
+    """Replace workers of a local cluster that Dask could not restart, until the event is set.
 
-    Dask starts a process that has died again, once.
+    Dask itself restarts a dead process only once.
     """
     from distributed import Status
     from tornado.ioloop import PeriodicCallback
@@ -108,44 +113,44 @@ def _mended(cluster: Any) -> Iterator[threading.Event]:
         cluster.loop.add_callback(mending.stop)
 
 
-class Lookout:
-    """For workers, while no result comes: a batch tells that it waits for one, and does not wait for ever."""
+class WorkerWatch:
+    """A check that workers exist while no result arrives, so that a batch does not wait forever."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
-        self._in_vain = 0
+        self._checks_without_workers = 0
 
-    def look(self) -> None:
-        """To be called after each `PATIENCE` seconds without a result.
+    def check(self) -> None:
+        """Warn if a remote cluster has no workers. Call this after each `PATIENCE` seconds without a result.
 
         Raises
         ------
         OSError
-            There has been no process of our own for long.
+            A local cluster has been without workers for `NO_WORKER` seconds.
         """
         if self._client.nthreads():
-            self._in_vain = 0
+            self._checks_without_workers = 0
             return
-        self._in_vain += 1
+        self._checks_without_workers += 1
         if self._client.cluster is None:
-            if self._in_vain == 1:
+            if self._checks_without_workers == 1:
                 place = self._client.scheduler.address
                 warnings.warn(f"{place} has no workers: the batch waits until some join it", stacklevel=2)
-        elif self._in_vain * PATIENCE >= NO_WORKER:
+        elif self._checks_without_workers * PATIENCE >= NO_WORKER:
             raise OSError(
                 None, "no worker process stays alive: free memory, or use fewer workers", "this machine"
             )
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Processes that are started within have BLAS and OpenMP use one thread: each has a mesh of its own.
+def _limit_to_one_thread() -> Iterator[None]:
+    """Limit BLAS and OpenMP to one thread in processes started within the block, one per mesh.
 
-    The nannies put these variables, and more, into the environment of this process, too.
+    The environment is restored at the end, including variables that Dask's nannies set in this process.
     """
     before = dict(os.environ)
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    warned = before.get("PYTHONWARNINGS")  # if this process is killed, multiprocessing cleans up: in silence
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+    warned = before.get("PYTHONWARNINGS")  # silence multiprocessing if this process is killed
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (warned, "ignore:resource_tracker:UserWarning")))
     try:
         yield

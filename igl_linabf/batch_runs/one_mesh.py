@@ -1,4 +1,4 @@
-"""What a worker does: one mesh from its file to its map's file, and the row that tells of it."""
+"""The work of one worker: flatten a mesh file, write the map, and return the row of the table."""
 
 import signal
 import sys
@@ -23,18 +23,28 @@ from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
-from .table import FAILED, FAULTY, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
+from .table import (
+    FAILED,
+    FAULTY,
+    OUT_OF_MEMORY,
+    OVERLAPPING,
+    REFUSED,
+    UNREADABLE,
+    VALID,
+    Row,
+    append_to_journal,
+)
 
 How = Literal["unwrap", "flatten", "cortex"]
-Scale = Literal["square", "mesh"]  # what `batch` calls units
-OF_UNWRAP = ("seams", "cones", "packing")
+Scale = Literal["square", "mesh"]  # the parameter `units` of `batch`
+UNWRAP_OPTIONS = ("seams", "cones", "packing")
 
-_one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
+_process_lock = threading.Lock()  # memory limit and warning filters are global to the process
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What is done to every mesh: the arguments of `batch`."""
+    """The arguments of `batch` that are common to all meshes."""
 
     how: How
     method: Method
@@ -47,14 +57,14 @@ class Settings:
     memory: int | None = None
 
     def key(self, version: str) -> str:
-        """Of a version of a file. The memory makes no difference to a map."""
-        told = repr((version, replace(self, memory=None), metadata.version("igl-linabf")))
-        return sha256(told.encode()).hexdigest()[:16]
+        """Return a hash of the file's version, the settings without `memory`, and the package version."""
+        text = repr((version, replace(self, memory=None), metadata.version("igl-linabf")))
+        return sha256(text.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
 class Task:
-    """An input, and the row that it has before it is done."""
+    """An input, and its row before it is processed."""
 
     place: str
     row: Row
@@ -62,47 +72,48 @@ class Task:
     settings: Settings
 
 
-Made = tuple[FloatArray, Any, Row]
-"""A map to write, its rows at the corners in the shape of the faces or None, and what the row says of it."""
+MapAndRow = tuple[FloatArray, Any, Row]
+"""A map, its rows at the corners of the faces (or None), and the row of the table."""
 
 
 def run(task: Task) -> Row:
-    """Flatten the mesh of a task; what is wrong with it is in the row.
+    """Flatten the mesh of a task and return its row, which also records errors of the mesh.
 
     Raises
     ------
     OSError
-        The map cannot be written: the run had better end.
+        The map cannot be written. In that case the whole run should end.
     """
     start = perf_counter()
-    with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
+    with _process_lock, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warnings.simplefilter("ignore", OutcomeWarning)  # what they say is the message
-        row = _row_of(task)
-    told = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
-    message = " ".join("; ".join(filter(None, (row.message, *told))).split())
+        warnings.simplefilter("ignore", OutcomeWarning)  # the row has the same message
+        row = _process_task(task)
+    texts = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
+    message = " ".join("; ".join(filter(None, (row.message, *texts))).split())
     row = replace(row, message=message, seconds=perf_counter() - start)
-    write_down(row, task.folder)
+    append_to_journal(row, task.folder)
     return row
 
 
-def _row_of(task: Task) -> Row:
+def _process_task(task: Task) -> Row:
+    """Flatten and write the mesh of a task; the row has the outcome."""
     row, writing = task.row, False
     try:
-        with _limited(task.settings.memory):
+        with _limit_memory(task.settings.memory):
             try:
                 if task.settings.how == "cortex":
-                    return _flat_hemisphere(task)
-                with places.fetched(task.place) as local:
+                    return _flatten_hemisphere(task)
+                with places.fetch(task.place) as local:
                     mesh = read_file(local)
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
-            made = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
-            TC, FTC, done = made(mesh, row, task.settings)
+            flatten_file = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
+            TC, FTC, done = flatten_file(mesh, row, task.settings)
             writing = True
-            with places.destination(places.joined(task.folder, row.output)) as path:
-                # the plan has seen what is there; names of other files lead nowhere from a URL
+            with places.destination(places.join(task.folder, row.output)) as path:
+                # the plan has checked existing files; relative names of other files are wrong at a URL
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
                 with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
                     pass
@@ -112,21 +123,22 @@ def _row_of(task: Task) -> Row:
     except MeshError as error:
         return replace(row, outcome=REFUSED, message=str(error))
     except Exception as error:
-        if writing:  # the disk is full, or the folder has gone: so it will be for all others
+        if writing:  # a full disk or a missing folder affects all meshes
             raise
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
-def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
-    chosen = {name: getattr(settings, name) for name in OF_UNWRAP}
+def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
+    chosen = {name: getattr(settings, name) for name in UNWRAP_OPTIONS}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
-    outcome, message = _outcome_of(atlas), "; ".join(atlas.troubles)
-    told = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
+    outcome, message = _classify_atlas(atlas), "; ".join(atlas.troubles)
+    row = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
     TC = atlas.flat / atlas.scale if lies_flat(row.output) else atlas.TC
-    return TC, atlas.FTC, _with_quality(told, atlas.quality)
+    return TC, atlas.FTC, _add_quality(row, atlas.quality)
 
 
-def _outcome_of(atlas: Atlas) -> str:
+def _classify_atlas(atlas: Atlas) -> str:
+    """Return the outcome of an atlas, as the table names it."""
     if atlas.good:
         return VALID
     if atlas.quality.flips or any(not chart.result.outcome.good for chart in atlas.charts):
@@ -134,7 +146,7 @@ def _outcome_of(atlas: Atlas) -> str:
     return OVERLAPPING if any(chart.overlapping for chart in atlas.charts) else FAULTY
 
 
-def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
+def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
     units = settings.units or ("mesh" if lies_flat(row.output) else "square")
@@ -143,30 +155,30 @@ def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     outcome, message = result.outcome, "" if result.outcome.good else result.message
     if outcome.good and measured.flips:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
-    told = replace(row, outcome=outcome.value, message=message, charts=1)
-    return uv, None, _with_quality(told, measured)
+    row = replace(row, outcome=outcome.value, message=message, charts=1)
+    return uv, None, _add_quality(row, measured)
 
 
-def _flat_hemisphere(task: Task) -> Row:
-    """Flatten the hemisphere of a subject whose registered sphere is the task's place, and write it."""
+def _flatten_hemisphere(task: Task) -> Row:
+    """Flatten and write the hemisphere whose registered sphere is `task.place`."""
     sphere = Path(task.place)
-    name = places.hemisphere_of(task.place)
+    name = places.get_hemisphere(task.place)
     flat = flatten_hemisphere(sphere.parents[1], name, task.settings.method, progress=False)
-    folder = places.joined(task.folder, task.row.output.rpartition("/")[0])
+    folder = places.join(task.folder, task.row.output.rpartition("/")[0])
     write_hemisphere(folder, flat)
     outcome = OVERLAPPING if flat.quality.overlaps else flat.result.outcome.value
     message = "" if flat.good else flat.result.message
     row = replace(task.row, outcome=outcome, message=message, triangles=len(flat.F), charts=1)
-    return _with_quality(row, flat.quality)
+    return _add_quality(row, flat.quality)
 
 
-def _with_quality(row: Row, of: Quality) -> Row:
+def _add_quality(row: Row, of: Quality) -> Row:
     return replace(row, angle_distortion=of.angle_distortion, stretch=of.stretch_l2, flips=of.flips)
 
 
 @contextmanager
-def _limited(memory: int | None) -> Iterator[None]:
-    """Let the process have so many bytes more than it has now, where the system can hold it to that."""
+def _limit_memory(memory: int | None) -> Iterator[None]:
+    """Limit the process to `memory` more bytes than it uses now, except on Windows."""
     if memory is None or sys.platform == "win32":
         yield
         return
@@ -184,5 +196,5 @@ def _limited(memory: int | None) -> Iterator[None]:
 
 
 def dask_setup(worker: object) -> None:
-    """Dask calls it where a worker of a local cluster starts: Ctrl-C is for the process that started it."""
+    """Ignore Ctrl-C in a worker, because its parent process handles it. Dask calls this at the start."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

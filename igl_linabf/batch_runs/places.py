@@ -1,4 +1,7 @@
-"""Where files are: in folders, or behind a URL that fsspec knows."""
+"""Find, read and write files in local folders and at URLs that fsspec supports.
+
+A place is an absolute path or a URL.
+"""
 
 import glob
 import os
@@ -14,50 +17,51 @@ from ..cortex import HEMISPHERES, HemisphereName
 from ..errors import MeshError
 from ..io import READABLE, suffix_of
 
-TEMPORARY = ".igl_linabf-*"  # what `replacing` writes before it takes its place
+TEMPORARY = ".igl_linabf-*"  # temporary files of `replacing`
 
 
-class Found(NamedTuple):
-    """An input."""
+class InputFile(NamedTuple):
+    """An input file."""
 
     place: str  # absolute path, or URL
-    name: str  # from the folder that was asked for, with / between folders
-    version: str  # changes when the file does
+    name: str  # relative to the requested folder, with / as separator
+    version: str  # differs after the file has changed
 
 
 def is_url(place: str) -> bool:
+    """Return True if the place is a URL."""
     return "://" in place
 
 
-def absolute(place: str | os.PathLike[str]) -> str:
-    """The place, under a name that holds in every process of every machine that shares it."""
+def make_absolute(place: str | os.PathLike[str]) -> str:
+    """Return the place as an absolute path or a URL, which is valid on all machines that share it."""
     place = os.fspath(place)
     return place.rstrip("/") if is_url(place) else os.path.abspath(place)
 
 
-def joined(folder: str, name: str) -> str:
-    """The place of a name with / between folders."""
+def join(folder: str, name: str) -> str:
+    """Join a folder and a relative name that has / as separator."""
     return f"{folder}/{name}" if is_url(folder) else os.path.join(folder, *name.split("/"))
 
 
-def found(
+def find_inputs(
     inputs: Iterable[str | os.PathLike[str]], out: str, wanted: Callable[[str], bool] | None = None
-) -> list[Found]:
-    """The meshes that files, folders and globs stand for, each once, but none in `out`.
+) -> list[InputFile]:
+    """Return the inputs that files, folders and globs refer to, each once, except files in `out`.
 
-    `wanted` tells the places of inputs in folders; by default they are those of mesh files.
+    `wanted` is a predicate for files in folders; by default it selects mesh files.
 
     Raises
     ------
     MeshError
         A glob or a folder holds no mesh file.
     OSError
-        There is no such file or folder.
+        A file or folder does not exist.
     """
-    files: dict[str, Found] = {}
+    files: dict[str, InputFile] = {}
     for given in inputs:
-        place = absolute(given)
-        here = _remote(place) if is_url(place) else _local(place, wanted or _is_mesh)
+        place = make_absolute(given)
+        here = _find_remote(place) if is_url(place) else _find_local(place, wanted or _is_mesh)
         meshes = [file for file in here if not file.place.startswith((out + "/", out + os.sep))]
         if not meshes:
             what = "hemisphere (surf/?h.sphere.reg)" if wanted else f"mesh file ({', '.join(READABLE)})"
@@ -68,39 +72,39 @@ def found(
 
 
 def is_hemisphere(place: str) -> bool:
-    """Whether it is the registered sphere of a FreeSurfer subject's hemisphere."""
+    """Return True if the place is the registered sphere of a FreeSurfer subject's hemisphere."""
     return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERES}
 
 
-def hemisphere_of(place: str) -> HemisphereName:
-    """The hemisphere of a file that is named as FreeSurfer does."""
+def get_hemisphere(place: str) -> HemisphereName:
+    """Return the hemisphere in the name of a FreeSurfer file."""
     return next(name for name in HEMISPHERES if Path(place).name.startswith(name))
 
 
-def _local(place: str, wanted: Callable[[str], bool]) -> list[Found]:
+def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
     if os.path.isfile(place):
         paths, base = [place], os.path.dirname(place)
     elif os.path.isdir(place):
-        paths, base = _in_folder(place, wanted), place
+        paths, base = _list_folder(place, wanted), place
     elif glob.has_magic(place):
-        fixed = Path(*_before(Path(place).parts))
+        fixed = Path(*_take_fixed_parts(Path(place).parts))
         matches = sorted(glob.glob(place, recursive=True))
-        paths, base = [path for match in matches for path in _in_folder(match, wanted)], str(fixed)
+        paths, base = [path for match in matches for path in _list_folder(match, wanted)], str(fixed)
     else:
         raise FileNotFoundError(2, "No such file or directory", place)
-    return [_stated(path, base) for path in paths]
+    return [_describe_file(path, base) for path in paths]
 
 
-def _before(parts: Iterable[str]) -> Iterator[str]:
-    """The parts of a path before the first that is a pattern."""
+def _take_fixed_parts(parts: Iterable[str]) -> Iterator[str]:
+    """Yield the parts of a path before the first pattern."""
     for part in parts:
         if glob.has_magic(part):
             return
         yield part
 
 
-def _in_folder(place: str, wanted: Callable[[str], bool]) -> list[str]:
-    """The wanted files in a folder and in those in it, without hidden ones; such a file is one itself."""
+def _list_folder(place: str, wanted: Callable[[str], bool]) -> list[str]:
+    """Return the wanted files in a folder and its subfolders, or the path itself if it is a wanted file."""
     if not os.path.isdir(place):
         return [place] * wanted(place)
     paths = []
@@ -115,25 +119,26 @@ def _is_mesh(place: str) -> bool:
     return not name.startswith(".") and suffix_of(name) in READABLE
 
 
-def _stated(path: str, base: str) -> Found:
+def _describe_file(path: str, base: str) -> InputFile:
     about = os.stat(path)
     name = os.path.relpath(path, base).replace(os.sep, "/")
-    return Found(path, name, f"{about.st_size} {about.st_mtime_ns}")
+    return InputFile(path, name, f"{about.st_size} {about.st_mtime_ns}")
 
 
-def _remote(url: str) -> list[Found]:
+def _find_remote(url: str) -> list[InputFile]:
     fs, place = _filesystem(url)
     if fs.isfile(place):
         paths, base = [place], place.rpartition("/")[0]
     elif glob.has_magic(place):
-        base = "/".join(_before(place.split("/")))
+        base = "/".join(_take_fixed_parts(place.split("/")))
         paths = sorted(path for path in fs.glob(place) if _is_mesh(path))
     elif fs.isdir(place):
         paths, base = sorted(path for path in fs.find(place) if _is_mesh(path)), place
     else:
         raise FileNotFoundError(2, "No such file or directory", url)
     return [
-        Found(fs.unstrip_protocol(path), path.removeprefix(base).lstrip("/"), fs.ukey(path)) for path in paths
+        InputFile(fs.unstrip_protocol(path), path.removeprefix(base).lstrip("/"), fs.ukey(path))
+        for path in paths
     ]
 
 
@@ -144,8 +149,8 @@ def _filesystem(url: str) -> tuple[Any, str]:
     return fs, place
 
 
-def names_in(folder: str) -> set[str]:
-    """The files in a folder and in those in it, by their names from it; of what is not there, none."""
+def list_names(folder: str) -> set[str]:
+    """Return the names of the files in a folder and its subfolders; none if it does not exist."""
     if is_url(folder):
         fs, place = _filesystem(folder)
         fs.invalidate_cache()
@@ -160,17 +165,17 @@ def names_in(folder: str) -> set[str]:
 
 
 def remove_temporaries(names: Iterable[str], folder: str) -> None:
-    """Remove what writers that were killed have left beside files of these names from a folder."""
+    """Remove temporary files that killed writers left in the folders of the named files."""
     if is_url(folder):
         return
-    for inside in {os.path.dirname(joined(folder, name)) for name in names}:
+    for inside in {os.path.dirname(join(folder, name)) for name in names}:
         for path in Path(inside).glob(TEMPORARY):
             path.unlink(missing_ok=True)
 
 
 @contextmanager
-def fetched(place: str) -> Iterator[str]:
-    """A local file with what is at the place."""
+def fetch(place: str) -> Iterator[str]:
+    """Yield a local path of the file, downloaded if the place is a URL."""
     if not is_url(place):
         yield place
         return
@@ -182,15 +187,15 @@ def fetched(place: str) -> Iterator[str]:
 
 
 @contextmanager
-def written(place: str) -> Iterator[str]:
-    """A local file that takes the place when the block succeeds; its folder is made."""
+def write_whole(place: str) -> Iterator[str]:
+    """Yield a temporary path; its file replaces the place if the block succeeds."""
     with destination(place) as path, replacing(path) as temporary:
         yield temporary
 
 
 @contextmanager
 def destination(place: str) -> Iterator[str]:
-    """A local path for what is to be at the place when the block succeeds, with the files beside it."""
+    """Yield a local path; for a URL, all files in its folder are uploaded if the block succeeds."""
     if not is_url(place):
         os.makedirs(os.path.dirname(place), exist_ok=True)
         yield place
@@ -200,7 +205,7 @@ def destination(place: str) -> Iterator[str]:
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as local:
         yield os.path.join(local, name)
         fs.makedirs(folder, exist_ok=True)
-        for own in sorted(os.listdir(local), key=lambda other: other == name):  # itself last
+        for own in sorted(os.listdir(local), key=lambda other: other == name):  # the file itself comes last
             temporary = f"{folder}/.igl_linabf-{secrets.token_hex(8)}-{own}"
             try:
                 fs.put_file(os.path.join(local, own), temporary)

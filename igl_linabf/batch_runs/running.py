@@ -1,4 +1,4 @@
-"""A batch: which meshes are missing, handed to Dask, and their rows put into the table."""
+"""Run a batch: plan the missing meshes, distribute them with Dask, and collect their rows in the table."""
 
 from __future__ import annotations
 
@@ -28,29 +28,44 @@ from ..errors import is_number, some
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
-from .clusters import Lookout, client_of, local_client
-from .constants import AHEAD, AHEAD_AT_LEAST, DEATHS_ALONE, PATIENCE
-from .one_mesh import OF_UNWRAP, How, Scale, Settings, Task, run
-from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, PARQUET, Row, Table, shown, write_down
+from .clusters import WorkerWatch, connect_client, start_local_client
+from .constants import PATIENCE
+from .one_mesh import UNWRAP_OPTIONS, How, Scale, Settings, Task, run
+from .table import (
+    CSV,
+    DIED,
+    MAY_DIFFER,
+    MISSING,
+    OUT_OF_MEMORY,
+    PARQUET,
+    Row,
+    Table,
+    append_to_journal,
+    escape_path,
+)
 
-NO_ROOM = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
+AHEAD = 8  # meshes submitted ahead for each thread
+AHEAD_AT_LEAST = 64  # meshes submitted ahead at least, for workers that join later
+DEATHS_ALONE = 3  # deaths of a process with a single mesh after which that mesh is blamed
+
+MEMORY_MESSAGE = "its process exceeded the memory limit even alone: raise the limit, or decimate the mesh"
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
 @dataclass(frozen=True)
 class Batch:
-    """What came of a batch; `print` shows how many meshes ended how.
+    """The result of a batch; `print` shows the number of meshes by outcome.
 
     Attributes
     ----------
     rows : tuple of Row
-        One for each input.
+        One row for each input.
     table : str
-        Where they are: the path of results.csv.
+        Path of `results.csv`, which has the same rows.
     done : int
-        How many of the inputs this run did; the others were done before.
+        Number of inputs that this run processed. Earlier runs processed the remaining ones.
     seconds : float
-        What that took, without the start and the end of the workers.
+        Duration of this run, without starting and stopping the workers.
     """
 
     rows: tuple[Row, ...]
@@ -96,53 +111,55 @@ def batch(
 ) -> Batch:
     """Unwrap many mesh files on many processes or machines, with Dask.
 
-    The maps and `results.csv`, which has a row for each input, are in `out`; with pyarrow, the same table
-    is in `results.parquet`. A batch that was stopped, however that was, and is started again does what is
-    missing. A mesh that cannot be unwrapped, or on which a process dies, is a row.
+    The maps are written to `out`, with a table `results.csv` that has a row for each input. If pyarrow is
+    installed, the same table is written to `results.parquet`. A batch that was interrupted in any way can be
+    started again, and then processes only the missing meshes. If a mesh cannot be unwrapped, or its process
+    dies, its row says so.
 
-    A local cluster starts processes that import the program's main module: call `batch` under
+    A local cluster starts processes that import the program's main module. Therefore call `batch` under
     `if __name__ == "__main__":`.
 
     Parameters
     ----------
     inputs : path or URL, or several
-        Files, folders and globs. Of a folder, all mesh files in it and in the folders in it are taken;
-        hidden ones and those in `out` are not.
+        Files, folders and globs. A folder stands for all mesh files in it and its subfolders, except hidden
+        files and files in `out`.
     out : path or URL of a folder
-        It is made. A map is named as its input is, from the folder or the first part with a pattern on;
-        where two would have one name, a part of their paths' hash is added.
+        Created if it does not exist. A map has the name of its input, relative to the given folder or to the
+        first pattern of a glob. If two maps would have the same name, a hash of the path is appended.
     workers : int, optional
-        Processes on this machine, one thread each; by default one for each core.
+        Number of single-threaded processes on this machine; by default one for each core.
     scheduler : str, optional
-        Address of a running Dask scheduler, "tcp://..." or "tls://...", whose workers see the same
-        files under the same names.
+        Address of a running Dask scheduler, "tcp://..." or "tls://...". Its workers must see the same files
+        under the same names.
     method : str or method object, optional
         As in `flatten`; by default "linabf", and "isometric" for cortices.
     how : {"unwrap", "flatten", "cortex"}
-        With or without seams; `flatten` takes disks only, maybe with holes. "cortex": the inputs are folders
-        of FreeSurfer subjects, or `?h.sphere.reg` in them, and each hemisphere is cut, flattened and written
-        as `write_hemisphere` does, in a folder of the subject's name; `format` means nothing then.
+        "unwrap" cuts seams. "flatten" accepts only disks, with or without holes. For "cortex" the inputs are
+        folders of FreeSurfer subjects, or `?h.sphere.reg` files in them. Each hemisphere is cut, flattened
+        and written as by `write_hemisphere`, to a folder with the subject's name, and `format` is ignored.
     format : {"obj", "ply", "glb"}
-        Of the maps.
+        File format of the maps.
     memory : int or str, optional
-        What one mesh may take: bytes, or a text like "2 GiB". By default the processes share what there is.
+        Memory limit for one mesh: a number of bytes, or a text such as "2 GiB". By default the processes
+        share the available memory.
     seams : Seams, optional
-        As in `unwrap`, without the edges of one mesh, or labels or weights of its faces.
+        As in `unwrap`, but without edges, labels or weights, which belong to one mesh.
     cones : Cones, int or "auto", optional
-        As in `unwrap`: how many on each component, not the vertices of one mesh.
+        As in `unwrap`, but as a number of cones for each component, not as vertices of one mesh.
     packing : Packing, optional
         As in `unwrap`.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
     units : {"square", "mesh"}, optional
-        Scale of the maps of `how="flatten"`: the unit square, or the mesh's units of length. By default
-        "square"; "mesh" in GIFTI and FreeSurfer, where the map is a surface.
+        Scale of the maps for `how="flatten"`: the unit square, or the mesh's units of length. The default is
+        "square", or "mesh" for GIFTI and FreeSurfer files, in which the map is a surface.
     retry : bool
-        Do again, too, what died, ran out of memory or failed in an earlier run.
+        Also retry meshes that died, ran out of memory or failed in an earlier run.
     force : bool
-        Replace files in `out` that no batch has written.
+        Replace files in `out` that were not written by a batch.
     progress : callable or False, optional
-        As in `flatten`; the default also prints the address of Dask's dashboard, on stderr.
+        As in `flatten`; by default the address of Dask's dashboard is also printed on stderr.
 
     Returns
     -------
@@ -153,10 +170,10 @@ def batch(
     MeshError
         A folder or glob holds no meshes.
     ValueError
-        An argument is none of those above.
+        An argument has an invalid value.
     OSError
-        There is no such input, `out` cannot be written to, a file is there that no batch has written, the
-        disk is full, another batch is writing there, or no scheduler answers.
+        An input does not exist, `out` cannot be written to, a file to be replaced was not written by a batch,
+        the disk is full, another batch is writing to `out`, or no scheduler answers.
     ImportError
         Dask is not installed.
 
@@ -169,48 +186,51 @@ def batch(
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """
-    limit = _in_bytes(memory)
+    limit = _parse_memory(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
     chosen = method_of(method or ("isometric" if how == "cortex" else "linabf"))
     settings = Settings(how, chosen, format, seams, cones, packing, boundary, units, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
-        raise ValueError("workers are those of the scheduler: give one of the two")
+        raise ValueError("workers is for a local cluster, scheduler for a running one: give one of the two")
     if workers is not None and not is_number(workers, 1, whole=True):
         raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
-    folder = places.absolute(out)
+    folder = places.make_absolute(out)
     wanted = places.is_hemisphere if how == "cortex" else None
     given = [inputs] if isinstance(inputs, str | os.PathLike) else list(inputs)
     if how == "cortex" and any(places.is_url(os.fspath(place)) for place in [*given, folder]):
-        raise ValueError("a subject is many files: copy it here, and give a folder of this machine for both")
-    found = places.found(given, folder, wanted)
+        raise ValueError(
+            "a subject consists of many files: copy it here, and give local folders for input and output"
+        )
+    found = places.find_inputs(given, folder, wanted)
     with Table(folder) as table:
-        tasks = _planned(found, table, settings, retry, force)
+        tasks = _plan_tasks(found, table, settings, retry, force)
         seconds = 0.0
         if tasks:
             with ExitStack() as stack:
                 stack.enter_context(undo_at_interrupt(table.write))
-                if scheduler is None:  # the workers are gone then, and may have died in the midst of a file
+                if scheduler is None:  # dead workers may leave temporary files
                     remove = partial(places.remove_temporaries, {task.row.output for task in tasks}, folder)
                     stack.callback(remove)
                     stack.enter_context(undo_at_interrupt(remove))
-                    client = stack.enter_context(local_client(workers, settings.memory))
+                    client = stack.enter_context(start_local_client(workers, settings.memory))
                 else:
-                    client = stack.enter_context(client_of(scheduler))
+                    client = stack.enter_context(connect_client(scheduler))
                 if progress is None and sys.stderr is not None:
                     print(f"igl-linabf: dashboard at {client.dashboard_link}", file=sys.stderr)
                 tell = stack.enter_context(counting("batch", len(tasks), progress))
                 start = perf_counter()
-                for row in _results(client, tasks):
+                for row in _run_tasks(client, tasks):
                     table.add(row)
                     tell()
                 seconds = perf_counter() - start
-        rows = [table.row(shown(file.place)) for file in found]
-    return Batch(tuple(row for row in rows if row), places.joined(folder, CSV), len(tasks), seconds)
+        rows = [table.row(escape_path(file.place)) for file in found]
+    return Batch(tuple(row for row in rows if row), places.join(folder, CSV), len(tasks), seconds)
 
 
-def _in_bytes(memory: int | str | None) -> int | None:
+def _parse_memory(memory: int | str | None) -> int | None:
+    """Convert a memory limit to bytes."""
     if find_spec("distributed") is None:
         raise ImportError("batch needs Dask: pip install 'igl-linabf[batch]'")
     from dask.utils import parse_bytes
@@ -220,23 +240,27 @@ def _in_bytes(memory: int | str | None) -> int | None:
     except ValueError:
         limit = 0
     if limit is not None and limit < 1:
-        raise ValueError(f"memory is {memory!r}: use a number of bytes, or a text like '2 GiB'")
+        raise ValueError(f"memory is {memory!r}: use a number of bytes, or a text such as '2 GiB'")
     return limit
 
 
 def _check_settings(asked: Settings) -> None:
-    """Refuse here what would be wrong with every mesh."""
+    """Raise if the settings are invalid for every mesh."""
     seams, cones, method = asked.seams, asked.cones, asked.method
     if asked.how not in get_args(How):
         raise ValueError(f"how is {asked.how!r}: use 'unwrap', 'flatten' or 'cortex'")
     if f".{asked.format}" not in SUFFIXES:
         raise ValueError(f"format is {asked.format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
-    if asked.how != "unwrap" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
-        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to {asked.how}: leave them out, or unwrap")
+    if asked.how != "unwrap" and any(
+        getattr(asked, name) != getattr(Settings, name) for name in UNWRAP_OPTIONS
+    ):
+        raise ValueError(
+            f"{', '.join(UNWRAP_OPTIONS)} are not options of {asked.how}: leave them out, or unwrap"
+        )
     if asked.units not in (None, *get_args(Scale)):
         raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
     if asked.how != "flatten" and asked.units is not None:
-        raise ValueError(f"units mean nothing to {asked.how}: leave them out, or flatten")
+        raise ValueError(f"units is not an option of {asked.how}: leave it out, or flatten")
     if asked.how != "flatten" and asked.boundary != "free":
         raise ValueError("charts have a free boundary: leave boundary out, or flatten")
     if asked.boundary not in get_args(BoundaryName):
@@ -244,7 +268,7 @@ def _check_settings(asked: Settings) -> None:
         raise ValueError(f"boundary is {asked.boundary!r}: use one of {names}")
     if (asked.boundary != "free" or cones is not None) and not method.shapes:
         raise ValueError(
-            f"the method {method.name!r} makes no boundaries or cones to order: use 'linabf' or 'abf'"
+            f"the method {method.name!r} cannot prescribe boundaries or cones: use 'linabf' or 'abf'"
         )
     if cones is not None and np.ndim(cones.at):
         raise ValueError(f"cones is {cones.at!r}: give 'auto', or a number of them for each component")
@@ -257,21 +281,21 @@ def _check_settings(asked: Settings) -> None:
     if not for_all:
         raise ValueError(
             f"seams is {seams!r}: give Seams without edges, without labels and without weights of faces, "
-            "which each mesh has of its own"
+            "which differ from mesh to mesh"
         )
     asked_for(seams, cones, asked.packing)
 
 
-def _planned(
-    found: list[places.Found], table: Table, settings: Settings, retry: bool, force: bool
+def _plan_tasks(
+    found: list[places.InputFile], table: Table, settings: Settings, retry: bool, force: bool
 ) -> list[Task]:
-    """The tasks that are missing; the table has a row for every input then."""
-    there = places.names_in(table.folder)
+    """Return the missing tasks, and give every input a row in the table."""
+    there = places.list_names(table.folder)
     places.remove_temporaries(there, table.folder)
-    names = _outputs(found, table, settings)
+    names = _name_outputs(found, table, settings)
     rows, tasks = [], []
     for file in found:
-        row = Row(input=shown(file.place), output=names[file.place], key=settings.key(file.version))
+        row = Row(input=escape_path(file.place), output=names[file.place], key=settings.key(file.version))
         old = table.row(row.input)
         if (
             old is not None
@@ -291,13 +315,13 @@ def _planned(
 
 
 def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
-    """Raise where a file would be replaced that no batch has written."""
-    own = table.taken()
+    """Raise if the batch would replace files that were not written by a batch."""
+    own = table.inputs_by_output()
     wanted = [PARQUET] if not own else []
     for task in tasks:
         output = task.row.output
         if output not in own:
-            wanted += _files_of(task)
+            wanted += _list_output_files(task)
     taken = [name for name in wanted if name in there]
     if taken:
         raise FileExistsError(
@@ -308,25 +332,25 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
         )
 
 
-def _files_of(task: Task) -> list[str]:
-    """All that is written for an input, named from the folder of the batch."""
+def _list_output_files(task: Task) -> list[str]:
+    """Return the names of all files written for an input, relative to the folder of the batch."""
     output = task.row.output
     if task.settings.how == "cortex":
-        return [path.as_posix() for path in files_of(Path(output).parent, places.hemisphere_of(output))]
+        return [path.as_posix() for path in files_of(Path(output).parent, places.get_hemisphere(output))]
     stem, suffix = os.path.splitext(output)
     return [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
 
 
-def _outputs(found: list[places.Found], table: Table, settings: Settings) -> dict[str, str]:
-    """A name for the map of each input that no other has; an input of an earlier run keeps its own."""
+def _name_outputs(found: list[places.InputFile], table: Table, settings: Settings) -> dict[str, str]:
+    """Return a unique name for the map of each input; an input of an earlier run keeps its name."""
     if settings.how == "cortex":
-        return _outputs_of_hemispheres(found)
+        return _name_hemisphere_outputs(found)
     suffix = settings.format
-    names = {file.place: f"{os.path.splitext(shown(file.name))[0]}.{suffix}" for file in found}
-    taken = {output.casefold(): input for output, input in table.taken().items()}
+    names = {file.place: f"{os.path.splitext(escape_path(file.name))[0]}.{suffix}" for file in found}
+    taken = {output.casefold(): input for output, input in table.inputs_by_output().items()}
     wanted = Counter(name.casefold() for name in names.values())
     for file in found:
-        name, input = names[file.place], shown(file.place)
+        name, input = names[file.place], escape_path(file.place)
         old = table.row(input)
         if old is not None and old.output.endswith(f".{suffix}"):
             names[file.place] = old.output
@@ -336,53 +360,54 @@ def _outputs(found: list[places.Found], table: Table, settings: Settings) -> dic
     return names
 
 
-def _outputs_of_hemispheres(found: list[places.Found]) -> dict[str, str]:
-    """The flat patch of each hemisphere, in a folder of its subject's name."""
+def _name_hemisphere_outputs(found: list[places.InputFile]) -> dict[str, str]:
+    """Return the name of each hemisphere's flat patch, in a folder with the name of the subject."""
     subjects = {file.place: Path(file.place).parents[1] for file in found}
     several = Counter(subject.name for subject in set(subjects.values()))
     names = {}
     for file in found:
         subject = subjects[file.place]
-        folder = shown(subject.name)
+        folder = escape_path(subject.name)
         if several[subject.name] > 1:
             folder += f"-{sha256(os.fsencode(subject)).hexdigest()[:10]}"
         names[file.place] = f"{folder}/{Path(file.place).name[:2]}.{FLAT_PATCH}"
     return names
 
 
-def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
-    """The rows of the tasks, as they come; those whose process died come last, each alone.
+def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
+    """Run the tasks and yield their rows as they arrive.
 
-    A process that dies takes the meshes that wait for it with it, and something else may have killed it, as
-    one that is ended while another takes its place: only a mesh that was alone several times is to blame.
+    When a process dies, all meshes assigned to it are suspects, and the cause may be outside the process.
+    Suspects are therefore run again one at a time. A mesh is blamed only after its process died
+    `DEATHS_ALONE` times.
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
-    for task, result in _run(client, iter(tasks), max(AHEAD_AT_LEAST, AHEAD * threads)):
+    for task, result in _submit_tasks(client, iter(tasks), max(AHEAD_AT_LEAST, AHEAD * threads)):
         if isinstance(result, Row):
             yield result
         else:
             suspects.append(task)
     for _ in range(DEATHS_ALONE):
         tried, suspects = suspects, []
-        for task, result in _run(client, iter(tried), 1):
+        for task, result in _submit_tasks(client, iter(tried), 1):
             if isinstance(result, Row):
                 yield result
-            elif _took_too_much(client, result):
-                yield _blamed(task, OUT_OF_MEMORY, NO_ROOM)
+            elif _has_exceeded_memory(client, result):
+                yield _record_failure(task, OUT_OF_MEMORY, MEMORY_MESSAGE)
             else:
                 suspects.append(task)
     for task in suspects:
-        limit = ", maybe for want of memory" if task.settings.memory else ""
-        said = f"its process died {DEATHS_ALONE} times when it had this mesh alone{limit}"
-        yield _blamed(task, DIED, said)
+        limit = ", perhaps for lack of memory" if task.settings.memory else ""
+        message = f"its process died {DEATHS_ALONE} times when it had this mesh alone{limit}"
+        yield _record_failure(task, DIED, message)
 
 
-def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
-    """The tasks with their rows, or with Dask's KilledWorker; so many at most are handed out at a time."""
+def _submit_tasks(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
+    """Yield each task with its row, or with Dask's KilledWorker; at most `ahead` are submitted at a time."""
     under_way: dict[Any, Task] = {}
     finished: SimpleQueue[Any] = SimpleQueue()
-    lookout = Lookout(client)
+    lookout = WorkerWatch(client)
     while True:
         more = list(islice(tasks, ahead - len(under_way)))
         if more:
@@ -395,19 +420,21 @@ def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task,
         try:
             futures = [finished.get(timeout=PATIENCE)]
         except Empty:
-            lookout.look()
+            lookout.check()
             continue
         while not finished.empty():
             futures.append(finished.get())
-        yield from zip([under_way.pop(f) for f in futures], _gathered(client, futures), strict=True)
+        yield from zip([under_way.pop(f) for f in futures], _gather_rows(client, futures), strict=True)
 
 
-def _gathered(client: Any, futures: list[Any]) -> list[Row | Any]:
-    """The rows of finished tasks, or Dask's KilledWorker for some."""
+def _gather_rows(client: Any, futures: list[Any]) -> list[Row | Any]:
+    """Return the row of each finished task, or Dask's KilledWorker if its process died."""
     from distributed import KilledWorker
 
     if all(future.status == "finished" for future in futures):
-        with suppress(KilledWorker, CancelledError):  # the worker has died that had a row: it is made again
+        with suppress(
+            KilledWorker, CancelledError
+        ):  # if the worker with the result died, Dask computes it again
             return list(client.gather(futures))
     rows = []
     for future in futures:
@@ -417,18 +444,20 @@ def _gathered(client: Any, futures: list[Any]) -> list[Row | Any]:
             rows.append(killed)
         except CancelledError:
             place = client.scheduler.address
-            raise OSError(None, "the scheduler was lost: start the batch again", place) from None
+            raise OSError(
+                None, "the connection to the scheduler was lost: start the batch again", place
+            ) from None
     return rows
 
 
-def _took_too_much(client: Any, killed: Any) -> bool:
-    """Whether Dask ended the process because of its memory."""
+def _has_exceeded_memory(client: Any, killed: Any) -> bool:
+    """Return True if Dask terminated the process because of its memory."""
     exceeded = client.get_events("worker-restart-memory") or ()
     return any(event["worker"] == killed.last_worker.address for _, event in exceeded)
 
 
-def _blamed(task: Task, outcome: str, said: str) -> Row:
-    """The row of a mesh on which processes died; the worker could not write it down."""
-    row = replace(task.row, outcome=outcome, message=said)
-    write_down(row, task.folder)
+def _record_failure(task: Task, outcome: str, message: str) -> Row:
+    """Return and store the row of a mesh whose process died, which could not store it itself."""
+    row = replace(task.row, outcome=outcome, message=message)
+    append_to_journal(row, task.folder)
     return row

@@ -1,4 +1,4 @@
-"""The table of results: a row for every input, written as a whole; journals of what is new since then."""
+"""The table of results with a row for each input, and the journals of results that it does not have yet."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from typing import Any, get_args, get_type_hints
 
 from ..flattening import Outcome
 from . import places
-from .constants import WRITING_PAUSE
+
+WRITING_PAUSE = 50  # shortest pause between two writes of the table, over the duration of a write
 
 WAITING = "waiting"
 VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, "overlapping", "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
-MISSING = frozenset({WAITING, UNREADABLE})  # done by every run
-MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # another time
+MISSING = frozenset({WAITING, UNREADABLE})  # outcomes that every run retries
+MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # outcomes that a run with `retry` retries
 
 CSV, PARQUET = "results.csv", "results.parquet"
 JOURNAL, LOCK = ".results.journal", ".results.lock"
@@ -33,31 +34,31 @@ JOURNAL, LOCK = ".results.journal", ".results.lock"
 
 @dataclass(frozen=True)
 class Row:
-    """What is known of one input of a batch; a column of `results.csv` each.
+    """The row of one input of a batch; each attribute is a column of `results.csv`.
 
     Attributes
     ----------
     input : str
-        Absolute path, or URL.
+        Absolute path or URL.
     output : str
-        The file with the map, from the output folder.
+        File with the map, relative to the output folder.
     outcome : str
-        Of `unwrap`: "valid", "flipped", "overlapping", or "faulty" for other troubles, as too much stretch;
-        of `flatten`: the value of its `Outcome`. Without a map: "refused" for a `MeshError`, "unreadable",
-        "out of memory", "died" where its process was lost three times while it had this mesh alone,
-        "failed" for all other errors, "waiting" before it is done.
+        For `unwrap`: "valid", "flipped", "overlapping", or "faulty" for other troubles such as too much
+        stretch. For `flatten`: the value of its `Outcome`. Without a map: "refused" after a `MeshError`,
+        "unreadable", "out of memory", "died" if its process died three times while it had this mesh alone,
+        "failed" after any other error, or "waiting" if it has not been processed.
     message : str
-        What is wrong, and warnings.
+        Troubles and warnings.
     triangles, charts : int or None
     angle_distortion : float or None
-        F/3nt, which is the name of its column.
+        F/3nt, which is also the name of the column.
     stretch : float or None
-        Its L2 norm.
+        L2 stretch.
     flips : int or None
     seconds : float or None
-        To read, flatten, measure and write it.
+        Time to read, flatten, measure and write the mesh.
     key : str
-        Of the file's version and the settings: where it differs, the input is done again.
+        Hash of the file's version and the settings. If it differs, the input is processed again.
     """
 
     input: str
@@ -74,7 +75,7 @@ class Row:
 
     @property
     def good(self) -> bool:
-        """Whether there is a map without faults."""
+        """Whether there is a map without troubles."""
         return self.outcome in GOOD
 
     @property
@@ -83,17 +84,17 @@ class Row:
         return self.charts is not None
 
 
-NUMBERS = {name: get_args(kind)[0] for name, kind in get_type_hints(Row).items() if kind is not str}
-NAMES = [field.name for field in fields(Row)]
-HEADER = ["F/3nt" if name == "angle_distortion" else name for name in NAMES]
+NUMBER_TYPES = {name: get_args(kind)[0] for name, kind in get_type_hints(Row).items() if kind is not str}
+COLUMNS = [field.name for field in fields(Row)]
+HEADER = ["F/3nt" if name == "angle_distortion" else name for name in COLUMNS]
 
 
-def shown(path: str) -> str:
-    """The path as the table has it: valid UTF-8, in one line."""
+def escape_path(path: str) -> str:
+    """Escape a path for the table, so that it is valid UTF-8 without line breaks."""
     return path.encode("utf-8", "backslashreplace").decode().replace("\n", "\\n").replace("\r", "\\r")
 
 
-def write_down(row: Row, folder: str) -> None:
+def append_to_journal(row: Row, folder: str) -> None:
     """Append a row to the journal of this process."""
     if places.is_url(folder):
         return
@@ -108,12 +109,12 @@ def write_down(row: Row, folder: str) -> None:
 
 
 class Table:
-    """The rows of an output folder, on disk and here; only one process at a time has it open.
+    """The rows of an output folder, in memory and on disk. Only one process at a time can open it.
 
-    Every process appends its results to a journal of its own at once, by `write_down`. The table itself is
-    written anew now and then, and where it is closed; opened again, it has what the journals know. So a
-    process that is killed loses nothing, also of what the workers have done and it has not heard of. Where a
-    URL has the folder there are no journals: the table on disk may lack the last results.
+    Each process appends its results to its own journal with `append_to_journal`. The table itself is written
+    from time to time and when it is closed. When it is opened again, it reads the journals. Therefore no
+    result is lost if a process is killed, not even results of workers that have not been reported yet. An
+    output folder at a URL has no journals, so the table on disk may lack the last results.
     """
 
     def __init__(self, folder: str) -> None:
@@ -128,10 +129,10 @@ class Table:
             self._lock = os.open(os.path.join(self.folder, LOCK), os.O_RDWR | os.O_CREAT, 0o666)
         try:
             if self._lock is not None:
-                _held(self._lock, self.folder)
-            self._rows = {row.input: row for row in self._of_csv()}
-            for path in self._journals():  # rows of an input are as new as the table's, or newer
-                self._rows |= {row.input: row for row in _of_journal(path)}
+                _lock_folder(self._lock, self.folder)
+            self._rows = {row.input: row for row in self._read_csv()}
+            for path in self._journals():  # journals are at least as recent as the table
+                self._rows |= {row.input: row for row in _read_journal(path)}
         except BaseException:
             self._close()
             raise
@@ -139,8 +140,8 @@ class Table:
 
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
-            with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
-                if self._rows:  # none if what is there was not to be replaced
+            with nullcontext() if kind is None else suppress(OSError):  # the first error is raised instead
+                if self._rows:  # empty if the run must not replace existing files
                     self.write()
                 if kind is None:
                     self._remove_journals()
@@ -153,76 +154,77 @@ class Table:
             self._lock = None
 
     def row(self, input: str) -> Row | None:
+        """Return the row of an input, or None."""
         return self._rows.get(input)
 
-    def taken(self) -> dict[str, str]:
-        """The inputs by their outputs."""
+    def inputs_by_output(self) -> dict[str, str]:
+        """Return the input of each output."""
         return {row.output: row.input for row in self._rows.values()}
 
     def plan(self, rows: Iterable[Row]) -> None:
-        """These rows are the next, in this order, behind those of earlier runs over other inputs."""
+        """Put these rows in this order after the rows of earlier runs over other inputs."""
         planned = {row.input: row for row in rows}
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
         self._remove_journals()
-        self._cost = 0.0  # pyarrow's imports are no part of the next
+        self._cost = 0.0  # the first write also imports pyarrow
 
     def add(self, row: Row) -> None:
-        """A result, which is in a journal."""
+        """Add a result, which is already in a journal."""
         self._rows[row.input] = row
         if perf_counter() - self._written_at > WRITING_PAUSE * self._cost:
             self.write()
 
     def write(self) -> None:
-        """Put the table on disk as it is."""
+        """Write the table to disk."""
         start = perf_counter()
         rows = list(self._rows.values())
         with (
-            places.written(places.joined(self.folder, CSV)) as path,
+            places.write_whole(places.join(self.folder, CSV)) as path,
             open(path, "w", newline="", encoding="utf-8") as file,
         ):
             writer = csv.writer(file)
             writer.writerow(HEADER)
-            writer.writerows([getattr(row, name) for name in NAMES] for row in rows)
+            writer.writerows([getattr(row, name) for name in COLUMNS] for row in rows)
         if find_spec("pyarrow"):
-            with places.written(places.joined(self.folder, PARQUET)) as path:
+            with places.write_whole(places.join(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
         self._written_at = perf_counter()
         self._cost = self._written_at - start
 
-    def _of_csv(self) -> list[Row]:
+    def _read_csv(self) -> list[Row]:
         try:
             with (
-                places.fetched(places.joined(self.folder, CSV)) as path,
+                places.fetch(places.join(self.folder, CSV)) as path,
                 open(path, newline="", encoding="utf-8") as file,
             ):
                 header, *lines = csv.reader(file)
             if header == HEADER:
-                return [_row(dict(zip(NAMES, line, strict=True))) for line in lines]
+                return [_parse_row(dict(zip(COLUMNS, line, strict=True))) for line in lines]
         except FileNotFoundError:
             return []
-        except ValueError:  # something else has written it
+        except ValueError:  # another program has written the file
             pass
-        raise OSError(None, "is no table of a batch: move it away", places.joined(self.folder, CSV))
+        raise OSError(None, "is not the table of a batch: move it elsewhere", places.join(self.folder, CSV))
 
     def _journals(self) -> list[Path]:
         return [] if places.is_url(self.folder) else sorted(Path(self.folder).glob(f"{JOURNAL}-*"))
 
     def _remove_journals(self) -> None:
-        """Their rows are in the table that is written."""
+        """Remove the journals, whose rows are in the written table."""
         for path in self._journals():
             path.unlink(missing_ok=True)
 
 
-def _of_journal(path: Path) -> list[Row]:
-    whole, _, _ = path.read_bytes().rpartition(b"\n")  # a process may have been killed in the midst of a line
+def _read_journal(path: Path) -> list[Row]:
+    whole, _, _ = path.read_bytes().rpartition(b"\n")  # a killed process may leave an incomplete line
     return [Row(**json.loads(line)) for line in whole.splitlines()]
 
 
-def _row(cells: dict[str, str]) -> Row:
+def _parse_row(cells: dict[str, str]) -> Row:
     values: dict[str, Any] = {
-        name: text if name not in NUMBERS else NUMBERS[name](text) if text else None
+        name: text if name not in NUMBER_TYPES else NUMBER_TYPES[name](text) if text else None
         for name, text in cells.items()
     }
     return Row(**values)
@@ -234,14 +236,14 @@ def _save_parquet(path: str, rows: list[Row]) -> None:
 
     types = {int: pa.int64(), float: pa.float64(), str: pa.string()}
     columns = {
-        title: pa.array([getattr(row, name) for row in rows], types[NUMBERS.get(name, str)])
-        for title, name in zip(HEADER, NAMES, strict=True)
+        title: pa.array([getattr(row, name) for row in rows], types[NUMBER_TYPES.get(name, str)])
+        for title, name in zip(HEADER, COLUMNS, strict=True)
     }
     parquet.write_table(pa.table(columns), path)
 
 
-def _held(lock: int, folder: str) -> None:
-    """Lock the folder for other batches until the process ends, however it does."""
+def _lock_folder(lock: int, folder: str) -> None:
+    """Lock the folder against other batches until the process ends."""
     if sys.platform == "win32":
         return
     import fcntl
@@ -249,4 +251,4 @@ def _held(lock: int, folder: str) -> None:
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise OSError(None, "another batch is writing there: wait for its end", folder) from None
+        raise OSError(None, "another batch is writing there: wait until it ends", folder) from None

@@ -40,6 +40,20 @@ from .splitting import (
     split_overlaps,
 )
 
+MIN_PIECES_TOGETHER = 8  # number of pieces from which all of them are flattened together
+MAX_FACES_TOGETHER = 4_000  # faces in total of the smallest pieces that are always flattened together
+# Twice the area over the squared extent of a map that double precision cannot tell from a line.
+NEEDLE_AREA = 1e-13
+MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which tips are to blame
+MAX_LEAF_ROUNDS = 8  # rounds of more seams for flips or stretch; then a chart is halved or stays
+MAX_LEAF_ROUNDS_OF_MANY_FLIPS = 2  # the same where more than `MAX_TIP_FLIPS` flip
+MAX_TRADE_DOUBLINGS = 12  # times that `trade` is doubled to find more seams
+# Seam length, in square roots of the area, that the stretch must be worth to search for seams.
+SOUGHT_SEAM = 1.0
+MAX_EVEN_ROUNDS = 3  # rounds of more seams for even texels
+MAX_FLIP_ROUNDS = 20  # rounds of cuts for flips, the last ones halvings
+MAX_STRETCH_ROUNDS = 64  # rounds of cuts for stretch, the last ones halvings
+
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
@@ -61,7 +75,7 @@ def pieces_of(
     labels: IntArray | None,
     options: ChartOptions,
 ) -> tuple[list[Submesh], IntArray]:
-    """Cut the surface along the given seams and those that are found.
+    """Cut the surface along the given seams and along further seams.
 
     Edges between triangles of different labels count as given. Also return the vertices of the given seams,
     (#E, 2).
@@ -82,7 +96,7 @@ def pieces_of(
     if not options.may_find_seams:
         return pieces, given
     search = options.search
-    found = [piece.cut_along(search.seams(piece, search.disk_gain)) for piece in pieces]
+    found = [piece.cut_along(search.seams(piece)) for piece in pieces]
     return [part for parts in found for part in parts], given
 
 
@@ -99,7 +113,7 @@ class _Work:
     key : Key
     piece : Submesh
     rounds : Counter of Reason
-        How many times the piece, or what it was a part of, was cut for each reason.
+        How many times the piece, or the piece that it is a part of, was cut for each reason.
     """
 
     key: Key
@@ -153,7 +167,7 @@ class _Map:
 
 
 def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, then the parts of those that are cut further, and so on.
+    """Flatten the pieces, then the parts of pieces that are cut further, and so on.
 
     Finally small charts are merged into others, but not across edges that are `given` as seams.
     """
@@ -201,13 +215,13 @@ def _cheaper(
 
 
 def _maps_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
-    """Flatten many pieces together, or the smallest of a few; None for the others."""
+    """Flatten many pieces together, or the smallest of a few; None for each other piece."""
     made: list[_Map | None] = [None] * len(pieces)
     asked = list(range(len(pieces)))
-    if len(pieces) < constants.MIN_PIECES_TOGETHER:
+    if len(pieces) < MIN_PIECES_TOGETHER:
         size = np.array([len(piece.F) for piece in pieces])
         order = np.argsort(size, kind="stable")
-        asked = sorted(order[np.cumsum(size[order]) <= constants.MAX_FACES_TOGETHER].tolist())
+        asked = sorted(order[np.cumsum(size[order]) <= MAX_FACES_TOGETHER].tolist())
     if not asked:
         return made
     advance("charts", 0.0)
@@ -228,11 +242,7 @@ def _try_piece(work: _Work, options: ChartOptions, made: _Map | None) -> _Tried:
     `made` is its map, if it was flattened together with others.
     """
     piece, rounds = work.piece, work.rounds
-    seams = (
-        _seams_for_even_texels(piece, options)
-        if rounds[Reason.UNEVEN] < constants.MAX_EVEN_ROUNDS
-        else _NO_SEAM
-    )
+    seams = _seams_for_even_texels(piece, options) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
     if len(seams):
         return _Tried(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
@@ -245,7 +255,7 @@ def _try_piece(work: _Work, options: ChartOptions, made: _Map | None) -> _Tried:
         if parts := _parts_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], options):
             return _Tried(None, parts, Reason.FLIPS)
         made = _map_without_flips(piece, made, options)
-    needle = float(piece.measured[0].sum()) <= constants.NEEDLE_AREA * extent(made.result.uv) ** 2
+    needle = float(piece.measured[0].sum()) <= NEEDLE_AREA * extent(made.result.uv) ** 2
     if needle and (parts := bisect(piece)):
         return _Tried(None, parts, Reason.THIN)
     if len(made.pairs):
@@ -317,11 +327,11 @@ def _resolve_overlaps(
 
 def _parts_for_flips(piece: Submesh, flips: int, rounds: int, options: ChartOptions) -> list[Submesh]:
     """Cut a piece whose map flips along more seams, or halve it; empty where no seam is found."""
-    few = flips <= constants.MAX_TIP_FLIPS * len(piece.F)
-    if rounds < (constants.MAX_LEAF_ROUNDS if few else constants.MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
+    few = flips <= MAX_TIP_FLIPS * len(piece.F)
+    if rounds < (MAX_LEAF_ROUNDS if few else MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
         leaves = _more_seams(piece, options)
         return piece.cut_along(leaves) if len(leaves) else []
-    return bisect(piece) if rounds < constants.MAX_FLIP_ROUNDS else []
+    return bisect(piece) if rounds < MAX_FLIP_ROUNDS else []
 
 
 def _parts_for_stretch(
@@ -329,30 +339,30 @@ def _parts_for_stretch(
 ) -> list[Submesh]:
     """Cut a piece further where that may be worth the stretch that it saves, or is asked for."""
     seams, too_much = _NO_SEAM, stretch > options.most_stretch
-    if options.weighs_stretch and rounds < constants.MAX_LEAF_ROUNDS:
-        if stretch > 1 + options.worth(constants.SOUGHT_SEAM):
+    if options.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
+        if stretch > 1 + options.worth(SOUGHT_SEAM):
             search = options.search
-            seams = search.seams(piece, search.disk_gain)
+            seams = search.seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
             seams = seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
-    if too_much and not len(seams) and rounds < constants.MAX_LEAF_ROUNDS:
+    if too_much and not len(seams) and rounds < MAX_LEAF_ROUNDS:
         seams = _more_seams(piece, options)
     if len(seams):
         return piece.cut_along(seams)
-    return bisect(piece) if too_much and rounds < constants.MAX_STRETCH_ROUNDS else []
+    return bisect(piece) if too_much and rounds < MAX_STRETCH_ROUNDS else []
 
 
 def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
     """Open a piece to disks by the shortest seams between its holes."""
     shortest = replace(options, trade=0.0, holes=False).search
-    return piece.cut_along(shortest.seams(piece, np.inf))
+    return piece.cut_along(shortest.needed_seams(piece))
 
 
 def _more_seams(piece: Submesh, options: ChartOptions) -> IntArray:
     """Find more seams for a piece: `trade` is doubled until there are some."""
-    for k in range(1, constants.MAX_TRADE_DOUBLINGS + 1):
+    for k in range(1, MAX_TRADE_DOUBLINGS + 1):
         search = replace(options, trade=max(options.trade, 1.0) * 2.0**k).search
-        if len(seams := search.seams(piece, 0.0)):
+        if len(seams := search.seams(piece)):
             return seams
     return _NO_SEAM
 
@@ -370,4 +380,4 @@ def _seams_for_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
     uneven = (stretch - 1) / (options.even_stretch - 1)
     if uneven <= 1:
         return _NO_SEAM
-    return replace(options, trade=uneven**2 * options.trade).search.seams(piece, 0.0)
+    return replace(options, trade=uneven**2 * options.trade).search.seams(piece)

@@ -23,7 +23,7 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
     Parameters
     ----------
     length : (#E,) float64
-        Length of each edge, times the factor by which `ChartOptions.hide` changes it.
+        Length of each edge, times its visibility: the factor of `Seams.hide`.
     bend : (#E,) float64
         Dihedral angle at each edge, radians.
     is_hard : (#E,) bool
@@ -42,7 +42,7 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
 
 @dataclass(frozen=True)
 class AtlasCost:
-    """What an atlas costs, in units of L2 stretch: stretch, seams, and what is wasted of the pages.
+    """The cost of an atlas in units of L2 stretch: stretch, seams, and the unused part of the pages.
 
     `unwrap` weighs the first two against each other by `Seams.trade`, and with a resolution the third, too.
     Of several components the first two are means, weighted by area. No term depends on the surface's size.
@@ -50,15 +50,15 @@ class AtlasCost:
     Attributes
     ----------
     stretch : float
-        L2 stretch of the charts less 1, the mean by area; of an isometric method times the factor by which
-        its stretch counts for seams. 0: no length changes. Infinite if a triangle has collapsed.
+        Mean L2 stretch of the charts by area, less 1. For isometric maps it is multiplied by 6, the weight of
+        their stretch. 0: no length changes. Infinite if a triangle has collapsed.
     seams : float
         Length of the seams, in square roots of the component's area, over `Seams.trade`. Edges along a
         crease of a right angle or more count half, others at creases in proportion to their angle; edges
         that `Seams.hide` hides or shows are multiplied by a third to three. Given seams cost what others do.
         Infinite if `trade` is 0 and there are seams.
     page : float
-        Texels of the pages beside charts, over those that charts cover: 1 / fill - 1.
+        Unused texels of the pages over the covered texels: 1 / fill - 1.
 
     Examples
     --------
@@ -85,5 +85,5 @@ class AtlasCost:
 
 
 def page_cost(fill: float) -> float:
-    """The cost of pages of which charts cover this share."""
+    """Return the cost of pages with this fill."""
     return 1 / fill - 1 if fill > 0 else float("inf")

@@ -2,19 +2,21 @@
 
 import numpy as np
 
-from .._core import behind_least_cut, lengths
+from .._core import behind_least_cut
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
+from .features import CreasedSurface
 
 ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # terminals
 
 
 def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
-    """The polygons on both sides of each edge that a seam may take, (2, #E); the lengths of these edges."""
+    """Return the polygons on both sides of each edge that a seam may take, (2, #E), and the edges' prices."""
     inside = piece.cuttable_edges
     polygon = piece.polygon_labels
     sides = polygon[piece.topology.sides[:, inside] % len(piece.F)]
-    return np.asarray(sides), lengths(piece.V, piece.topology.edges[inside])
+    price = CreasedSurface(piece).price[np.searchsorted(piece.topology.inside, inside)]
+    return np.asarray(sides), price
 
 
 def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) -> BoolArray:

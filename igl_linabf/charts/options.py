@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..flattening import Isometric, Method
-from . import constants
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, Wish
 from .seams import TRADE, SeamSearch, check_trade
+
+# Expected isometric L2 stretch beyond 1, at the default `trade`, from which a piece gets more seams.
+UNEVEN_STRETCH = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +176,7 @@ class ChartOptions:
         """L2 stretch to expect of an isometric map above which a piece gets more seams."""
         if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
             return np.inf
-        return 1 + constants.UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)
+        return 1 + UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)
 
     @property
     def weighs_stretch(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +33,7 @@ from .atlas import (
     empty_atlas,
     mark_diagonals,
     mask_of_triangles,
+    price_between,
     repairs_of_polygons,
     seams_and_mismatch,
     split_polygons,
@@ -41,7 +41,7 @@ from .atlas import (
 from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
 from .costing import cost_of
-from .features import are_unseen, hiding_weights
+from .features import CreasedSurface, are_unseen, hiding_weights
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -55,6 +55,10 @@ from .packing import (
     pack_quickly,
 )
 from .periodic import with_period
+
+MAX_MARGIN_SHARE = 0.64  # largest share of the page that margins may take
+SEARCHED_OVER_TRIAL = 0.88  # size of the page after a full search over that of a quick trial, at least
+MAX_SPARSE_FILL = 0.57  # fill of a page of many charts up to which their largest are cut
 
 
 def unwrap(
@@ -255,30 +259,21 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     placed, moves = None, False
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _placed(done, wish)
-        if fill_of(placed) > constants.MAX_SPARSE_FILL:
+        if fill_of(placed) > MAX_SPARSE_FILL:
             return _packed(surface, done, wish, placed)
     parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
     if len(parts) == len(done):
         return _packed(surface, done, wish, placed)
     fuller = _placed(parts, wish)
-    uncut = {id(piece) for _, piece in done}.intersection(id(piece) for _, piece in parts)
-    longer, shorter = (
-        _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
-    )
-    size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
+    creased, size = CreasedSurface(surface, options.hidden), float(np.sqrt(surface.measured[0].sum() / 2))
+    dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
     # the size of the page on which uncut charts cost as much
-    worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
-    if placed is None and constants.SEARCHED_OVER_TRIAL * whole <= worth:
+    worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / options.trade
+    if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), wish)
     if placed is None or 1 / fill_of(placed) > worth:
         return _packed(surface, parts, wish, fuller)
     return _packed(surface, done, wish, None if moves else placed)
-
-
-def _boundary(pieces: Iterable[Submesh]) -> float:
-    """The length of the boundaries of pieces."""
-    rims = ((piece.V, piece.topology.edges[piece.topology.sides[1] < 0]) for piece in pieces)
-    return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
@@ -287,7 +282,7 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
 
 def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
     """Charts on pages, with margins that leave room for so many."""
-    most = float(np.sqrt(constants.MAX_MARGIN_SHARE / len(done)))
+    most = float(np.sqrt(MAX_MARGIN_SHARE / len(done)))
     closer = wish.spacing.at_most(most)
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"

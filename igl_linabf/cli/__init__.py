@@ -1,6 +1,7 @@
 """The command `igl-linabf`.
 
-In: a command line. Out: files, text on stdout, one line on stderr for each warning or error, an exit code.
+It takes a command line and returns an exit code. Maps go to files, tables to stdout, and each warning or
+error is one line on stderr.
 """
 
 from .parser import main

@@ -1,4 +1,4 @@
-"""What a command is: its name, its arguments, and the function that runs it; its errors are one sentence."""
+"""Definition of a command, and the conversion of its options and errors."""
 
 import argparse
 import os
@@ -12,14 +12,14 @@ from ..errors import MeshError
 from ..flattening import METHODS, Method
 from .arguments import Argument
 
-STANDARD = "-"  # input or output
+STDIO = "-"  # stands for standard input or output
 
 Asked = TypeVar("Asked")
-Run = Callable[[argparse.Namespace], int]
+RunFunction = Callable[[argparse.Namespace], int]
 
 
 class ExitCode(IntEnum):
-    """What the command's end tells a shell: all maps are valid; some are not; there is none."""
+    """Exit codes: all maps are valid, some are not, or an error occurred."""
 
     GOOD = 0
     NOT_VALID = 1
@@ -28,21 +28,21 @@ class ExitCode(IntEnum):
 
 @dataclass(frozen=True)
 class Command:
-    """One command of the command line.
+    """A command of `igl-linabf`.
 
     Attributes
     ----------
-    name : what follows `igl-linabf`
-    run : runs it and returns the exit code
-    help : a line for the list of commands
-    arguments : by name, in the order of the help
-    description : what its own help begins with
-    examples : command lines that end its help
-    each : whether `run` is for one mesh, and is called for each of `options.mesh`
+    name : word after `igl-linabf`
+    run : function that runs the command and returns the exit code
+    help : line in the list of commands
+    arguments : arguments by name, in the order of the help
+    description : first paragraph of the command's help
+    examples : command lines at the end of the command's help
+    each : whether `run` takes one mesh, and is called for each of `options.mesh`
     """
 
     name: str
-    run: Run
+    run: RunFunction
     help: str
     arguments: Mapping[str, Argument]
     description: str | None = None
@@ -50,53 +50,62 @@ class Command:
     each: bool = False
 
 
-def auto_or_number(option: str, text: str | None) -> int | Literal["auto"] | None:
-    """What an option asks for, if it asks."""
+def parse_auto_or_number(option: str, text: str | None) -> int | Literal["auto"] | None:
+    """Convert the value of an option that is "auto", a number or missing."""
     if text is not None and text != "auto" and not text.isdecimal():
         raise ValueError(f"--{option} is {text!r}: use auto, or a number")
     return None if text is None else "auto" if text == "auto" else int(text)
 
 
-def method_with(name: str, asked: Mapping[str, Any]) -> Method:
-    """The method with the options that were given; an error if one of them means nothing to it."""
+def build_method(name: str, asked: Mapping[str, Any]) -> Method:
+    """Return the method with the given options.
+
+    Raises
+    ------
+    ValueError
+        The method does not have one of the options.
+    """
     chosen = METHODS[name]
     known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
     given = {option: value for option, value in asked.items() if value not in ("auto", None)}
     for option in given:
         if option not in known:
-            raise ValueError(f"--{option} means nothing to the method {name}: leave it out")
+            raise ValueError(f"--{option} is not an option of the method {name}: leave it out")
     return chosen(**given)
 
 
-def options_as(kind: Callable[..., Asked], options: argparse.Namespace, *first: object) -> Asked | None:
-    """The dataclass of those of its fields that were given as options; None if there are none of them."""
+def build_from_options(
+    kind: Callable[..., Asked], options: argparse.Namespace, *first: object
+) -> Asked | None:
+    """Build a dataclass from the options that differ from its defaults; None if all are at their defaults."""
     names = [field.name for field in fields(kind) if hasattr(options, field.name)]  # type: ignore[arg-type]
     given = {name: value for name in names if (value := getattr(options, name)) != getattr(kind, name)}
     return kind(*first, **given) if given or first else None
 
 
-def told(run: Run, options: argparse.Namespace) -> int:
-    """Run; an error is a line that names the mesh if it is one among several.
+def run_and_report(run: RunFunction, options: argparse.Namespace) -> int:
+    """Run a command and return its exit code; print an error as one line.
 
-    `options.title` is the mesh's name for the user, `options.of` begins what is said of one of several.
+    `options.title` is the name of the mesh. Messages about one of several meshes start with
+    `options.prefix`.
     """
     try:
         return int(run(options))
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        said = f"{place}{error.strerror or error}"
+        message = f"{place}{error.strerror or error}"
         _give_up_stdout()
     except MemoryError:
-        said = f"{options.title}: not enough memory: decimate the mesh"
+        message = f"{options.title}: not enough memory: decimate the mesh"
     except (MeshError, ImportError, ValueError) as error:
-        said = str(error)
-    begin = "" if said.startswith(options.title) else options.of
-    print(f"igl-linabf: {begin}{said}", file=sys.stderr)
+        message = str(error)
+    begin = "" if message.startswith(options.title) else options.prefix
+    print(f"igl-linabf: {begin}{message}", file=sys.stderr)
     return ExitCode.ERROR
 
 
 def _give_up_stdout() -> None:
-    """If stdout is broken, do not flush it again at the end of the process."""
+    """Redirect a broken stdout to the null device, so that the exiting process does not flush it again."""
     try:
         sys.stdout.flush()
     except OSError:

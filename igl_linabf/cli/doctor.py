@@ -1,4 +1,4 @@
-"""`igl-linabf doctor`, and versions."""
+"""The command `igl-linabf doctor`, and the versions of packages."""
 
 import argparse
 import platform
@@ -9,7 +9,7 @@ from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import Command, ExitCode
 
 NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
-EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
+EXTRAS = {  # optional packages, explained in docs/install.md
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
     "cortex": ("nibabel", "nilearn"),
@@ -35,10 +35,11 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def version(package: str) -> str:
+    """Return the installed version of a package, or "not installed"."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
 
 
-DOCTOR = Command("doctor", _doctor, "print what is installed and what the solvers use", {})
+DOCTOR = Command("doctor", _doctor, "print the installed packages and the libraries of the solvers", {})

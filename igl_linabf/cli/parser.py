@@ -1,4 +1,4 @@
-"""The command from its arguments to its exit code; what completes it in shells."""
+"""The command line parser, the entry point `main`, and completion in shells."""
 
 import argparse
 import contextlib
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .batching import BATCH
-from .commands import Command, ExitCode, told
+from .commands import Command, ExitCode, run_and_report
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import CORTEX, FLATTEN
@@ -33,7 +33,7 @@ FLAGS = {
 
 
 class Completion(argparse.Action):
-    """Prints what makes the TAB key of a shell complete this command, and paths for the arguments `files`."""
+    """An option that prints a completion script for a shell; the arguments `files` complete paths."""
 
     def __init__(self, *args: Any, files: Sequence[argparse.Action], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -49,26 +49,26 @@ class Completion(argparse.Action):
 
 
 class Parser(argparse.ArgumentParser):
-    """Reports errors in one line, like all errors of the command."""
+    """A parser that reports errors in one line, like all errors of the command."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(ExitCode.ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
 
 
 class Help(argparse.HelpFormatter):
-    """Wraps all text but the examples."""
+    """A formatter that wraps all text except the examples."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return text if text.startswith(EXAMPLES) else super()._fill_text(text, width, indent)
 
 
-def _listed(command: Command) -> str | None:
+def _format_examples(command: Command) -> str | None:
     lines = (f"  igl-linabf {command.name} {example}" for example in command.examples)
     return "\n".join((EXAMPLES, *lines)) if command.examples else None
 
 
 def command_parser() -> Parser:
-    """The parser of the whole command; `run` of what it returns runs the chosen command."""
+    """Return the parser of the whole command; the parsed options have the chosen function in `run`."""
     files: list[argparse.Action] = []
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
     parser.add_argument("--version", action="version", version=f"igl-linabf {version('igl-linabf')}")
@@ -77,41 +77,40 @@ def command_parser() -> Parser:
         action=Completion,
         choices=SHELLS,
         files=files,
-        help="print a script with which the shell completes options and files at TAB, and exit",
+        help="print a script that makes the shell complete options and files at TAB, and exit",
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for command in COMMANDS:
-        its = commands.add_parser(
+        subparser = commands.add_parser(
             command.name,
             help=command.help,
             description=command.description,
-            epilog=_listed(command),
+            epilog=_format_examples(command),
             formatter_class=Help,
         )
-        its.set_defaults(run=partial(run_each, run=command.run) if command.each else command.run)
+        subparser.set_defaults(run=partial(run_each, run=command.run) if command.each else command.run)
         for name, settings in command.arguments.items():
-            argument = its.add_argument(*FLAGS.get(name, [f"--{name}"]), **settings)
+            argument = subparser.add_argument(*FLAGS.get(name, [f"--{name}"]), **settings)
             if argument.type is Path or name in ("mesh", "seams"):
                 files.append(argument)
     return parser
 
 
-def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:
-    """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error.
+def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], object] = lambda: None) -> int:
+    """Run the command and return its exit code: 0, or 1 for a map with flipped triangles, or 2 for an error.
 
-    `settled` is called after everything is printed and written, before the files are renamed to
-    their final names.
+    `on_commit` is called after everything is printed and written, before the files get their final names.
     """
     options = command_parser().parse_args(arguments)
-    options.settled = settled
+    options.on_commit = on_commit
     named = getattr(options, "mesh", getattr(options, "subject", "the batch"))
-    options.title, options.of = str(named), ""
-    with _warnings_in_a_line():
-        return told(options.run, options)
+    options.title, options.prefix = str(named), ""
+    with _print_warnings_on_one_line():
+        return run_and_report(options.run, options)
 
 
 @contextlib.contextmanager
-def _warnings_in_a_line() -> Iterator[None]:
+def _print_warnings_on_one_line() -> Iterator[None]:
     """Print each warning of the library as one line on stderr."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
@@ -120,6 +119,6 @@ def _warnings_in_a_line() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         for internal in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
-            warnings.simplefilter("ignore", internal)  # as Python does
+            warnings.simplefilter("ignore", internal)  # Python ignores them by default
         warnings.showwarning = show
         yield

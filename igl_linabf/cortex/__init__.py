@@ -1,7 +1,7 @@
 """Flat maps of cortices: from a FreeSurfer subject to patches, surfaces and pictures.
 
-In: the folder of a subject. Out: its hemispheres, cut as a template is or along seams that are found, laid
-flat at the scale at which distances are best kept, with the numbers of the subject's vertices.
+Each hemisphere of a subject is cut along a template's cuts or along seams that are found. It is then
+flattened at the scale that preserves distances best. Vertices keep the subject's numbering.
 """
 
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres

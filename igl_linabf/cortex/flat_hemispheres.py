@@ -1,4 +1,4 @@
-"""A hemisphere of a subject, cut and laid flat."""
+"""Cut and flatten the hemispheres of a FreeSurfer subject."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from ..errors import MeshError, MeshWarning, is_number, stack_level
 from ..flattening import Flattening, Method, flatten, method_of
 from ..measures import Distances, Quality, overlapping_pairs, quality_of
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
-from .constants import CRUMBS_SHARE, MAX_DISTANCE_ERROR, SOURCES
+from .constants import CRUMBS_SHARE, SOURCES
 from .found_cuts import find_cuts
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
-from .templates import Template, fsaverage_template, template_of_patch
-from .transfer import Cuts, carry_cuts, carry_wall
+from .templates import Template, load_fsaverage_template, read_template
+from .transfer import Cuts, transfer_cuts, transfer_wall
+
+MAX_DISTANCE_ERROR = 0.15  # default bound on the error of distances with found cuts
 
 CutsFrom = Literal["template", "found"]
 WallFrom = Literal["template", "label"]
@@ -35,21 +37,21 @@ class FlatHemisphere:
     Attributes
     ----------
     hemisphere : Hemisphere
-        The subject's surface, whole.
+        The uncut surface of the subject.
     F : (#, 3) int64
-        The faces that are laid flat: of the surface's vertices, by their numbers.
+        The flattened faces, as indices of the surface's vertices.
     uv : (#V, 2) float64
-        The map in mm, superior up; NaN at vertices that are left out.
+        The map in mm, with superior up; NaN at vertices that are not in the map.
     cuts : Cuts
-        The medial wall, and the cuts.
+        The medial wall and the cuts.
     patch : PatchFaces
-        What stays, and what is left out besides.
+        The faces in the map, and the pieces that are left out in addition to the wall and the cuts.
     tangled : (#,) int64
-        Vertices of the border that are left out because the map overlaps there.
+        Border vertices that are left out because the map would overlap there.
     quality : Quality
-        With the error of distances.
+        Quality of the map, with its error of distances.
     result : Flattening
-        Of the vertices that stay.
+        Result of the flattening, before tangled vertices are left out.
     """
 
     hemisphere: Hemisphere
@@ -68,12 +70,12 @@ class FlatHemisphere:
 
     @property
     def border(self) -> BoolArray:
-        """The vertices that stay beside some that do not, (#V,)."""
-        return border_of(self.hemisphere.F, self.patch)
+        """Whether each vertex is in the map and next to a vertex that is not, (#V,)."""
+        return find_border(self.hemisphere.F, self.patch)
 
     @property
     def left_out(self) -> str:
-        """How many vertices are not in the map, and why."""
+        """The numbers of vertices that are not in the map, by reason."""
         enclosed = sum(map(len, self.patch.pieces)) + len(self.patch.pinched) + len(self.patch.bare)
         cut = int((~self.cuts.stays & ~self.cuts.wall).sum())
         return (
@@ -102,43 +104,45 @@ def flatten_hemisphere(
     Parameters
     ----------
     subject : path of the subject's folder
-        With `surf/?h.fiducial`, or `midthickness`, or `smoothwm` or `white` and `pial`, between which it is
-        midway; and for a template with `surf/?h.sphere.reg`.
+        The folder contains `surf/?h.fiducial`, or `midthickness`, or both `pial` and `smoothwm` or `white`,
+        whose mean is used. Templates also need `surf/?h.sphere.reg`.
     hemisphere : {"lh", "rh"}
     method : str or method object
         As in `igl_linabf.flatten`.
     cuts : {"template", "found"}
-        "template": the cuts of a template, carried over by the registered spheres. "found": seams that
-        `find_seams` finds from the medial wall, as many as `max_distance_error` asks for.
+        "template": transfer the cuts of a template by the registered spheres. "found": the shortest seams of
+        `find_seams` from the medial wall with an error of distances of at most `max_distance_error`.
     medial_wall : {"template", "label"}
-        "label": what is not in the subject's `label/?h.cortex.label`.
+        "template": transfer the medial wall of the template. "label": use all vertices that are not in the
+        subject's `label/?h.cortex.label`.
     template : (patch, sphere), optional
-        A FreeSurfer patch of another subject, and that subject's registered sphere. By default fsaverage5
-        with the medial wall and the five cuts of the flat map in nilearn's wheel.
+        A FreeSurfer patch of another subject, and the registered sphere of that subject. The default is
+        fsaverage5, with the medial wall and the five cuts of the flat map that comes with nilearn.
     max_distance_error : float, optional
-        For cuts that are found; by default 0.15.
+        Bound on the error of distances for `cuts="found"`; by default 0.15.
     progress : callable or False, optional
         As in `igl_linabf.flatten`.
 
     Returns
     -------
     FlatHemisphere
-        Its map has the scale at which the error of distances is least.
+        The flat map, at the scale with the smallest error of distances.
 
     Raises
     ------
     MeshError
-        A file is missing or another subject's, or what is left is no disk, with or without holes.
+        A file is missing or belongs to another subject, or the remaining surface is not a disk (with or
+        without holes).
     ValueError
-        An option is none of those above.
+        An option has an invalid value.
     ImportError
         nibabel or nilearn is not installed.
 
     Warns
     -----
     MeshWarning
-        Cuts and medial wall enclose a piece of the cortex, which is left out; or found cuts leave more error
-        than is asked for.
+        Cuts and medial wall enclose a piece of the cortex, which is left out, or found cuts do not reach
+        `max_distance_error`.
 
     Examples
     --------
@@ -161,21 +165,21 @@ def flatten_hemisphere(
             given = Hemisphere.of_subject(subject, hemisphere)
             needs_sphere = "template" in (cuts, medial_wall)
             sphere = given.registered_sphere() if needs_sphere else given.V
-            lines = _template(hemisphere, template) if needs_sphere else None
+            lines = _load_template(hemisphere, template) if needs_sphere else None
         with progress_part("cutting", 0.2):
             if medial_wall == "label":
                 wall = given.labelled_wall()
             else:
                 assert lines is not None  # needs_sphere
-                wall = carry_wall(lines, sphere)
+                wall = transfer_wall(lines, sphere)
         if cuts == "found":
             most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
             with progress_part("finding cuts", 0.6):
-                made = find_cuts(given, wall, most)
+                seams = find_cuts(given, wall, most)
         else:
             assert lines is not None  # needs_sphere
-            made = carry_cuts(lines, sphere, given.F, wall)
-        return _laid_flat(given, made, chosen)
+            seams = transfer_cuts(lines, sphere, given.F, wall)
+        return _flatten_patch(given, seams, chosen)
 
 
 def flatten_hemispheres(
@@ -188,7 +192,7 @@ def flatten_hemispheres(
     template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
     max_distance_error: float | None = None,
 ) -> list[FlatHemisphere]:
-    """`flatten_hemisphere` of several hemispheres at once, each in a thread.
+    """Cut and flatten several hemispheres of a subject at once, each in its own thread.
 
     Parameters
     ----------
@@ -197,8 +201,8 @@ def flatten_hemispheres(
     method, cuts, medial_wall : see `flatten_hemisphere`
         As in `flatten_hemisphere`.
     template : (patch, sphere), optional
-        As in `flatten_hemisphere`, of one hemisphere. The other one's have the same names, but for the
-        beginning: rh.cuts.patch.3d, if this is lh.cuts.patch.3d.
+        As in `flatten_hemisphere`, for one of the hemispheres. The files of the other hemisphere differ only
+        in the prefix, such as `rh.cuts.patch.3d` instead of `lh.cuts.patch.3d`.
     max_distance_error : see `flatten_hemisphere`
         As in `flatten_hemisphere`.
 
@@ -209,7 +213,7 @@ def flatten_hemispheres(
     Raises
     ------
     MeshError, ValueError, ImportError
-        As `flatten_hemisphere`.
+        As in `flatten_hemisphere`.
 
     Examples
     --------
@@ -220,7 +224,9 @@ def flatten_hemispheres(
     """
 
     def flat(name: HemisphereName) -> FlatHemisphere:
-        of_it = None if template is None else tuple(_of_hemisphere(Path(path), name) for path in template)
+        of_it = (
+            None if template is None else tuple(_rename_for_hemisphere(Path(path), name) for path in template)
+        )
         return flatten_hemisphere(
             subject,
             name,
@@ -237,8 +243,8 @@ def flatten_hemispheres(
         return list(threads.map(flat, names))
 
 
-def _of_hemisphere(path: Path, name: HemisphereName) -> Path:
-    """The file of a hemisphere that is named as the other one's is."""
+def _rename_for_hemisphere(path: Path, name: HemisphereName) -> Path:
+    """Return the path with the prefix of a hemisphere, if it has such a prefix."""
     return path.with_name(name + path.name[2:]) if path.name[:3] in ("lh.", "rh.") else path
 
 
@@ -247,35 +253,39 @@ def _check_options(cuts: str, medial_wall: str, template: object, max_distance_e
         if value not in get_args(known):
             raise ValueError(f"{name} is {value!r}: use {' or '.join(map(repr, get_args(known)))}")
     if "template" not in (cuts, medial_wall) and template is not None:
-        raise ValueError("the cuts are found and the medial wall is the subject's: leave out the template")
+        raise ValueError("neither the cuts nor the medial wall come from a template: leave out the template")
     if max_distance_error is None:
         return
     if cuts != "found":
         raise ValueError("max_distance_error is for cuts that are found: use cuts='found'")
     if not is_number(max_distance_error, 0, 1, above=True):
-        raise ValueError(f"max_distance_error is {max_distance_error!r}: use a number from 0 to 1, as 0.15")
+        raise ValueError(
+            f"max_distance_error is {max_distance_error!r}: use a number from 0 to 1, such as 0.15"
+        )
 
 
-def _template(
+def _load_template(
     hemisphere: HemisphereName, given: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None
 ) -> Template:
+    """Read the given template, or the default one."""
     if given is None:
-        return fsaverage_template(hemisphere)
+        return load_fsaverage_template(hemisphere)
     patch, sphere = map(Path, given)
     for path in (patch, sphere):
         if path.name[:3] in ("lh.", "rh.") and path.name[:2] != hemisphere:
             raise MeshError(f"{path} is of the other hemisphere: give a template of {hemisphere}")
-    return template_of_patch(patch, sphere)
+    return read_template(patch, sphere)
 
 
-def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
+def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
+    """Flatten the hemisphere without its cuts, and measure the map."""
     patch = patch_faces(given.F, cuts.stays)
     enclosed = [piece for piece in patch.pieces if len(piece) > CRUMBS_SHARE * len(given.V)]
     if enclosed:
         warnings.warn(
             f"{given.subject}, {given.name}: cuts and medial wall enclose pieces of "
             f"{', '.join(str(len(piece)) for piece in enclosed)} vertices (the first has vertex "
-            f"{enclosed[0][0]}), which are left out of the map: look at the registration there",
+            f"{enclosed[0][0]}), which are left out of the map: check the registration there",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -284,22 +294,23 @@ def _laid_flat(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
         result = flatten(surface.V, surface.F, method)
     with progress_part("measuring", 1.0):
         distances = Distances.within(surface.as_manifold(), most=SOURCES)
-        uv = superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
+        uv = rotate_superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
         error = distances.error(uv)
         uv = scatter(uv, surface.vertices, len(given.V))
-        patch, tangled, pairs = _without_overlaps(given, patch, uv)
+        patch, tangled, pairs = _remove_overlaps(given, patch, uv)
         surface = Submesh.checked(given.V, given.F[patch.rows])
         quality = replace(quality_of(surface, uv[surface.vertices], pairs), distance_error=error)
     uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
     return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
 
 
-def _without_overlaps(
+def _remove_overlaps(
     given: Hemisphere, patch: PatchFaces, uv: FloatArray
 ) -> tuple[PatchFaces, IntArray, int]:
-    """What stays without the border's vertices where it overlaps, these, and the pairs that overlap then.
+    """Remove border vertices where the map overlaps.
 
-    Where much overlaps, all stays.
+    Returns the remaining patch, the removed vertices, and the number of pairs of faces that still overlap. If
+    too many vertices would have to be removed, the patch is returned unchanged.
     """
     stays, first, out = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
     stays[patch.vertices] = True
@@ -309,7 +320,7 @@ def _without_overlaps(
         if not len(pairs):
             return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
         touched = np.unique(F[pairs])
-        out.append(touched[border_of(given.F, patch)[touched]])
+        out.append(touched[find_border(given.F, patch)[touched]])
         if not len(out[-1]) or sum(map(len, out)) > CRUMBS_SHARE * len(patch.vertices):
             pairs = overlapping_pairs(uv, given.F[first.rows])
             return first, np.zeros(0, dtype=np.int64), len(pairs)
@@ -317,8 +328,8 @@ def _without_overlaps(
         patch = patch_faces(given.F, stays)
 
 
-def border_of(F: IntArray, patch: PatchFaces) -> BoolArray:
-    """The vertices of a patch that are beside some that are not in it, (#V,)."""
+def find_border(F: IntArray, patch: PatchFaces) -> BoolArray:
+    """Return whether each vertex is in the patch and next to a vertex that is not, (#V,)."""
     out = np.ones(int(F.max()) + 1, dtype=bool)
     out[patch.vertices] = False
     border = np.zeros(len(out), dtype=bool)
@@ -326,8 +337,8 @@ def border_of(F: IntArray, patch: PatchFaces) -> BoolArray:
     return np.asarray(border & ~out)
 
 
-def superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
-    """The map turned so that it rises where the brain does, in FreeSurfer's z."""
+def rotate_superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
+    """Rotate the map so that superior, which is FreeSurfer's z axis, points up."""
     z, height = (uv - uv.mean(axis=0)) @ [1, 1j], V[:, 2] - V[:, 2].mean()
     towards = complex(height @ z)
     turn = 1j * np.conj(towards) / abs(towards) if towards else 1.0

@@ -1,4 +1,4 @@
-"""Cuts of a hemisphere without a template: seams from its medial wall, as many as the map needs."""
+"""Cuts of a hemisphere without a template: seams from its medial wall."""
 
 from __future__ import annotations
 
@@ -12,18 +12,20 @@ from ..errors import MeshError, MeshWarning, stack_level
 from ..flattening import flatten
 from ..measures import Distances
 from ..surface import Submesh, connected_labels, patch_faces
-from .constants import CRUMBS_SHARE, SOURCES, TRADES
+from .constants import CRUMBS_SHARE, SOURCES
 from .subjects import Hemisphere
 from .transfer import Cuts
 
+TRADES = (1.0, 3.0, 10.0, 30.0, 100.0)  # values of `trade` in `find_seams`, tried in this order
+
 
 def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> Cuts:
-    """The shortest of some cuts whose isometric map has at most this error of distances.
+    """Find the shortest cuts whose isometric map has at most the given error of distances.
 
     Warns
     -----
     MeshWarning
-        None has: those of the least error are taken.
+        No cuts reach this error. The cuts with the smallest error are returned.
     """
     if not wall.any():
         raise MeshError(f"{given.subject}, {given.name} has no medial wall: cuts are found from it")
@@ -34,8 +36,8 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
         seams = (
             find_seams(surface.V, surface.F, method="isometric", trade=trade, disks=True) if trade else None
         )
-        cuts = Cuts(wall, () if seams is None else _seam_parts(surface.vertices[seams], len(wall)))
-        error = _error(given, cuts)
+        cuts = Cuts(wall, () if seams is None else _split_seams(surface.vertices[seams], len(wall)))
+        error = _measure_error(given, cuts)
         if error < least:
             least, best = error, cuts
         if least <= max_distance_error:
@@ -49,8 +51,8 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
     return best
 
 
-def _error(given: Hemisphere, cuts: Cuts) -> float:
-    """Of the isometric map that cuts leave, at its best scale; infinite where they leave pieces."""
+def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
+    """Return the error of distances of the isometric map; infinite if the cuts enclose large pieces."""
     patch = patch_faces(given.F, cuts.stays)
     if sum(map(len, patch.pieces)) > CRUMBS_SHARE * len(given.V):
         return np.inf
@@ -60,8 +62,8 @@ def _error(given: Hemisphere, cuts: Cuts) -> float:
     return distances.error(uv * distances.best_scale(uv))
 
 
-def _seam_parts(seams: IntArray, n: int) -> tuple[IntArray, ...]:
-    """The vertices of each part of the seams that is in one piece."""
+def _split_seams(seams: IntArray, n: int) -> tuple[IntArray, ...]:
+    """Return the vertices of each connected component of the seams."""
     label = connected_labels(seams, n)
     used = np.unique(seams)
     return tuple(used[label[used] == i] for i in np.unique(label[used]))

@@ -1,4 +1,4 @@
-"""Pictures of flat cortices: the folds, and what has become of areas."""
+"""Pictures of flat cortices: the folds, and the change of area."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from .._types import FloatArray, IntArray
 from ..measures import distortion
 from ..surface import Submesh, sum_by
 from ..textures import covered
-from .constants import LARGEST_LOG_AREA, PANEL_PIXELS, SMOOTHING
 from .flat_hemispheres import FlatHemisphere
+
+PANEL_PIXELS = 900  # pixels along a side of a panel
+LARGEST_LOG_AREA = 0.7  # logarithm of the change of area at the ends of the colour scale: a factor of two
+SMOOTHING = 2.0  # millimetres over which the drawn curvature is smoothed
 
 SHRUNK, LEVEL, GROWN = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)  # colours of areas
 GYRUS, SULCUS = 0.75, 0.35  # greys
 
 
-def area_changes(flat: FlatHemisphere) -> FloatArray:
-    """log(area in the map / area of the surface) around each vertex, (#V,); NaN where there is no map."""
+def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
+    """Return log(area in the map / area of the surface) around each vertex, (#V,); NaN outside the map."""
     V, F = flat.hemisphere.V, flat.F
     surface = Submesh.checked(V, F)
     of_faces = np.nan_to_num(
@@ -33,7 +36,7 @@ def area_changes(flat: FlatHemisphere) -> FloatArray:
 
 
 def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
-    """The mean curvature at each vertex, smoothed over some millimetres; negative in sulci, 1/mm."""
+    """Return the smoothed mean curvature at each vertex in 1/mm; it is negative in sulci."""
     n, normals = len(V), igl.per_vertex_normals(V, F)
     area = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -49,14 +52,14 @@ def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
 
 
 def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
-    """Pillow's image of two panels: sulci dark, and areas that the map shrinks blue and enlarges red.
+    """Draw two panels as a Pillow image: folds with dark sulci, and areas shrunk (blue) or enlarged (red).
 
-    `change` is that of `area_changes`, 0 where there is no map.
+    `change` is the result of `compute_area_changes`, with 0 outside the map.
     """
     from PIL import Image, ImageDraw
 
     folds = mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
-    pixel, values = _on_map(flat, np.column_stack((folds, change / LARGEST_LOG_AREA)))
+    pixel, values = _sample_map(flat, np.column_stack((folds, change / LARGEST_LOG_AREA)))
     panels = np.ones((PANEL_PIXELS, 2, PANEL_PIXELS, 3))
     row, column = np.divmod(pixel, PANEL_PIXELS)
     panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS, GYRUS)
@@ -78,8 +81,8 @@ def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
     return image
 
 
-def _on_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The pixels of a panel that the map covers, from the lowest row, and values of the vertices there."""
+def _sample_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the pixels of a panel that the map covers, counted from the lowest row, and the values there."""
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()

@@ -1,4 +1,4 @@
-"""Subjects of FreeSurfer: the surfaces of their hemispheres, one row a vertex in all of them."""
+"""FreeSurfer subjects: the surfaces of a hemisphere, which share their vertex numbering."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Hemisphere:
     subject : Path
     name : {"lh", "rh"}
     V : (#V, 3) float64
-        The cortex, midway between the white matter and the pial surface, mm.
+        Vertices of the cortex in mm, midway between the white matter and the pial surface.
     F : (#F, 3) int64
     """
 
@@ -39,12 +39,12 @@ class Hemisphere:
 
     @classmethod
     def of_subject(cls, subject: str | os.PathLike[str], name: HemisphereName) -> Hemisphere:
-        """Read `surf/?h.fiducial` or what stands for it.
+        """Read `surf/?h.fiducial`, or the surfaces that replace it.
 
         Raises
         ------
         MeshError
-            The folder is no subject, or the hemisphere has no surface.
+            The folder is not a subject, or the hemisphere has no surface.
         """
         folder = Path(subject)
         if name not in HEMISPHERES:
@@ -59,38 +59,38 @@ class Hemisphere:
         return cls(folder, name, mesh.V, mesh.triangles)
 
     def registered_sphere(self) -> FloatArray:
-        """The directions of the vertices from the centre of `surf/?h.sphere.reg`, (#V, 3).
+        """Return the vertices of `surf/?h.sphere.reg` as unit vectors, (#V, 3).
 
         Raises
         ------
         MeshError
-            There is no such file, or it is another subject's.
+            The file does not exist, or belongs to another subject.
         """
         path = self.subject / "surf" / f"{self.name}.sphere.reg"
         if not path.is_file():
             raise MeshError(
-                f"{path} is missing, by which a template's cuts are carried over: run recon-all -surfreg, or "
+                f"{path} is missing, which the transfer of a template needs: run recon-all -surfreg, or "
                 "use cuts='found' with medial_wall='label'"
             )
         sphere = read_file(path)
         if len(sphere.V) != len(self.V):
             raise MeshError(
                 f"{path} has {len(sphere.V)} vertices, and the surfaces of {self.subject} have "
-                f"{len(self.V)}: it is another subject's, or of another run"
+                f"{len(self.V)}: it is another subject's, or from another run"
             )
-        return directions(sphere.V, str(path))
+        return scale_to_unit_sphere(sphere.V, str(path))
 
     def labelled_wall(self) -> BoolArray:
-        """The vertices that are not in `label/?h.cortex.label`, (#V,).
+        """Return True for the vertices that are not in `label/?h.cortex.label`, (#V,).
 
         Raises
         ------
         MeshError
-            There is no such file, or it is another subject's.
+            The file does not exist, or belongs to another subject.
         """
         path = self.subject / "label" / f"{self.name}.cortex.label"
         if not path.is_file():
-            raise MeshError(f"{path} is missing, which tells the medial wall: use medial_wall='template'")
+            raise MeshError(f"{path} is missing, which defines the medial wall: use medial_wall='template'")
         freesurfer = import_optional("nibabel.freesurfer", HOW_TO_GET)
         cortex = np.atleast_1d(call_reader(freesurfer.read_label, path)).astype(np.int64)
         if not len(cortex):
@@ -105,10 +105,10 @@ class Hemisphere:
         return wall
 
 
-def directions(points: FloatArray, name: str) -> FloatArray:
-    """Points of a sphere around the origin, as unit vectors."""
+def scale_to_unit_sphere(points: FloatArray, name: str) -> FloatArray:
+    """Scale points on a sphere around the origin to unit length."""
     points = vertex_array(points)
     length = np.linalg.norm(points, axis=1, keepdims=True)
     if not (length > 0).all() or length.max() > 1.5 * length.min():
-        raise MeshError(f"{name} is no sphere around the origin: give a registered sphere, as ?h.sphere.reg")
+        raise MeshError(f"{name} is not a sphere around the origin: give a registered sphere, ?h.sphere.reg")
     return np.asarray(points / length)

@@ -1,4 +1,4 @@
-"""Templates: a medial wall and cuts on the registered sphere, found in what a flat map leaves out."""
+"""Templates: a medial wall and cuts on the registered sphere, derived from a flat map."""
 
 from __future__ import annotations
 
@@ -18,13 +18,16 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import import_optional, read_file
 from ..surface import connected_labels, triangle_numbers
-from .constants import RIM_PRICE, SHORTEST_CUT, WALL_DEPTH
-from .subjects import HOW_TO_GET, HemisphereName, directions
+from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
+
+WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; it is 0.5 deep, cuts only 0.04
+SHORTEST_CUT = 0.12  # smallest length of a cut, radians; the outline of the wall is rough by 0.08
+RIM_PRICE = 2.0  # cost of an edge on the rim of a cut, over an inner edge of the same length
 
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """What is left out of a flat cortex.
+    """The medial wall and the cuts of a flat cortex, on the registered sphere.
 
     Attributes
     ----------
@@ -32,9 +35,9 @@ class Template:
         Unit vectors: the template's vertices on the sphere to which subjects are registered.
     F : (#F, 3) int64
     wall : (#V,) bool
-        The vertices within the medial wall: none of their faces is kept.
+        The inner vertices of the medial wall. None of their faces is in the flat map.
     cuts : tuple of (#, 3) float64
-        Points along each cut, from its tip to where it ends: at the wall, or at a cut before it.
+        Points along each cut, from its tip to its end at the wall or at an earlier cut.
     """
 
     sphere: FloatArray
@@ -44,36 +47,39 @@ class Template:
 
 
 @cache
-def fsaverage_template(name: HemisphereName) -> Template:
-    """The medial wall and five cuts of fsaverage5's flat map, which comes with nilearn."""
+def load_fsaverage_template(name: HemisphereName) -> Template:
+    """Return the medial wall and the five cuts of fsaverage5's flat map, which comes with nilearn."""
     side = {"lh": "left", "rh": "right"}[name]
-    (points, F), (_, flat) = (_shipped(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
-    sphere = directions(np.asarray(points, dtype=np.float64), "fsaverage5")
-    return template_of(sphere, F.astype(np.int64), flat)
+    (points, F), (_, flat) = (_read_fsaverage(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
+    sphere = scale_to_unit_sphere(np.asarray(points, dtype=np.float64), "fsaverage5")
+    return build_template(sphere, F.astype(np.int64), flat)
 
 
-def _shipped(name: str) -> list[NDArray[Any]]:
-    """The arrays of a surface of fsaverage5 in nilearn's wheel, whose import would take seconds."""
+def _read_fsaverage(name: str) -> list[NDArray[Any]]:
+    """Read a surface of fsaverage5 from nilearn's files, without importing nilearn, which takes seconds."""
     nibabel = import_optional("nibabel", HOW_TO_GET)
     nilearn = find_spec("nilearn")
     if nilearn is None or nilearn.origin is None:
-        raise ImportError(f"No module named 'nilearn', in which the template is: {HOW_TO_GET}")
+        raise ImportError(f"No module named 'nilearn', which contains the template: {HOW_TO_GET}")
     data = gzip.decompress((Path(nilearn.origin).parent / "datasets/data/fsaverage5" / name).read_bytes())
     return [array.data for array in nibabel.GiftiImage.from_bytes(data).darrays]
 
 
-def template_of_patch(patch: Path, sphere: Path) -> Template:
-    """The medial wall and the cuts of a patch of a subject whose sphere is registered."""
+def read_template(patch: Path, sphere: Path) -> Template:
+    """Return the medial wall and the cuts of a patch, given the registered sphere of its subject."""
     on_sphere = read_file(sphere)
     kept = read_file(patch, surface=sphere)
-    return template_of(directions(on_sphere.V, str(sphere)), on_sphere.triangles, kept.triangles, str(patch))
+    return build_template(
+        scale_to_unit_sphere(on_sphere.V, str(sphere)), on_sphere.triangles, kept.triangles, str(patch)
+    )
 
 
-def template_of(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "the template") -> Template:
-    """Tell the medial wall and the cuts apart in what is not among the faces that are kept.
+def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "the template") -> Template:
+    """Separate the medial wall from the cuts among the faces that are not `kept`.
 
-    The wall is what is deep. The cuts are the branches of the rest: one after the other, the shortest path
-    from what is farthest from the wall and from the cuts before, along the middle.
+    The wall consists of the deep vertices. The cuts are the branches of the remaining region: each is the
+    shortest path, along the middle, from the vertex that is farthest from the wall and from the previous
+    cuts.
     """
     number, _ = triangle_numbers(np.concatenate((F, kept.astype(np.int64))))
     is_kept = np.isin(number[: len(F)], number[len(F) :])
@@ -89,42 +95,42 @@ def template_of(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "th
     length = np.linalg.norm(sphere[edges[:, 0]] - sphere[edges[:, 1]], axis=1)
     inside, rim = np.zeros((2, n), dtype=bool)
     inside[left_out], rim[F[is_kept]] = True, True
-    depth = distances_along(edges, length, np.flatnonzero(inside & rim), n)[0]
+    depth = compute_distances(edges, length, np.flatnonzero(inside & rim), n)[0]
     deep = inside & (depth > WALL_DEPTH)
     if not deep.any():
         raise MeshError(f"{name} leaves out no medial wall, only cuts: give a template that does")
-    deep = _largest_part(edges, deep)
+    deep = _find_largest_component(edges, deep)
     margin = WALL_DEPTH + 1.5 * float(length.mean())
-    wall = inside & (distances_along(edges, length, np.flatnonzero(deep), n)[0] <= margin)
-    cuts = _branches(edges, length * np.where(faces == 2, 1.0, RIM_PRICE), wall, inside)
+    wall = inside & (compute_distances(edges, length, np.flatnonzero(deep), n)[0] <= margin)
+    cuts = _trace_branches(edges, length * np.where(faces == 2, 1.0, RIM_PRICE), wall, inside)
     return Template(sphere, F, wall & ~rim, tuple(sphere[path] for path in cuts))
 
 
-def _branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
-    """Paths from tips to the wall, or to paths before them, the longest first."""
+def _trace_branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
+    """Return paths from tips to the wall or to earlier paths, longest first."""
     ends, paths = wall.copy(), list[IntArray]()
     while True:
-        distance, before = distances_along(edges, price, np.flatnonzero(ends), len(wall))
+        distance, before = compute_distances(edges, price, np.flatnonzero(ends), len(wall))
         far = np.where(inside & np.isfinite(distance), distance, 0.0)
         tip = int(np.argmax(far))
         if far[tip] < SHORTEST_CUT:
             return paths
-        paths.append(path_to_source(before, tip))
+        paths.append(trace_to_source(before, tip))
         ends[paths[-1]] = True
 
 
-def path_to_source(before: IntArray, vertex: int) -> IntArray:
-    """The way from a vertex to the source that is nearest to it."""
+def trace_to_source(before: IntArray, vertex: int) -> IntArray:
+    """Return the path from a vertex to its nearest source, given the predecessors."""
     path = [vertex]
     while before[path[-1]] >= 0:
         path.append(int(before[path[-1]]))
     return np.array(path, dtype=np.int64)
 
 
-def distances_along(
+def compute_distances(
     edges: IntArray, length: FloatArray, sources: IntArray, n: int
 ) -> tuple[FloatArray, IntArray]:
-    """The distance of each vertex from the nearest source along edges, and the vertex before it."""
+    """Return each vertex's distance to the nearest source along edges, and its predecessor."""
     graph = sparse.csr_array((length, edges.T), shape=(n, n))
     distance, before, _ = csgraph.dijkstra(
         graph, directed=False, indices=sources, min_only=True, return_predecessors=True
@@ -132,7 +138,7 @@ def distances_along(
     return np.asarray(distance), np.asarray(before, dtype=np.int64)
 
 
-def _largest_part(edges: IntArray, of: BoolArray) -> BoolArray:
-    """The largest part of some vertices that edges between them hold together."""
+def _find_largest_component(edges: IntArray, of: BoolArray) -> BoolArray:
+    """Return the largest connected component of a set of vertices."""
     label = connected_labels(edges[of[edges].all(axis=1)], len(of))
     return np.asarray(of & (label == np.bincount(label[of]).argmax()))

@@ -1,4 +1,4 @@
-"""The files of a flat hemisphere, all of them or none."""
+"""Write the files of a flat hemisphere, either all of them or none."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..io import import_optional, write_patch
 from .flat_hemispheres import FlatHemisphere
-from .pictures import area_changes, draw
+from .pictures import compute_area_changes, draw
 from .subjects import HOW_TO_GET, HemisphereName
 
 STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # as GIFTI names them
 FLAT_PATCH = "cortex.flat.patch.3d"  # the map
-NAMES = (
-    "cortex.patch.3d",  # what stays, in space
+FILE_NAMES = (
+    "cortex.patch.3d",  # the mapped vertices, in space
     FLAT_PATCH,
     "cortex.flat.surf.gii",  # the map as a surface
     "cortex.area.shape.gii",  # log(area in the map / area of the surface)
@@ -30,26 +30,26 @@ NAMES = (
 
 
 def files_of(folder: str | os.PathLike[str], hemisphere: HemisphereName) -> list[Path]:
-    """The files that are written for a hemisphere."""
-    return [Path(folder) / f"{hemisphere}.{name}" for name in NAMES]
+    """Return the paths of the files that are written for a hemisphere."""
+    return [Path(folder) / f"{hemisphere}.{name}" for name in FILE_NAMES]
 
 
 def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> None:
-    """Write a flat hemisphere as patches, GIFTI and a picture; all files or none.
+    """Write a flat hemisphere as patches, GIFTI files and a picture, either all files or none.
 
     Parameters
     ----------
-    folder : path of a folder, which is made
-        In it: `?h.cortex.patch.3d` and `?h.cortex.flat.patch.3d`, what stays in space and in the plane, as
-        FreeSurfer and pycortex read them; `?h.cortex.flat.surf.gii`, the map as a surface, and
-        `?h.cortex.area.shape.gii`, the logarithm of the change of area, with a row for each of the subject's
-        vertices; `?h.cortex.png`, the folds and the change of area.
+    folder : path of a folder
+        Created if it does not exist. `?h.cortex.patch.3d` and `?h.cortex.flat.patch.3d` are the mapped
+        vertices in space and in the plane, for FreeSurfer and pycortex. `?h.cortex.flat.surf.gii` is the map
+        as a surface. `?h.cortex.area.shape.gii` is the logarithm of the change of area. Both have a row for
+        each vertex of the subject. `?h.cortex.png` shows the folds and the change of area.
     flat : FlatHemisphere
 
     Raises
     ------
     OSError
-        A file cannot be written. In that case nothing is left behind.
+        A file cannot be written. In that case no file is left behind.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
 
 @contextmanager
 def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemisphere]) -> Iterator[None]:
-    """Write under temporary names; the files take their places when the block succeeds."""
+    """Write hemispheres under temporary names; the files are renamed if the block succeeds."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     chosen = list(flats)
     with ExitStack() as stack, ThreadPoolExecutor(max(len(chosen), 1)) as threads:
@@ -83,7 +83,7 @@ def _write(flat: FlatHemisphere, places: list[str]) -> None:
     write_patch(plane, vertex, border, flat.uv[vertex])
     points = np.insert(np.nan_to_num(flat.uv), 2, 0.0, axis=1)
     _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
-    change = np.nan_to_num(area_changes(flat))
+    change = np.nan_to_num(compute_area_changes(flat))
     _write_gifti(area, flat, ("SHAPE", change))
     draw(flat, change).save(picture)
 

@@ -1,7 +1,7 @@
-"""Mesh files: what they hold comes in, and goes out again with texture coordinates.
+"""Read mesh files with all their contents, and write them with new texture coordinates.
 
-A damaged file is an error that names the line. An output file is written completely or not at all. Each
-format has a module or a room; `files` has the public functions, `parsing` is shared by the readers.
+Errors name the damaged line of a file. An output file is written completely or not at all. Each format has a
+module or sub-package; `files` defines the public functions and `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
@@ -29,7 +29,7 @@ from .files import (
     write_textured,
 )
 from .formats import FLAT as FLAT
-from .formats import READERS, WRITERS
+from .formats import READABLE_SUFFIXES, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
@@ -49,7 +49,7 @@ from .pictures import write_image
 from .vertex_splits import split_at_seams as split_at_seams
 
 SUFFIXES = tuple(WRITERS)
-READABLE = tuple(READERS)
+READABLE = tuple(READABLE_SUFFIXES)
 
 __all__ = [
     "READABLE",

@@ -1,4 +1,4 @@
-"""The colours, normals and images that a mesh has at its corners, wherever its file has them."""
+"""Collect the colours, normals and images of a mesh file at the corners of its faces."""
 
 from collections.abc import Sequence
 
@@ -8,18 +8,18 @@ import numpy as np
 from .._types import FloatArray
 from ..surface import unit_vectors
 from ..textures import Picture
-from .materials import WHITE, linear, srgb
+from .materials import WHITE, decode_srgb, encode_srgb
 from .mesh_file import MeshFile
-from .pictures import pixels_of
+from .pictures import decode_image
 
-OF_GLTF = (".glb", ".gltf")
-DIRECTIONS = ("normaltexture", "anisotropytexture")  # what the names of such maps end with in glTF
-BUMPS = ("bump", "map_bump")
-ONE = (1.0, 1.0, 1.0, 1.0)  # as a factor
+GLTF_SUFFIXES = (".glb", ".gltf")
+DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # endings of the names of direction maps in glTF
+BUMP_KEYWORDS = ("bump", "map_bump")  # MTL's keywords for height maps
+UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # red, green, blue and alpha that leave a colour unchanged
 
 
-def given_colours(mesh: MeshFile) -> FloatArray | None:
-    """The colours at the corners (#C, 3 or 4), of corners, faces or vertices, without those of materials."""
+def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
+    """Return the colours at the corners (#C, 3 or 4) that corners, faces or vertices have, not materials."""
     extras, polygons = mesh.extras, mesh.polygons
     if extras.corner_colours is not None:
         return extras.corner_colours
@@ -29,38 +29,46 @@ def given_colours(mesh: MeshFile) -> FloatArray | None:
 
 
 def corner_colours(mesh: MeshFile) -> FloatArray | None:
-    """The colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
+    """Return the colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
 
-    In glTF and 3MF they are those of vertices times those of materials, proportional to light. Else those
-    of corners, faces or vertices count, or if there are none, those of materials. There are four columns if
-    one is transparent.
+    In glTF and 3MF, vertex colours are multiplied by material colours, proportional to light. In other
+    formats the colours of corners, faces or vertices take precedence, and material colours are used only
+    without them. There is a fourth column if any colour is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons
-    n, looks, given = len(polygons.corners), extras.looks or (), given_colours(mesh)
-    alone = given is None
-    if given is None:
+    n, looks, stored = len(polygons.corners), extras.looks or (), get_stored_colours(mesh)
+    from_materials = stored is None
+    if stored is None:
         if all(look.factor is None and look.colour == WHITE for look in looks):
             return None
-        given = np.ones((n, 4))
-    made = np.column_stack((given[:, :3], given[:, 3] if given.shape[1] > 3 else np.ones(n)))
-    factors = [
-        look.factor or ((*linear(np.array(look.colour)), look.alpha) if alone else ONE) for look in looks
+        stored = np.ones((n, 4))
+    colours = np.column_stack((stored[:, :3], stored[:, 3] if stored.shape[1] > 3 else np.ones(n)))
+    multipliers = [
+        look.factor or ((*decode_srgb(np.array(look.colour)), look.alpha) if from_materials else UNIT_FACTOR)
+        for look in looks
     ]
-    if extras.materials is not None and set(factors) - {ONE}:
-        of = np.array([*factors, ONE])[extras.materials[1]][polygons.owner]  # -1 is none, and the last
-        made = np.column_stack((srgb(linear(made[:, :3]) * of[:, :3]), made[:, 3] * of[:, 3]))
-    return made if (made[:, 3] < 1).any() else made[:, :3]
+    if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
+        # faces without a material have the index -1, the last row
+        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][polygons.owner]
+        colours = np.column_stack(
+            (
+                encode_srgb(decode_srgb(colours[:, :3]) * factor_of_corner[:, :3]),
+                colours[:, 3] * factor_of_corner[:, 3],
+            )
+        )
+    return colours if (colours[:, 3] < 1).any() else colours[:, :3]
 
 
-def corner_normals(mesh: MeshFile) -> FloatArray:
-    """The normals at the corners of the triangles, (#T, 3, 3), as what shows the file takes them.
+def compute_corner_normals(mesh: MeshFile) -> FloatArray:
+    """Return the normals at the corners of the triangles, (#T, 3, 3), as viewers of the file derive them.
 
-    Where it has none, those of the faces in glTF, which asks for them, and else those of vertices.
+    If the file stores no normals, these are face normals in glTF, as it specifies, and vertex normals in
+    all other formats.
     """
-    V, triangles, given = mesh.V, mesh.triangles, mesh.extras.normals
-    if given is not None and mesh.extras.normal is not None:
-        normals = given[mesh.extras.normal[mesh.split.place]]
-    elif mesh.path is not None and mesh.path.suffix.lower() in OF_GLTF:
+    V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
+    if stored is not None and mesh.extras.normal is not None:
+        normals = stored[mesh.extras.normal[mesh.split.place]]
+    elif mesh.path is not None and mesh.path.suffix.lower() in GLTF_SUFFIXES:
         a, b, c = V[triangles.T]
         normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
     else:
@@ -69,22 +77,23 @@ def corner_normals(mesh: MeshFile) -> FloatArray:
 
 
 def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
-    """The images of a mesh's materials that lie on its texture coordinates, as `bake_texture` takes them.
+    """Return the material images that use the mesh's texture coordinates, as input of `bake_texture`.
 
     Parameters
     ----------
     mesh : MeshFile
-        As `read_file` returns it.
+        A mesh from `read_file`.
 
     Returns
     -------
     dict
-        By the kind of map, as "baseColorTexture" or MTL's "map_Ks", an image or None for each material.
+        For each kind of map, such as "baseColorTexture" or MTL's "map_Ks", a list with an image or None for
+        each material.
 
     Raises
     ------
     MeshError
-        An image is missing, or cannot be read.
+        An image is missing or cannot be read.
 
     Examples
     --------
@@ -97,24 +106,25 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     >>> [(kind, len(images), images[0].pixels.shape) for kind, images in maps.items()]
     [('baseColorTexture', 1, (8, 8, 3))]
     """
-    looks, known = mesh.extras.looks or (), dict[bytes, FloatArray]()
-    kinds = dict.fromkeys(of.kind for look in looks for of in look.maps)
-    found: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
+    looks, decoded = mesh.extras.looks or (), dict[bytes, FloatArray]()
+    kinds = dict.fromkeys(image_map.kind for look in looks for image_map in look.maps)
+    images: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
     for i, look in enumerate(looks):
-        for of in look.maps:
-            data = of.read()
-            if data not in known:
-                known[data] = pixels_of(data, f"{of.kind} of the material {mesh.materials[i]}")
-            found[of.kind][i] = Picture(known[data], of.wrap, of.matrix)
-    return found
+        for image_map in look.maps:
+            data = image_map.read()
+            if data not in decoded:
+                decoded[data] = decode_image(data, f"{image_map.kind} of the material {mesh.materials[i]}")
+            images[image_map.kind][i] = Picture(decoded[data], image_map.wrap, image_map.matrix)
+    return images
 
 
 def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
-    """Whether images of this kind tell directions in the tangent space of their map.
+    """Return True if images of this kind store directions in the tangent space of their map.
 
-    Those of bumps in MTL are heights by its rule, and grey; many programs write normal maps there.
+    By its specification, MTL's bump maps are grey height maps. However, many programs write normal maps
+    there.
     """
-    if kind.lower() in BUMPS:
+    if kind.lower() in BUMP_KEYWORDS:
         pixels = [image.pixels for image in images if image is not None]
         return any(rows.shape[2] >= 3 and bool(np.ptp(rows[..., :3], axis=2).any()) for rows in pixels)
-    return kind.lower().endswith(DIRECTIONS)
+    return kind.lower().endswith(DIRECTION_SUFFIXES)

@@ -1,4 +1,4 @@
-"""Read and write meshes; the suffix chooses the format."""
+"""Read and write meshes in the format that the file's suffix selects."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .formats import GivenImages, parse_file, write_atomically
+from .formats import ImageArgument, parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
-from .obj import save_obj, with_looks
+from .obj import load_looks, save_obj
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -25,7 +25,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Parameters
     ----------
     path : path of a file that `read_file` reads
-        Text or binary. Polygons are split into triangles; `read_file` keeps them. In STL, corners at
+        Text or binary. Polygons are split into triangles; use `read_file` to keep them. In STL, corners at
         equal positions become one vertex.
 
     Returns
@@ -36,7 +36,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        The file is damaged or has no triangles; the text names the line.
+        The file is damaged or has no triangles; the message names the line.
     OSError
         The file does not exist or cannot be read.
 
@@ -58,14 +58,14 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     found = parse_file(path)
     F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
-        raise _no_surface(path, found)
+        raise _make_no_faces_error(path, found)
     return vertex_array(found.V), face_array(F)
 
 
-def _no_surface(path: Path, found: MeshFile) -> MeshError:
-    """What is wrong with a file without faces."""
+def _make_no_faces_error(path: Path, found: MeshFile) -> MeshError:
+    """Return the error for a file without faces."""
     hint = (
-        "make a surface of these points first, as screened Poisson reconstruction in MeshLab does"
+        "make a surface of these points first, for example with MeshLab's screened Poisson reconstruction"
         if len(found.V)
         else "is it a mesh?"
     )
@@ -75,37 +75,38 @@ def _no_surface(path: Path, found: MeshFile) -> MeshError:
 def read_file(
     path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None, *, partial: bool = False
 ) -> MeshFile:
-    """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
+    """Read a mesh with all contents of its file: polygons, normals, colours, materials and parts.
 
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
     surface : path, optional
-        Of a FreeSurfer patch: the surface from which it was cut. By default it is found beside the patch,
-        as FreeSurfer names it (docs/cortex.md).
+        The surface from which a FreeSurfer patch was cut. By default, it is found next to the patch by
+        FreeSurfer's file names (docs/cortex.md).
     partial : bool
-        Keep texture coordinates that only some corners have, with -1 at the others, as `check_uv` takes them.
+        Keep texture coordinates that only some corners have, and use the index -1 at all other corners.
+        `check_uv` accepts such indices.
 
     Returns
     -------
     MeshFile
-        `mesh.V` and `mesh.F` are what `unwrap` takes; `write_file` writes the rest again.
+        Pass `mesh.V` and `mesh.F` to `unwrap`; `write_file` writes the other contents unchanged.
 
     Raises
     ------
     MeshError
-        The file is damaged or has no faces; or a patch has no surface, or another one's vertices.
+        The file is damaged or has no faces; or the surface of a patch is missing or does not match it.
     ValueError
-        A surface is given, and the file is no patch.
+        A surface is given, but the file is not a patch.
     ImportError
-        The package that reads this format is missing; the text names the pip command.
+        The package that reads this format is missing; the message states the pip command.
     OSError
         The file does not exist or cannot be read.
 
     Warns
     -----
     MeshWarning
-        A patch falls into pieces, of which the largest is read, or has closed slits.
+        A patch has several pieces, and only the largest one is read; or it has closed slits.
 
     Examples
     --------
@@ -120,16 +121,16 @@ def read_file(
     path = Path(path)
     found = parse_file(path, surface)
     if not len(found.V) or not len(found.polygons):
-        raise _no_surface(path, found)
-    made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
+        raise _make_no_faces_error(path, found)
+    mesh = replace(found, V=vertex_array(found.V), extras=load_looks(found.extras, path), path=path)
     if found.TC is None or found.texture is None or not len(found.TC):
-        return replace(made, TC=None, texture=None)
-    some_lack = (found.texture < 0).any()
-    if (found.texture < 0).all() or (some_lack and not partial):
-        return replace(made, TC=None, texture=None)
-    if some_lack:
-        made = replace(made, texture=np.maximum(found.texture, -1))  # -2 is a row before the first one
-    return made
+        return replace(mesh, TC=None, texture=None)
+    is_partial = (found.texture < 0).any()
+    if (found.texture < 0).all() or (is_partial and not partial):
+        return replace(mesh, TC=None, texture=None)
+    if is_partial:
+        mesh = replace(mesh, texture=np.maximum(found.texture, -1))  # -2: before the first row
+    return mesh
 
 
 def write_file(
@@ -137,14 +138,14 @@ def write_file(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: GivenImages = None,
+    image: ImageArgument = None,
     *,
     force: bool = False,
     texcoord: int = 0,
 ) -> None:
-    """Write what was read, with texture coordinates; the suffix chooses the format.
+    """Write a mesh from `read_file` with new texture coordinates; the suffix selects the format.
 
-    Beside an OBJ file is an MTL file of the same name, where materials come from another format.
+    Materials from another format are written to an MTL file next to an OBJ file, with the same name.
 
     Parameters
     ----------
@@ -152,31 +153,33 @@ def write_file(
     mesh : MeshFile
     TC : (#TC, 2) float
         Texture coordinates, v upwards.
-    FTC : in the shape of `mesh.F`, optional
-        Their rows at the corners; by default `mesh.F`.
+    FTC : same shape as `mesh.F`, optional
+        Rows of `TC` at the corners; by default `mesh.F`.
     image : (#rows, #columns[, 1, 3 or 4]) float, optional
-        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file. A list
-        of them, or (#pages, #rows, #columns, k), for the pages of an atlas: each material is one for each
-        page then. A dict of them by `kind`, as `image_maps(mesh)` has them, takes the places of old images.
+        The texture, from 0 to 1, as returned by `bake`. It is embedded in GLB, glTF and 3MF, and written as a
+        PNG file next to OBJ. For an atlas of several pages, pass a list of images or an array
+        (#pages, #rows, #columns, k); each material is then copied for each page. A dict of images with the
+        keys of `image_maps(mesh)` replaces the old images.
     force : bool
-        Replace MTL and PNG files beside OBJ that are there already. The file itself is always replaced.
+        Replace existing MTL and PNG files next to an OBJ file. The file itself is always replaced.
     texcoord : {0, 1}
-        With 1, these are second texture coordinates, as of lightmaps: the first ones and their images stay.
-        In GLB and glTF TEXCOORD_1; in PLY `s1` and `t1`, or `texcoord1`; of OBJ in a second file.
+        With 1, `TC` are second texture coordinates, for example for lightmaps; the first set and its images
+        are kept. The second set is stored as TEXCOORD_1 in GLB and glTF, as `s1` and `t1` or `texcoord1` in
+        PLY, and in a second file for OBJ.
 
     Raises
     ------
     MeshError
-        The suffix is unknown, the format holds no image, or the arrays do not fit to the faces.
+        The suffix is unknown, the format cannot hold an image, or the arrays do not match the faces.
     ImportError
         The package that writes this format is missing.
     OSError
-        The file cannot be written, or a file is there beside it. In that case nothing is left behind.
+        The file cannot be written, or a file next to it exists. In that case nothing is left behind.
 
     Warns
     -----
     MeshWarning
-        The format does not keep all that the mesh has; the text lists what is lost.
+        The format does not keep all contents of the mesh; the message lists the losses.
 
     Examples
     --------
@@ -204,7 +207,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     -------
     TC : (#TC, 2) float64
     FTC : (#F, 3) int64
-        Indices at the corners; rows as in `read_mesh`, which splits polygons.
+        Rows of `TC` at the corners of the triangles of `read_mesh`.
 
     Raises
     ------
@@ -224,10 +227,10 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     """
     path = Path(path)
     if path.suffix.lower() not in (".obj", ".ply"):
-        raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
+        raise MeshError(f"{path} is not an OBJ or PLY file: texture coordinates are read only from these")
     found = parse_file(path)
     if not len(found.polygons):
-        raise _no_surface(path, found)
+        raise _make_no_faces_error(path, found)
     TC, texture = found.TC, found.texture
     if TC is None or texture is None or not len(TC) or (texture == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")
@@ -250,8 +253,8 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     V : (#V, 3) float
     F : (#F, 3) int
     uv : (#V, 2) float
-        Written unchanged; `unit_square` scales it to the range of textures. Vertices without
-        coordinates (NaN) get no `vt`.
+        Written unchanged; use `unit_square` to scale it to the unit square. Vertices without coordinates
+        (NaN) get no `vt`.
 
     Raises
     ------
@@ -273,20 +276,20 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    _write_one(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
+    _write_as_obj(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
 
 
 def write_mesh(
     path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None
 ) -> None:
-    """Write a surface with texture coordinates; the suffix chooses the format.
+    """Write a surface with texture coordinates; the suffix selects the format.
 
-    OBJ has separate indices for positions and texture coordinates, so the surface stays connected
-    along seams; numbers are written exactly. PLY has texture coordinates at vertices (`s`, `t`), or
-    where there are seams, lists of them at the triangles (`texcoord`). GLB has them at vertices only:
-    a vertex is written once for each of its texture coordinates; so it is in PLY, where polygons have
-    seams. Texture coordinates in PLY and everything in GLB are **32-bit floats**, seven digits;
-    positions in PLY are doubles. In GLB v is flipped, as glTF requires; readers undo this.
+    OBJ has separate indices for positions and texture coordinates. Therefore the surface stays connected
+    along seams, and numbers are written exactly. PLY stores texture coordinates at vertices (`s`, `t`), or
+    as lists at the triangles (`texcoord`) if there are seams. GLB stores them at vertices only; therefore a
+    vertex is written once for each of its texture coordinates. The same holds for polygons with seams in
+    PLY. Texture coordinates in PLY and all numbers in GLB are **32-bit floats** with seven digits; positions
+    in PLY are doubles. In GLB v is flipped, as glTF requires; readers undo this.
 
     Parameters
     ----------
@@ -295,10 +298,9 @@ def write_mesh(
     F : (#F, 3) or (#F, k) int, or list of lists of int
         Triangles or polygons; OBJ, PLY, GLB, glTF and VTP keep polygons.
     TC : (#TC, 2) float
-        Texture coordinates, v upwards. Rows that are not finite are left out; no corner may use one.
-    FTC : (#F, 3) int, or in the shape of `F`, optional
-        Indices of the texture coordinates at the corners; by default `F`, for coordinates at
-        vertices.
+        Texture coordinates, v upwards. Rows that are not finite are skipped; no corner may refer to one.
+    FTC : (#F, 3) int, or same shape as `F`, optional
+        Rows of `TC` at the corners; by default `F`, for texture coordinates at vertices.
 
     Raises
     ------
@@ -334,8 +336,8 @@ def write_textured(
 ) -> None:
     """Write a surface with an image as its texture.
 
-    GLB, glTF and 3MF hold the image. Beside OBJ it is in a PNG file of the same name, and in an MTL file
-    that names it.
+    The image is embedded in GLB, glTF and 3MF. For OBJ it is a PNG file of the same name, which an MTL file
+    next to the OBJ file refers to.
 
     Parameters
     ----------
@@ -344,18 +346,18 @@ def write_textured(
     F : (#F, 3) int, or polygons
     TC : (#TC, 2) float
         Texture coordinates in the unit square, v upwards.
-    FTC : (#F, 3) int, or in the shape of `F`
+    FTC : (#F, 3) int, or same shape as `F`
     image : (#rows, #columns[, 1, 3 or 4]) float
-        From 0 to 1, the upper row first, as `bake` returns it. Viewers take it for sRGB.
+        From 0 to 1, top row first, as returned by `bake`. Viewers interpret the values as sRGB.
     force : bool
-        As in `write_file`.
+        Replace existing MTL and PNG files next to an OBJ file.
 
     Raises
     ------
     MeshError
-        The suffix is none of these, or arrays have other shapes.
+        The suffix is unsupported, or an array has the wrong shape.
     OSError
-        The file cannot be written, or a file is there beside it. In that case nothing is left behind.
+        The file cannot be written, or a file next to it exists. In that case nothing is left behind.
 
     Examples
     --------
@@ -372,14 +374,14 @@ def write_textured(
 
 
 def as_mesh_file(V: ArrayLike, F: ArrayLike) -> MeshFile:
-    """A surface as the caller gives it; raises where faces name no vertices, or none that are finite."""
+    """Return a surface as a `MeshFile`; raise if faces refer to missing or non-finite vertices."""
     positions, faces = vertex_array(V), Polygons.of(F)
     check_corners(positions, faces, "F", "V")
     return MeshFile(positions, faces)
 
 
-def _write_one(path: str | os.PathLike[str], mesh: MeshFile) -> None:
-    """As OBJ, whatever the suffix."""
+def _write_as_obj(path: str | os.PathLike[str], mesh: MeshFile) -> None:
+    """Write an OBJ file, whatever the suffix is."""
     with replacing(path) as temporary:
         save_obj(temporary, mesh, Path(path))
 
@@ -407,11 +409,11 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    _write_one(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
+    _write_as_obj(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:
-    """The map moved and uniformly scaled into [0, 1] x [0, 1].
+    """Return the map, translated and uniformly scaled to fit [0, 1] x [0, 1].
 
     Parameters
     ----------
@@ -421,7 +423,7 @@ def unit_square(uv: ArrayLike) -> FloatArray:
     Returns
     -------
     uv : (#V, 2) float64
-        Its longer side has length 1; the minimum of u and of v is 0.
+        The longer side of its bounding box has length 1; the minimum of u and of v is 0.
 
     Examples
     --------

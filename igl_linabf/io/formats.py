@@ -1,4 +1,4 @@
-"""Which module reads and writes which format, and what a format cannot keep."""
+"""Select the module that reads or writes each format, and warn of contents that a format cannot keep."""
 
 import os
 import warnings
@@ -16,9 +16,9 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import unit_vectors
-from .colours import OF_GLTF, corner_normals
+from .colours import GLTF_SUFFIXES, compute_corner_normals
 from .external import (
-    PATCH_BEGINNING,
+    PATCH_MAGIC,
     FreeSurferFile,
     GiftiFile,
     Patch,
@@ -37,60 +37,68 @@ from .external import (
     save_vtp,
     surfaces_beside,
 )
-from .gltf import GltfFile, are_moved, parse_gltf, save_gltf
-from .materials import COLOUR, FIRST_TILE, MTL_WORDS, PLAIN, TEXTURE, Material, unknown_to_gltf
+from .gltf import GltfFile, has_texture_transforms, parse_gltf, save_gltf
+from .materials import (
+    COLOUR,
+    DEFAULT_MATERIAL,
+    FIRST_UDIM_TILE,
+    MTL_KEYWORDS,
+    TEXTURE_SUFFIX,
+    Material,
+    find_keys_unknown_to_gltf,
+)
 from .mesh_file import Images, MeshFile
 from .obj import (
     ObjText,
+    encode_material_files,
     has_library,
-    image_files,
-    library_of,
-    materials_beside,
-    obj_names,
+    image_paths,
+    library_path,
+    make_obj_names,
+    make_unused_name,
     parse_obj,
     save_obj,
-    without_name,
 )
 from .off import parse_off
-from .parsing import Damaged, Extras, Named, as_bytes, plain_text
-from .pictures import png
+from .parsing import Damaged, Extras, FaceLabels, convert_to_utf8, encode_utf8
+from .pictures import encode_png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
-from .vertex_splits import pages_of_faces, split_vertices
+from .vertex_splits import find_face_pages, split_vertices
 
-BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
-    ".obj": lambda data, name: parse_obj(plain_text(data), name),
-    ".off": lambda data, _: parse_off(plain_text(data)),
-    ".ply": lambda data, _: parse_ply(plain_text(data)),
+BYTE_READERS: dict[str, Callable[[bytes, str], MeshFile]] = {
+    ".obj": lambda data, name: parse_obj(convert_to_utf8(data), name),
+    ".off": lambda data, _: parse_off(convert_to_utf8(data)),
+    ".ply": lambda data, _: parse_ply(convert_to_utf8(data)),
     ".stl": lambda data, _: parse_stl(data),
 }
-SURFACES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")  # of FreeSurfer
-PATHS: dict[str, Callable[[Path], MeshFile]] = {
+FREESURFER_SUFFIXES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")
+PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".glb": parse_gltf,
     ".gltf": parse_gltf,
     ".3mf": parse_3mf,
     ".gii": parse_gifti,
     ".gii.gz": parse_gifti,
     ".vtp": parse_vtp,
-    **dict.fromkeys(SURFACES, parse_freesurfer),
+    **dict.fromkeys(FREESURFER_SUFFIXES, parse_freesurfer),
 }
-FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
-PATCHES = (".3d", ".flat")  # of FreeSurfer, too
-BEGINNINGS = {
-    PATCH_BEGINNING: ".3d",
+FREESURFER_MAGIC = b"\xff\xff"  # the third byte states whether the faces are triangles
+PATCH_SUFFIXES = (".3d", ".flat")  # FreeSurfer patches
+SUFFIX_OF_MAGIC = {
+    PATCH_MAGIC: ".3d",
     b"glTF": ".glb",
     b"{": ".gltf",
     b"PK": ".3mf",
     b"ply\n": ".ply",
     b"ply\r": ".ply",
-    FREESURFER: ".surf",
+    FREESURFER_MAGIC: ".surf",
     b"\x1f\x8b": ".gii.gz",
 }
-READERS = (*BYTES, *PATHS, *PATCHES)
-# whose files a writer writes again as they were
-OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
-# whose files a writer writes anew, with some of what only they have: `kept`
-PARTLY: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
+READABLE_SUFFIXES = (*BYTE_READERS, *PATH_READERS, *PATCH_SUFFIXES)
+# Formats whose writer reproduces the file that was read.
+LOSSLESS_SOURCES: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
+# Formats whose writer makes a new file, but keeps the format-specific contents listed in `kept`.
+PARTIAL_SOURCES: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
     ".3mf": ThreeMfFile,
     ".vtp": VtpFile,
     ".gii": GiftiFile,
@@ -107,29 +115,29 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".gii": save_gifti,
     ".gii.gz": save_gifti,
     ".surf": save_surf,
-    **dict.fromkeys(PATCHES, save_patch),
+    **dict.fromkeys(PATCH_SUFFIXES, save_patch),
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
-FLAT = (".gii", ".gii.gz", ".surf", *PATCHES)  # in which the map is the surface
+FLAT = (".gii", ".gii.gz", ".surf", *PATCH_SUFFIXES)  # formats that store the flat map as the surface
 WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
-GivenImages = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
+ImageArgument = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
 
 def suffix_of(path: str | os.PathLike[str]) -> str:
-    """What the name of a file ends in, in lower case: ".obj", ".gii.gz"."""
+    """Return the suffix of a file name in lower case, such as ".obj" or ".gii.gz"."""
     ends = [end.lower() for end in Path(path).suffixes[-2:]]
     return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
 
 
 def lies_flat(path: str | os.PathLike[str]) -> bool:
-    """Whether files of this name hold the flat map as a surface, which has a size."""
+    """Return True if files of this name store the flat map as a surface, which therefore has a size."""
     return suffix_of(path) in FLAT
 
 
 def detect_suffix(data: bytes) -> str:
-    """What the name of a file with these first bytes ends in; OBJ has none of its own."""
+    """Return the suffix of the format that begins with these bytes; ".obj" if they match no other format."""
     with suppress(Damaged):
-        data = plain_text(data)
+        data = convert_to_utf8(data)
     first, triangles = data[:100].split(maxsplit=1)[:1], int.from_bytes(data[80:84], "little")
     if first and first[0].endswith(b"OFF"):
         return ".off"
@@ -137,25 +145,25 @@ def detect_suffix(data: bytes) -> str:
         return ".stl"
     if data.lstrip().startswith(b"<"):
         return ".gii" if b"<GIFTI" in data else ".vtp"
-    return next((suffix for begin, suffix in BEGINNINGS.items() if data.startswith(begin)), ".obj")
+    return next((suffix for begin, suffix in SUFFIX_OF_MAGIC.items() if data.startswith(begin)), ".obj")
 
 
 def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
-    """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
+    """Read the mesh of a file with the reader for its suffix; FreeSurfer files may have any suffix."""
     path = Path(path)
     suffix = suffix_of(path)
-    if suffix not in READERS or suffix in PATCHES:
+    if suffix not in READABLE_SUFFIXES or suffix in PATCH_SUFFIXES:
         with path.open("rb") as file:
-            head = file.read(len(PATCH_BEGINNING))
-        if head == PATCH_BEGINNING or suffix in PATCHES:
+            head = file.read(len(PATCH_MAGIC))
+        if head == PATCH_MAGIC or suffix in PATCH_SUFFIXES:
             return _parse_patch(path, surface)
-        if not head.startswith(FREESURFER):
-            raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
+        if not head.startswith(FREESURFER_MAGIC):
+            raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READABLE_SUFFIXES)}")
     if surface is not None:
-        raise ValueError(f"{path} is no patch, and holds its surface itself: leave out the surface")
-    if suffix in BYTES:
+        raise ValueError(f"{path} is not a patch, and contains its own surface: leave out the surface")
+    if suffix in BYTE_READERS:
         return parse(path.read_bytes(), suffix, str(path))
-    read = PATHS.get(suffix, parse_freesurfer)
+    read = PATH_READERS.get(suffix, parse_freesurfer)
     try:
         return read(path)
     except Damaged as damage:
@@ -164,16 +172,16 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
 
 
 def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
-    """A patch on its surface, which is found beside it by FreeSurfer's names if it is not given."""
+    """Read a patch on the given surface, or on the surface that FreeSurfer's file names associate with it."""
     hemisphere = path.name.partition(".")[0]
-    given = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
-    if not given:
+    paths = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
+    if not paths:
         hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
         raise MeshError(
-            f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: give it "
-            f"by surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
+            f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: pass it "
+            f"as surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
         )
-    meshes = [replace(parse_file(one), path=one) for one in given]
+    meshes = [replace(parse_file(path_), path=path_) for path_ in paths]
     try:
         return parse_patch(path, mean_surface(meshes))
     except Damaged as damage:
@@ -181,7 +189,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
 
 
 def parse(data: bytes, suffix: str, name: str) -> MeshFile:
-    """The mesh in the bytes of a file.
+    """Parse the mesh from the bytes of a file.
 
     Parameters
     ----------
@@ -193,7 +201,7 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
     Raises
     ------
     MeshError
-        The file is damaged; the text says where.
+        The file is damaged; the message names the place.
 
     Warns
     -----
@@ -201,131 +209,139 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
         An OBJ file has lines that are not OBJ statements; they are skipped.
     """
     try:
-        return BYTES[suffix](data, name)
+        return BYTE_READERS[suffix](data, name)
     except Damaged as damage:
         raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
 
 
-def _with_names_for(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
-    """With names that files of this format can have, and what is to be said of those that change."""
+def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
+    """Return the mesh with names that the format can store, and a description of the names that changed."""
     extras = mesh.extras
-    if isinstance(extras.source, OWN.get(suffix, ())):
+    if isinstance(extras.source, LOSSLESS_SOURCES.get(suffix, ())):
         return mesh, []
 
-    def fit(named: Named | None) -> Named | None:
-        if named is None:
+    def fit(labels: FaceLabels | None) -> FaceLabels | None:
+        if labels is None:
             return None
-        names, of = named
-        return (obj_names(names) if suffix == ".obj" else tuple(map(_as_unicode, names))), of
+        names, index = labels
+        return (make_obj_names(names) if suffix == ".obj" else tuple(map(_escape_invalid_utf8, names))), index
 
-    made = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
-    given, new = ([*(of.parts or ((),))[0], *(of.materials or ((),))[0]] for of in (extras, made))
-    others = [
-        " ".join(_as_unicode(name).split()) for name, own in zip(given, new, strict=True) if name != own
+    adapted = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
+    old_names, new_names = (
+        [*(fields.parts or ((),))[0], *(fields.materials or ((),))[0]] for fields in (extras, adapted)
+    )
+    changed = [
+        " ".join(_escape_invalid_utf8(name).split())
+        for name, new_name in zip(old_names, new_names, strict=True)
+        if name != new_name
     ]
-    if others:
-        others = [f"names as they are ({some(others)})"]
-    return replace(mesh, extras=made), others
+    if changed:
+        changed = [f"the exact names ({some(changed)})"]
+    return replace(mesh, extras=adapted), changed
 
 
-def _as_unicode(name: str) -> str:
-    """The name with codes like \\xba for bytes that are not UTF-8."""
-    return as_bytes(name).decode("utf-8", "backslashreplace")
+def _escape_invalid_utf8(name: str) -> str:
+    """Return the name with escape codes such as \\xba for bytes that are not UTF-8."""
+    return encode_utf8(name).decode("utf-8", "backslashreplace")
 
 
 def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> None:
-    """One warning of what the mesh has and a file of this format has not."""
+    """Issue one warning that lists the contents of the mesh that a file of this format cannot store."""
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
-    if isinstance(source, OWN.get(suffix, ())):
+    if isinstance(source, LOSSLESS_SOURCES.get(suffix, ())):
         return
     if suffix in FLAT and mesh.path is not None and not isinstance(source, Patch):
         lost.append("the positions in space")
     if suffix in FLAT and len(split_vertices(mesh).vertex) > len(np.unique(mesh.polygons.corners)):
-        lost.append("the numbers of vertices (each is there once for each of its texture coordinates)")
+        lost.append("the vertex numbers (each vertex is written once for each of its texture coordinates)")
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
     if suffix == ".3mf" and mesh.images is not None:
-        pass  # it shows them
+        pass  # the image shows them
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif any(look.images for look in extras.looks or ()) and not (mesh.images and mesh.images.moved):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
-        lost.append("what its materials are but their names")
-    if suffix in OF_GLTF and (keys := unknown_to_gltf(extras.looks or ())):
+        lost.append("its materials, except for their names")
+    if suffix in GLTF_SUFFIXES and (keys := find_keys_unknown_to_gltf(extras.looks or ())):
         lost.append(f"{', '.join(keys)} of its materials")
     if mesh.images is None:
-        lost += _lost_colours(extras, suffix)
+        lost += _list_lost_colours(extras, suffix)
     if extras.comments and suffix in (".3mf", ".vtp", *FLAT):
         lost.append("its comments")
     if extras.normals is not None and suffix in (".3mf", *FLAT):
         lost.append("normals")
     if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
-        lost.append("polygons of more than three corners")
+        lost.append("polygons with more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
-    partly = PARTLY.get(suffix)
-    kept = source.kept if partly is not None and isinstance(source, partly) else ()
-    lost += [*(what for what in extras.unshared if what not in kept), *changed]
+    partial = PARTIAL_SOURCES.get(suffix)
+    kept = source.kept if partial is not None and isinstance(source, partial) else ()
+    lost += [*(message for message in extras.unshared if message not in kept), *changed]
     if lost:
-        what = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
+        message = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
         if mesh.path is not None:
-            what += f" of {mesh.path.name}"
-        own = next((own for own, kind in OWN.items() if isinstance(source, kind)), None)
-        if own is not None:
-            what += f": write {own[1:].upper()} to keep all of it"
-        warnings.warn(what, MeshWarning, stacklevel=stack_level())
+            message += f" of {mesh.path.name}"
+        lossless = next(
+            (lossless for lossless, kind in LOSSLESS_SOURCES.items() if isinstance(source, kind)), None
+        )
+        if lossless is not None:
+            message += f": write {lossless[1:].upper()} to keep all of it"
+        warnings.warn(message, MeshWarning, stacklevel=stack_level())
 
 
 def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
-    """How the objects of a file, as it will be written, lie in the space of V.
+    """Return the frames of the objects of a file to be written, relative to the space of V.
 
     Returns
     -------
     (#F, 3, 3) float64 or None
-        For each face, what takes vectors of its object to V's space; None if no object is turned or scaled.
+        For each face, the linear map from the space of its object to the space of V; None if the format does
+        not transform objects.
     """
     source = mesh.extras.source
-    if not isinstance(source, GltfFile) or suffix_of(path) not in OF_GLTF:
+    if not isinstance(source, GltfFile) or suffix_of(path) not in GLTF_SUFFIXES:
         return None
-    assert mesh.extras.parts is not None  # as of every file of glTF
+    assert mesh.extras.parts is not None  # every glTF file has parts
     return source.frames[mesh.extras.parts[1]]
 
 
 def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Vertices and normals at the corners of triangles (#T, 3, 3) as the objects of a written file have them.
+    """Return vertices, and normals at triangle corners (#T, 3, 3), in the object spaces of a written file.
 
-    Translations aside; an object that its node mirrors is mirrored at a point, as its faces run that way.
+    Translations are ignored. An object mirrored by its node is reflected through a point, which matches the
+    orientation of its faces.
     """
-    V, normals, frames = mesh.V, corner_normals(mesh), object_frames(mesh, path)
+    V, normals, frames = mesh.V, compute_corner_normals(mesh), object_frames(mesh, path)
     if frames is None:
         return V, normals
     sign = np.where(np.linalg.det(frames) < 0, -1.0, 1.0)
     face = np.zeros(len(V), dtype=np.int64)
     face[mesh.polygons.corners] = mesh.polygons.owner
     inverse = np.linalg.pinv(frames) * sign[:, None, None]
-    turned = normals @ (frames * sign[:, None, None])[mesh.split.face]
-    return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(turned)
+    rotated = normals @ (frames * sign[:, None, None])[mesh.split.face]
+    return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(rotated)
 
 
 def moves_textures(mesh: MeshFile) -> bool:
-    """Whether materials of its file move the texture coordinates before images are looked up."""
+    """Return True if the file's materials transform the texture coordinates before the image lookup."""
     source = mesh.extras.source
-    return isinstance(source, GltfFile) and are_moved(source.gltf.text)
+    return isinstance(source, GltfFile) and has_texture_transforms(source.gltf.text)
 
 
-def _lost_colours(extras: Extras, suffix: str) -> list[str]:
-    """What of the colours a format does not keep; in an image, they are in it."""
+def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
+    """Return descriptions of the colours that a format cannot store; call it only if no image shows them."""
     lost = list[str]()
     if extras.colours is not None and suffix in (".3mf", *FLAT):
         lost.append("colours")
     elif extras.colours is not None and suffix == ".obj" and (extras.colours[:, 3:] < 1).any():
         lost.append("the alpha of its colours")
-    if suffix in OF_GLTF and extras.colours is not None and extras.face_colours is not None:
-        lost.append("the colours of its vertices, as it has one at a corner, and its faces have some")
+    if suffix in GLTF_SUFFIXES and extras.colours is not None and extras.face_colours is not None:
+        lost.append("the colours of its vertices, because a corner has one colour and faces have some, too")
     if extras.face_colours is not None and suffix not in (".ply", ".vtp", ".glb", ".gltf"):
         lost.append("the colours of its faces")
-    if extras.corner_colours is not None and suffix not in OF_GLTF:
+    if extras.corner_colours is not None and suffix not in GLTF_SUFFIXES:
         lost.append("the colours of its corners")
     return lost
 
@@ -333,33 +349,28 @@ def _lost_colours(extras: Extras, suffix: str) -> list[str]:
 def files_beside(
     path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
 ) -> tuple[Path, ...]:
-    """What is written beside the file itself, with images of these kinds on so many pages."""
+    """Return the paths of the files written next to the file itself, with images of these kinds and pages."""
     if path.suffix.lower() != ".obj":
         return ()
-    images = [file for kind in kinds for file in image_files(path, kind, pages)]
-    beside = [second_file(path)] if second else []
-    return (*([library_of(path)] if images or has_library(mesh) else []), *images, *beside)
+    images = [file for kind in kinds for file in image_paths(path, kind, pages)]
+    beside = [second_map_path(path)] if second else []
+    return (*([library_path(path)] if images or has_library(mesh) else []), *images, *beside)
 
 
-def second_file(path: Path) -> Path:
-    """The file beside an OBJ that has the second texture coordinates."""
+def second_map_path(path: Path) -> Path:
+    """Return the path of the file next to an OBJ file that stores the second texture coordinates."""
     return path.with_name(f"{path.stem}_texcoord1{path.suffix}")
 
 
 def check_free(paths: Iterable[Path], force: bool) -> None:
-    """Raise where a file is there that nobody has asked to replace.
-
-    Raises
-    ------
-    FileExistsError
-    """
+    """Raise `FileExistsError` if one of the files exists and must not be replaced."""
     for path in paths:
         if os.path.lexists(path) and not force:
-            said = (
-                "it is there already, and is not the file that was asked for: move it, write under another "
-                "name, or replace it with --force (in Python, force=True)"
+            message = (
+                "it is there already, and is not the output file itself: move it, write under another name, "
+                "or replace it with --force (in Python, force=True)"
             )
-            raise FileExistsError(EEXIST, said, str(path))
+            raise FileExistsError(EEXIST, message, str(path))
 
 
 @contextmanager
@@ -368,120 +379,125 @@ def write_atomically(
     mesh: MeshFile,
     TC: ArrayLike,
     FTC: ArrayLike | None = None,
-    image: GivenImages = None,
+    image: ImageArgument = None,
     *,
     force: bool = False,
     folder: Path | None = None,
     texcoord: int = 0,
 ) -> Iterator[None]:
-    """Write under temporary names; the files take their places when the block succeeds.
+    """Write under temporary names; the files are renamed to their final names when the block succeeds.
 
-    Names of other files lead to them from `folder`, by default that of `path`.
+    References to other files are relative to `folder`, by default the folder of `path`.
     """
     if texcoord not in (0, 1):
-        raise ValueError(f"texcoord is {texcoord!r}: give 0, or 1 for second texture coordinates")
+        raise ValueError(f"texcoord is {texcoord!r}: pass 0, or 1 for second texture coordinates")
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
-        raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
+        raise MeshError(f"{path} cannot hold an image: write one of {', '.join(WITH_IMAGES)}")
     if texcoord and suffix not in WITH_TWO_MAPS:
         known = ", ".join(WITH_TWO_MAPS)
         raise MeshError(f"{path} holds one set of texture coordinates: write one of {known}")
     if texcoord and image is not None:
-        raise MeshError("an image goes with the first texture coordinates: leave out it, or texcoord=1")
-    images = _images_for(images_of(image), suffix)
+        raise MeshError("an image needs the first texture coordinates: leave out the image or texcoord=1")
+    images = _select_images(encode_images(image), suffix)
     new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
-    rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in OF_GLTF
-    made, changed = _with_names_for(on_pages(replace(new, images=images), rewritten), suffix)
+    rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in GLTF_SUFFIXES
+    prepared, changed = _adapt_names(split_materials_by_page(replace(new, images=images), rewritten), suffix)
     kinds = {} if images is None else images.maps
     pages = 1 if images is None else images.pages
-    check_free(files_beside(path, made, kinds, pages, bool(texcoord)), force)
-    warn_of_loss(made, suffix, changed)
-    beside = materials_beside(made, path) if suffix == ".obj" else {}
+    check_free(files_beside(path, prepared, kinds, pages, bool(texcoord)), force)
+    warn_of_loss(prepared, suffix, changed)
+    beside = encode_material_files(prepared, path) if suffix == ".obj" else {}
     with ExitStack() as stack:
         temporary = stack.enter_context(replacing(path))
-        for own, data in beside.items():
-            Path(stack.enter_context(replacing(own))).write_bytes(data)
+        for side_path, data in beside.items():
+            Path(stack.enter_context(replacing(side_path))).write_bytes(data)
         named = path if folder is None else folder / path.name
-        if suffix == ".obj" and made.first is not None:
-            second = second_file(path)
-            _warn_of_second_file(second)
-            old = replace(made, TC=made.first[0], texture=made.first[1], first=None)
-            with warnings.catch_warnings():  # images stay, with the old texture coordinates
+        if suffix == ".obj" and prepared.first is not None:
+            second = second_map_path(path)
+            _warn_of_second_map(second)
+            first = replace(prepared, TC=prepared.first[0], texture=prepared.first[1], first=None)
+            with warnings.catch_warnings():  # images still match the first texture coordinates
                 warnings.filterwarnings("ignore", ".* images of its materials were made", MeshWarning)
-                WRITERS[suffix](stack.enter_context(replacing(second)), replace(made, first=None), named)
-                WRITERS[suffix](temporary, old, named)
+                WRITERS[suffix](stack.enter_context(replacing(second)), replace(prepared, first=None), named)
+                WRITERS[suffix](temporary, first, named)
         else:
-            WRITERS[suffix](temporary, made, named)
+            WRITERS[suffix](temporary, prepared, named)
         yield
 
 
-def _warn_of_second_file(second: Path) -> None:
+def _warn_of_second_map(second: Path) -> None:
     warnings.warn(
-        f"OBJ holds one set of texture coordinates: the second one is in {second.name}, on the same vertices "
+        f"OBJ holds one set of texture coordinates: the second set is in {second.name}, on the same vertices "
         "and faces",
         MeshWarning,
         stacklevel=stack_level(),
     )
 
 
-def images_of(image: GivenImages) -> Images | None:
-    """Images that a caller gives: one, one a page, or by their kinds what old ones were moved to."""
+def encode_images(image: ImageArgument) -> Images | None:
+    """Encode images as PNG: one image, one for each page, or a dict by kind that replaces old images."""
     if image is None:
         return None
     if isinstance(image, Mapping):
-        return Images({kind: _pages_of(given) for kind, given in image.items()}, moved=True)
-    return Images({COLOUR: _pages_of(image)})
+        return Images({kind: _encode_pages(pages) for kind, pages in image.items()}, moved=True)
+    return Images({COLOUR: _encode_pages(image)})
 
 
-def _pages_of(image: Any) -> tuple[bytes, ...]:
+def _encode_pages(image: Any) -> tuple[bytes, ...]:
     several = isinstance(image, list | tuple) and len(image) > 0 and np.ndim(image[0]) > 1
     if isinstance(image, np.ndarray) and image.ndim == 4:
         several = True
-    return tuple(png(page) for page in image) if several else (png(image),)
+    return tuple(encode_png(page) for page in image) if several else (encode_png(image),)
 
 
-def _images_for(images: Images | None, suffix: str) -> Images | None:
-    """Those that a file of this format takes; a warning names the others."""
+def _select_images(images: Images | None, suffix: str) -> Images | None:
+    """Return the images that the format can store, and warn of all others."""
     if images is None:
         return None
     if suffix == ".3mf" and images.pages > 1:
         raise MeshError(
-            f"a 3MF file has one texture here, and the atlas {images.pages} pages: write GLB or OBJ, or use "
-            "one page"
+            f"3MF files are written with one texture, and the atlas has {images.pages} pages: write GLB or "
+            "OBJ, or use one page"
         )
-    takes: dict[str, Callable[[str], bool]] = {
+    accepts: dict[str, Callable[[str], bool]] = {
         ".3mf": lambda kind: kind == COLOUR,
-        ".obj": lambda kind: kind in MTL_WORDS or not kind.endswith(TEXTURE),
+        ".obj": lambda kind: kind in MTL_KEYWORDS or not kind.endswith(TEXTURE_SUFFIX),
     }
-    kept = {kind: of for kind, of in images.maps.items() if takes.get(suffix, _is_of_gltf)(kind)}
+    kept = {kind: pages for kind, pages in images.maps.items() if accepts.get(suffix, _is_gltf_kind)(kind)}
     lost = sorted(set(images.maps) - set(kept))
     if lost:
         warnings.warn(
-            f"{suffix[1:].upper()} has no place for the maps {', '.join(lost)}: they are left out",
+            f"{suffix[1:].upper()} cannot store the maps {', '.join(lost)}: they are left out",
             MeshWarning,
             stacklevel=stack_level(),
         )
     return replace(images, maps=kept)
 
 
-def _is_of_gltf(kind: str) -> bool:
-    return kind.endswith(TEXTURE)
+def _is_gltf_kind(kind: str) -> bool:
+    return kind.endswith(TEXTURE_SUFFIX)
 
 
-def on_pages(mesh: MeshFile, as_it_is: bool) -> MeshFile:
-    """The mesh with a material for each page of its images; `as_it_is` where the writer sees to that."""
+def split_materials_by_page(mesh: MeshFile, unchanged: bool) -> MeshFile:
+    """Return the mesh with one material for each page of its images.
+
+    With `unchanged`, return the mesh itself, because the writer splits the materials.
+    """
     images, extras = mesh.images, mesh.extras
-    if images is None or images.pages == 1 or as_it_is:
+    if images is None or images.pages == 1 or unchanged:
         return mesh
-    names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    names, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
     looks = list(extras.looks or [Material()] * len(names))
-    if (of < 0).any():
-        names, looks = (*names, without_name(names, PLAIN)), [*looks, Material()]
-        of = np.where(of < 0, len(names) - 1, of)
-    pairs, number = np.unique(np.column_stack((of, pages_of_faces(mesh))), axis=0, return_inverse=True)
-    words = tuple(f"{names[i]}.{FIRST_TILE + page}" if page else names[i] for i, page in pairs.tolist())
-    made = tuple(replace(looks[i], page=page) for i, page in pairs.tolist())
-    return replace(mesh, extras=replace(extras, materials=(words, number.ravel()), looks=made))
+    if (material < 0).any():
+        names, looks = (*names, make_unused_name(names, DEFAULT_MATERIAL)), [*looks, Material()]
+        material = np.where(material < 0, len(names) - 1, material)
+    pairs, index = np.unique(np.column_stack((material, find_face_pages(mesh))), axis=0, return_inverse=True)
+    page_names = tuple(
+        f"{names[i]}.{FIRST_UDIM_TILE + page}" if page else names[i] for i, page in pairs.tolist()
+    )
+    page_looks = tuple(replace(looks[i], page=page) for i, page in pairs.tolist())
+    return replace(mesh, extras=replace(extras, materials=(page_names, index.ravel()), looks=page_looks))

@@ -1,4 +1,4 @@
-"""What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
+"""Read and write materials, both as MTL libraries and as glTF descriptions."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,20 +11,25 @@ from numpy.typing import NDArray
 
 from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
-from .parsing import as_bytes, as_text, name_of, numbers, plain_text
+from .parsing import convert_to_utf8, decode_utf8, encode_utf8, parse_name, parse_numbers
 
-SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
-PLAIN = "igl_linabf"  # the material of faces that have none
-TEXTURE = "Texture"  # what names of images end with in glTF
-COLOUR = "baseColorTexture"  # maps are named as glTF names them, and others by their words in MTL
-MTL_WORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
-SHARED_WITH_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # what is read of MTL
-FIRST_TILE = 1001  # of UDIM
-IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
+SRGB = {
+    "slope": 12.92,
+    "end of line": 0.0031308,
+    "scale": 1.055,
+    "power": 2.4,
+}  # transfer function of IEC 61966-2-1
+DEFAULT_MATERIAL = "igl_linabf"  # name of the material for faces without one
+TEXTURE_SUFFIX = "Texture"  # ending of glTF's names for image maps
+COLOUR = "baseColorTexture"  # glTF's name for the colour map; maps unknown to glTF keep their MTL keyword
+MTL_KEYWORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
+KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # MTL keywords with a counterpart in glTF
+FIRST_UDIM_TILE = 1001
+IMAGE_KEYWORDS = ("map_", "bump", "disp", "decal", "refl", "norm")  # MTL keywords for images
 
 
 class Colour(NamedTuple):
-    """Red, green and blue, from 0 to 1."""
+    """A colour with red, green and blue from 0 to 1."""
 
     red: float
     green: float
@@ -36,20 +41,20 @@ WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class ImageMap:
-    """An image of a material, on the first texture coordinates.
+    """An image of a material that uses the first texture coordinates.
 
     Attributes
     ----------
     kind : str
-        "baseColorTexture", ...: glTF's name, or else the word of MTL.
+        glTF's name, such as "baseColorTexture", or the MTL keyword of maps that glTF does not have.
     read : callable
-        Returns the bytes of the image's file.
+        Returns the bytes of the image file.
     wrap : (str, str)
-        How it goes on in u and in v: "repeat", "clamp" or "mirror".
+        Wrap mode in u and in v: "repeat", "clamp" or "mirror".
     matrix : ((3,), (3,)) of float
-        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
+        Maps texture coordinates (u, v, 1), v upwards, to image coordinates.
     options : str
-        MTL's options that also hold for other texture coordinates.
+        MTL options that do not depend on the texture coordinates.
     """
 
     kind: str
@@ -61,7 +66,7 @@ class ImageMap:
 
 @dataclass(frozen=True)
 class Material:
-    """A material's look.
+    """The appearance of a material.
 
     Attributes
     ----------
@@ -70,17 +75,17 @@ class Material:
     alpha : float
         1 is opaque.
     metallic, roughness : float or None
-        From 0 to 1; None if the file does not say.
+        From 0 to 1; None if the file does not specify them.
     images : bool
-        Whether it has images, which fit to the texture coordinates that were read.
+        Whether the material has images for the old texture coordinates.
     maps : tuple of ImageMap
-        Those of its images that can be moved to other texture coordinates.
+        The images that can be moved to other texture coordinates.
     lines : tuple of str
-        Its lines in the MTL file that it comes from.
+        The lines of the material in its MTL file.
     factor : (red, green, blue, alpha) or None
-        By what other colours are multiplied, proportional to light, where the format says so: glTF, 3MF.
+        Multiplies vertex and image colours, proportional to light, in glTF and 3MF; otherwise None.
     page : int
-        Of the new images, where it is the material of one page.
+        The page of the new images for which this material is a copy.
     """
 
     colour: Colour = WHITE
@@ -95,132 +100,138 @@ class Material:
     page: int = 0
 
 
-def bytes_of_colours(colours: FloatArray) -> NDArray[np.uint8]:
-    """Colours from 0 to 1 as whole numbers to 255."""
+def quantise_colours(colours: FloatArray) -> NDArray[np.uint8]:
+    """Convert colours from the range 0 to 1 to bytes."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
 
 
-def srgb(light: FloatArray) -> FloatArray:
-    """Colours as most formats have them, from ones proportional to light."""
+def encode_srgb(light: FloatArray) -> FloatArray:
+    """Convert colours proportional to light to sRGB."""
     rgb = np.clip(light, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = scale * rgb ** (1 / power) - (scale - 1)
     return np.asarray(np.where(rgb <= end, rgb * slope, curve))
 
 
-def linear(colours: FloatArray) -> FloatArray:
-    """Colours as glTF stores them, proportional to light."""
+def decode_srgb(colours: FloatArray) -> FloatArray:
+    """Convert sRGB colours to values proportional to light, as glTF stores them."""
     rgb = np.clip(colours, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = ((rgb + scale - 1) / scale) ** power
     return np.asarray(np.where(rgb <= end * slope, rgb / slope, curve))
 
 
-def library(path: Path) -> dict[str, Material]:
-    """The materials of an MTL file by name; what it says that is not understood stays in their lines."""
+def read_library(path: Path) -> dict[str, Material]:
+    """Read the materials of an MTL file by name; unsupported statements are kept in their `lines`."""
     lines: dict[str, list[str]] = {}
-    now: list[str] = []
-    for line in map(bytes.strip, plain_text(path.read_bytes()).splitlines()):
+    current: list[str] = []
+    for line in map(bytes.strip, convert_to_utf8(path.read_bytes()).splitlines()):
         if line.split(None, 1)[:1] == [b"newmtl"]:
-            now = lines.setdefault(as_text(name_of(line)), [])
+            current = lines.setdefault(decode_utf8(parse_name(line)), [])
         elif line and not line.startswith(b"#"):
-            now.append(as_text(line))
-    return {name: _of_lines(tuple(its)) for name, its in lines.items()}
+            current.append(decode_utf8(line))
+    return {name: _parse_material(tuple(its_lines)) for name, its_lines in lines.items()}
 
 
-def _of_lines(lines: tuple[str, ...]) -> Material:
-    said: dict[str, list[float]] = {}
+def _parse_material(lines: tuple[str, ...]) -> Material:
+    values_of_key: dict[str, list[float]] = {}
     for line in lines:
         key, *words = line.split()
-        said[key] = numbers([*map(as_bytes, words[:3])], min(len(words), 3))
+        values_of_key[key] = parse_numbers([*map(encode_utf8, words[:3])], min(len(words), 3))
 
     def colour(key: str, default: Colour) -> Colour:
-        values = said.get(key) or list(default)
+        values = values_of_key.get(key) or list(default)
         return Colour(*values) if len(values) == 3 else Colour(values[0], values[-1], values[-1])
 
     def number(key: str) -> float | None:
-        values = said.get(key)
+        values = values_of_key.get(key)
         return values[0] if values else None
 
-    alpha, clear = number("d"), number("Tr")
+    alpha, transparency = number("d"), number("Tr")
     return Material(
         colour=colour("Kd", WHITE),
-        alpha=1.0 - (clear or 0.0) if alpha is None else alpha,
+        alpha=1.0 - (transparency or 0.0) if alpha is None else alpha,
         metallic=number("Pm"),
         roughness=number("Pr"),
         emission=colour("Ke", BLACK),
-        images=any(names_image(line) for line in lines),
+        images=any(has_image(line) for line in lines),
         lines=lines,
     )
 
 
-def names_image(line: str) -> bool:
-    """Whether a line of MTL names an image."""
-    return line.lower().startswith(IMAGES)
+def has_image(line: str) -> bool:
+    """Return True if a line of an MTL file refers to an image."""
+    return line.lower().startswith(IMAGE_KEYWORDS)
 
 
-def library_text(
+def format_library(
     materials: Mapping[str, Material], images: Mapping[str, Sequence[str]] | None = None, moved: bool = False
 ) -> str:
-    """An MTL file; with the names of images, one a page.
+    """Return the text of an MTL file that refers to the given images, one for each page.
 
-    If they are `moved`, they take the places of the materials' own; else the one of COLOUR is the texture of
-    all of them.
+    With `moved`, the images replace the images of the materials. Otherwise the image of kind COLOUR becomes
+    the texture of all materials.
     """
-    said = ["# igl_linabf"]
+    text = ["# igl_linabf"]
     for name, look in materials.items():
-        said += ["", f"newmtl {name}"]
-        kept = look.lines or _lines_of(look)
+        text += ["", f"newmtl {name}"]
+        body = look.lines or _format_material(look)
         if images is not None:
-            kept = tuple(line for line in kept if not names_image(line))
+            body = tuple(line for line in body if not has_image(line))
         if images is not None and moved:
-            kept += tuple(
-                " ".join([MTL_WORDS.get(of.kind, of.kind), *of.options.split(), images[of.kind][look.page]])
-                for of in look.maps
-                if of.kind in images
+            body += tuple(
+                " ".join(
+                    [
+                        MTL_KEYWORDS.get(image_map.kind, image_map.kind),
+                        *image_map.options.split(),
+                        images[image_map.kind][look.page],
+                    ]
+                )
+                for image_map in look.maps
+                if image_map.kind in images
             )
-        elif images is not None:  # the image is their colour
-            kept = tuple(line for line in kept if line.split()[0] != "Kd")
-            kept = (*kept, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
-        said += kept
-    return "\n".join([*said, ""])
+        elif images is not None:  # the image replaces the colour
+            body = tuple(line for line in body if line.split()[0] != "Kd")
+            body = (*body, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
+        text += body
+    return "\n".join([*text, ""])
 
 
-def _lines_of(look: Material) -> tuple[str, ...]:
-    said = [f"Kd {' '.join(f'{c:.6g}' for c in look.colour)}", f"d {look.alpha:.6g}"]
-    said += [f"{key} {v:.6g}" for key, v in (("Pm", look.metallic), ("Pr", look.roughness)) if v is not None]
+def _format_material(look: Material) -> tuple[str, ...]:
+    lines = [f"Kd {' '.join(f'{c:.6g}' for c in look.colour)}", f"d {look.alpha:.6g}"]
+    lines += [f"{key} {v:.6g}" for key, v in (("Pm", look.metallic), ("Pr", look.roughness)) if v is not None]
     if look.emission != BLACK:
-        said.append(f"Ke {' '.join(f'{c:.6g}' for c in look.emission)}")
-    return tuple(said)
+        lines.append(f"Ke {' '.join(f'{c:.6g}' for c in look.emission)}")
+    return tuple(lines)
 
 
-def of_gltf(material: Mapping[str, Any]) -> Material:
-    """A material of glTF."""
+def parse_gltf_material(material: Mapping[str, Any]) -> Material:
+    """Return the material that a glTF description defines."""
     shading: Mapping[str, Any] = material.get("pbrMetallicRoughness", {})
     factor = [float(v) for v in shading.get("baseColorFactor", (1, 1, 1, 1))]
     return Material(
-        colour=Colour(*srgb(np.array(factor[:3])).tolist()),
+        colour=Colour(*encode_srgb(np.array(factor[:3])).tolist()),
         alpha=factor[3] if material.get("alphaMode", "OPAQUE") != "OPAQUE" else 1.0,
         metallic=float(shading.get("metallicFactor", 1.0)),
         roughness=float(shading.get("roughnessFactor", 1.0)),
-        emission=Colour(*srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
-        images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
+        emission=Colour(*encode_srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
+        images=any(key.endswith(TEXTURE_SUFFIX) for holder in (material, shading) for key in holder),
         factor=tuple(factor),
     )
 
 
-def unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
-    """What lines of MTL say that glTF has no word for; images are told apart."""
-    keys = {line.split()[0]: None for look in looks for line in look.lines if not names_image(line)}
-    return [key for key in keys if key not in SHARED_WITH_GLTF]
+def find_keys_unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
+    """Return the MTL keywords of the materials that glTF has no counterpart for, except for images."""
+    keys = {line.split()[0]: None for look in looks for line in look.lines if not has_image(line)}
+    return [key for key in keys if key not in KEYS_IN_GLTF]
 
 
-MOVE = "--bake texture (in Python, bake_texture) moves them"
-BAKED = "the baked one takes their place"
+MOVE_HINT = "--bake texture (in Python, bake_texture) moves them"
+REPLACED_HINT = "the baked image replaces them"
 
 
-def warn_of_images(count: int, remedy: str = "bake them anew") -> None:
-    """Images that were made for what is no longer there, and what helps, or was done."""
+def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
+    """Warn of images for the old texture coordinates, and state the remedy."""
     if count:
         warnings.warn(
             f"{count} images of its materials were made for the old texture coordinates: {remedy}",
@@ -229,13 +240,13 @@ def warn_of_images(count: int, remedy: str = "bake them anew") -> None:
         )
 
 
-def unmoved_images(looks: Sequence[Material]) -> int:
-    """How many of the materials have images, none of which can be moved."""
+def count_unmovable(looks: Sequence[Material]) -> int:
+    """Return the number of materials with images of which none can be moved."""
     return sum(look.images and not look.maps for look in looks)
 
 
 def warn_of_lost_images(count: int) -> None:
-    """Images for the old texture coordinates give way to one for the new ones."""
+    """Warn of images for the old texture coordinates that the new library does not include."""
     if count:
         warnings.warn(
             f"the images of {count} materials were made for the old texture coordinates: the new library "
@@ -245,16 +256,16 @@ def warn_of_lost_images(count: int) -> None:
         )
 
 
-def as_gltf(look: Material, name: str | None = None) -> dict[str, Any]:
-    """The material as glTF describes it."""
+def make_gltf_material(look: Material, name: str | None = None) -> dict[str, Any]:
+    """Return the glTF description of a material."""
     shading: dict[str, Any] = {"metallicFactor": look.metallic or 0}
     if look.colour != WHITE or look.alpha != 1:
-        shading["baseColorFactor"] = [*linear(np.array(look.colour)).tolist(), look.alpha]
+        shading["baseColorFactor"] = [*decode_srgb(np.array(look.colour)).tolist(), look.alpha]
     if look.roughness is not None:
         shading["roughnessFactor"] = look.roughness
-    made = {"pbrMetallicRoughness": shading, "doubleSided": True}
+    material = {"pbrMetallicRoughness": shading, "doubleSided": True}
     if look.emission != BLACK:
-        made["emissiveFactor"] = linear(np.array(look.emission)).tolist()
+        material["emissiveFactor"] = decode_srgb(np.array(look.emission)).tolist()
     if look.alpha < 1:
-        made["alphaMode"] = "BLEND"
-    return made if name is None else {"name": name, **made}
+        material["alphaMode"] = "BLEND"
+    return material if name is None else {"name": name, **material}

@@ -1,4 +1,4 @@
-"""What a mesh file holds, as a value."""
+"""Define `MeshFile`, a mesh together with all contents of its file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
-from .parsing import NOTHING, Extras
+from .parsing import NO_EXTRAS, Extras
 
 Unit = Literal["um", "mm", "cm", "m", "in", "ft"]
-UNITS: dict[str, Unit] = {
+UNIT_SYMBOLS: dict[str, Unit] = {
     "micron": "um",
     "millimeter": "mm",
     "centimeter": "cm",
@@ -29,15 +29,15 @@ UNITS: dict[str, Unit] = {
 
 @dataclass(frozen=True, eq=False)
 class Images:
-    """PNG files for the texture coordinates that are written.
+    """PNG files for the new texture coordinates.
 
     Attributes
     ----------
     maps : mapping of str to tuple of bytes
-        By the kind of map, "baseColorTexture" for colours, the file of each page.
+        For each kind of map, such as "baseColorTexture" for colours, one PNG file for each page.
     moved : bool
-        They take the places of old images, in the materials that had one of that kind. Else the colours are
-        those of all materials.
+        Whether the images replace old images of the same kind in each material. Otherwise the colour image
+        is the texture of all materials.
     """
 
     maps: Mapping[str, tuple[bytes, ...]]
@@ -45,47 +45,47 @@ class Images:
 
     @property
     def pages(self) -> int:
-        """Their number."""
+        """The number of pages."""
         return max(map(len, self.maps.values()), default=1)
 
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
-    """A mesh, and what else its file has.
+    """A mesh together with all other contents of its file.
 
-    `unwrap(mesh.V, mesh.F)` makes texture coordinates for it, `write_file` writes all of it again with them.
+    `unwrap(mesh.V, mesh.F)` computes texture coordinates, and `write_file` writes them with all contents.
 
     Attributes
     ----------
     V : (#V, 3) float64
     polygons : Polygons
-        The faces, corner after corner.
+        The faces as concatenated corners.
     TC : (#TC, 2) float64 or None
         Texture coordinates, v upwards.
     texture : (#C,) int64 or None
-        Their rows at the corners; -1 where there is none.
+        Rows of `TC` at the corners; -1 for corners without texture coordinates.
     extras : Extras
-        Normals, colours, names, and what only the format itself can keep.
+        Normals, colours, names, and data that only the file's own format can store.
     path : Path or None
-        Where it was read from.
+        The file that was read.
     images : Images or None
-        To be written as its textures.
+        Images to be written as textures.
     first : (#TC, 2) float64 and (#C,) int64, or None
-        The first texture coordinates and their rows at the corners, where `TC` are to be the second ones.
+        The first texture coordinates and their rows at the corners, if `TC` are second texture coordinates.
     """
 
     V: FloatArray
     polygons: Polygons
     TC: FloatArray | None = None
     texture: IntArray | None = None
-    extras: Extras = NOTHING
+    extras: Extras = NO_EXTRAS
     path: Path | None = None
     images: Images | None = None
     first: tuple[FloatArray, IntArray] | None = None
 
     @property
-    def F(self) -> Faces:  # noqa: N802  # as everywhere
-        """The faces: (#F, k) if all have k corners, else a tuple of arrays, one a face."""
+    def F(self) -> Faces:  # noqa: N802
+        """The faces: (#F, k) if all have k corners, otherwise a tuple with one array per face."""
         return self.polygons.shaped
 
     @property
@@ -100,7 +100,7 @@ class MeshFile:
 
     @property
     def triangles(self) -> IntArray:
-        """The vertices of the triangles that the faces are split into, (#T, 3)."""
+        """The vertices of the triangles of the faces, (#T, 3)."""
         return self.split.F
 
     @property
@@ -110,12 +110,12 @@ class MeshFile:
 
     @property
     def units(self) -> Unit | None:
-        """The unit of length, as `write_pattern` takes it; None if the file does not say."""
-        return None if self.extras.units is None else UNITS[self.extras.units]
+        """The unit of length, as an argument of `write_pattern`; None if the file does not specify it."""
+        return None if self.extras.units is None else UNIT_SYMBOLS[self.extras.units]
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The names of the objects, or groups."""
+        """The names of the objects or groups."""
         return () if self.extras.parts is None else self.extras.parts[0]
 
     @property
@@ -124,29 +124,29 @@ class MeshFile:
         return () if self.extras.materials is None else self.extras.materials[0]
 
     def with_second(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
-        """The same with other texture coordinates beside its own, as lightmaps need them.
+        """Return the mesh with second texture coordinates in addition to its own, for example for lightmaps.
 
         Raises
         ------
         MeshError
-            It has none at all corners, or the arrays do not fit to the faces.
+            Corners of the mesh have no texture coordinates, or the arrays do not match the faces.
         """
         if self.TC is None or self.texture is None or (self.texture < 0).any():
             raise MeshError(
-                "the mesh has no first texture coordinates at all corners, beside which second ones could "
-                "stand: unwrap it without texcoord=1 (--texcoord 1)"
+                "the mesh has no first texture coordinates at all corners, which second ones need: unwrap it "
+                "without texcoord=1 (--texcoord 1)"
             )
         return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
 
     def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
-        """The same with other texture coordinates.
+        """Return the mesh with other texture coordinates.
 
         Parameters
         ----------
         TC : (#TC, 2) float
-            Rows that are not finite are left out; no corner may use one.
-        FTC : in the shape of `F`, optional
-            Their rows at the corners; by default `F`.
+            Rows that are not finite are skipped; no corner may refer to one.
+        FTC : same shape as `F`, optional
+            Rows of `TC` at the corners; by default `F`.
 
         Returns
         -------
@@ -155,23 +155,23 @@ class MeshFile:
         Raises
         ------
         MeshError
-            The arrays do not fit to the faces.
+            The arrays do not match the faces.
         """
         map_ = vertex_array(TC, 2, "TC")
         texture = self.polygons if FTC is None else self.polygons.texture_of(FTC)
-        check_corners(map_, texture, "F, taken for FTC," if FTC is None else "FTC", "TC")
+        check_corners(map_, texture, "F, used as FTC," if FTC is None else "FTC", "TC")
         used = np.isfinite(map_).all(axis=1)
         number = np.cumsum(used) - 1
         return replace(self, TC=map_[used], texture=number[texture.corners])
 
 
 def at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
-    """Values at the corners of the faces as rows of the triangles that they are split into."""
+    """Return values at the corners of the faces as rows of the triangles of the faces."""
     return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.split.place]
 
 
 def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:
-    """Raise where faces refer to rows that are not there, or not finite."""
+    """Raise if faces refer to rows that are missing or not finite."""
     outside = index.outside(len(rows))
     if len(outside):
         first = index.corners[index.owner == outside[0]].tolist()

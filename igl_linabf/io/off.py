@@ -1,4 +1,4 @@
-"""Read OFF, in text: positions, and the normals, colours and texture coordinates of NOFF, COFF and STOFF."""
+"""Read text OFF files with the normals, colours and texture coordinates of NOFF, COFF and STOFF."""
 
 import re
 from contextlib import suppress
@@ -14,25 +14,25 @@ from .parsing import (
     Damaged,
     Extras,
     Property,
-    as_text,
-    columns_of,
-    indices,
-    polygons_of,
-    refuse,
-    rows_of,
+    decode_utf8,
+    make_polygons,
+    parse_indices,
+    parse_table,
+    raise_damaged,
+    split_rows,
 )
 
-FACE = (Property("corners", "i4", "i4"),)
-# Digits of a face's number of corners, at most: Python refuses to read numbers of thousands of digits. With
-# fewer, long polygons are refused; more fit no list of a file (tests/io/test_formats.py).
-CORNER_COUNT_DIGITS = 9
-NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
-NO_VERTEX = "is no vertex: it takes three numbers"
-NO_COLOUR = 170 / 255  # Geomview's own of faces without one
+FACE_PROPERTIES = (Property("corners", "i4", "i4"),)
+MAX_CORNER_COUNT_DIGITS = (
+    9  # digits of a face's number of corners; Python rejects numbers of thousands of digits
+)
+INVALID_FACE = "is not a face: it needs a number of corners, at least 3, and this number of vertex indices"
+INVALID_VERTEX = "is not a vertex: it needs three numbers"
+DEFAULT_FACE_COLOUR = 170 / 255  # Geomview's grey for faces without a colour
 
 
-class AtVertices(NamedTuple):
-    """What follows the positions in the lines of vertices."""
+class VertexData(NamedTuple):
+    """The values that follow the positions in vertex lines."""
 
     normals: FloatArray | None
     colours: FloatArray | None
@@ -41,90 +41,90 @@ class AtVertices(NamedTuple):
 
 
 def parse_off(data: bytes) -> MeshFile:
-    """The mesh in the bytes of an OFF file."""
-    rows, at = rows_of(data, b"#")
-    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some leave the blank out
+    """Parse the mesh from the bytes of an OFF file."""
+    rows, line_numbers = split_rows(data, b"#")
+    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some files omit the space
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST|C|N)*OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
     if head[1:] == [b"BINARY"]:
         raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
-    first = 1 if len(head) == 1 else 0  # the row of the counts, which may follow at once
+    first = 1 if len(head) == 1 else 0  # the counts may be on the first line, after OFF
     words = rows[first].split()[1 - first :][:2] if first < len(rows) else []
-    counts = indices(words, 2)
+    counts = parse_indices(words, 2)
     if not counts:
         raise Damaged(f"after {head[0].decode()} the numbers of vertices and faces are missing")
     n, m = counts
-    rows, at = rows[first + 1 :], at[first + 1 :]
+    rows, line_numbers = rows[first + 1 :], line_numbers[first + 1 :]
     if len(rows) != n + m and head[0] == b"OFF":
-        rows, at = _one_a_line(rows, at, n, m)
+        rows, line_numbers = _regroup_words(rows, line_numbers, n, m)
     if len(rows) != n + m:
         raise Damaged(
-            f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow: correct the head "
-            "if these are all"
+            f"its header declares {n} vertices and {m} faces, but {len(rows)} lines follow: correct the "
+            "header if no line is missing"
         )
-    V, more = _vertices(rows[:n], at[:n], head[0])
-    rows, at = rows[n:], at[n:]
-    polygons = columns_of(rows, at, FACE, NO_FACE)["corners"]
+    V, vertex_data = _parse_vertices(rows[:n], line_numbers[:n], head[0])
+    rows, line_numbers = rows[n:], line_numbers[n:]
+    polygons = parse_table(rows, line_numbers, FACE_PROPERTIES, INVALID_FACE)["corners"]
     for i in np.flatnonzero(np.asarray(polygons.sizes) < 3)[:1]:
-        refuse(at[i], rows[i], NO_FACE)
-    faces = polygons_of(polygons)
+        raise_damaged(line_numbers[i], rows[i], INVALID_FACE)
+    faces = make_polygons(polygons)
     for i in faces.outside(n)[:1]:
-        refuse(at[i], rows[i], f"names a vertex outside 0..{n - 1}")
-    face_colours, other = _face_colours(rows, faces.sizes.tolist())
+        raise_damaged(line_numbers[i], rows[i], f"refers to a vertex outside 0..{n - 1}")
+    face_colours, other = _parse_face_colours(rows, faces.sizes.tolist())
     lost = {
-        "numbers after the positions of its vertices": more.unknown,
+        "numbers after the positions of its vertices": vertex_data.unknown,
         "numbers after the corners of its faces": other,
     }
     comments = map(bytes.strip, re.findall(rb"#([^\r\n]*)", data))
     extras = Extras(
-        colours=more.colours,
-        normals=more.normals,
-        normal=None if more.normals is None else faces.corners,
+        colours=vertex_data.colours,
+        normals=vertex_data.normals,
+        normal=None if vertex_data.normals is None else faces.corners,
         face_colours=face_colours,
-        comments=tuple(as_text(line) for line in comments if line),
+        comments=tuple(decode_utf8(line) for line in comments if line),
         unshared=tuple(what for what, is_there in lost.items() if is_there),
     )
-    return MeshFile(V, faces, more.TC, None if more.TC is None else faces.corners, extras)
+    return MeshFile(V, faces, vertex_data.TC, None if vertex_data.TC is None else faces.corners, extras)
 
 
-def _vertices(rows: list[bytes], at: list[int], head: bytes) -> tuple[FloatArray, AtVertices]:
-    """Positions, and the normals, colours and texture coordinates that the head promises, in this order."""
+def _parse_vertices(rows: list[bytes], line_numbers: list[int], head: bytes) -> tuple[FloatArray, VertexData]:
+    """Return positions and the normals, colours and texture coordinates that the header declares."""
     width = len(rows[0].split()) if rows else 3
     has_normals, has_colours, has_texture = (key in head.replace(b"OFF", b"") for key in (b"N", b"C", b"ST"))
-    rest = width - 3 * (1 + has_normals) - 2 * has_texture  # numbers of a colour
-    known = rest in (3, 4) if has_colours else rest == 0
+    colour_width = width - 3 * (1 + has_normals) - 2 * has_texture  # components of a colour
+    is_consistent = colour_width in (3, 4) if has_colours else colour_width == 0
     numbers = np.empty((0, 0))
-    if known and width > 3:
-        with suppress(Damaged):  # where some vertices lack it, all do
-            numbers = _columns(rows, at, width)
+    if is_consistent and width > 3:
+        with suppress(Damaged):  # ignore the values unless all vertices have them
+            numbers = _parse_columns(rows, line_numbers, width)
     if not numbers.size:
-        return _columns(rows, at, 3), AtVertices(None, None, None, unknown=width > 3)
-    V, *parts = np.split(numbers, np.cumsum([3, 3 * has_normals, rest * has_colours]), axis=1)
+        return _parse_columns(rows, line_numbers, 3), VertexData(None, None, None, unknown=width > 3)
+    V, *parts = np.split(numbers, np.cumsum([3, 3 * has_normals, colour_width * has_colours]), axis=1)
     normals, colours, TC = parts
-    return V, AtVertices(
+    return V, VertexData(
         normals if has_normals else None,
-        _to_one(colours) if has_colours else None,
+        _scale_to_unit(colours) if has_colours else None,
         TC if has_texture else None,
         unknown=False,
     )
 
 
-def _columns(rows: list[bytes], at: list[int], width: int) -> FloatArray:
+def _parse_columns(rows: list[bytes], line_numbers: list[int], width: int) -> FloatArray:
     names = list(map(str, range(width)))
-    table = columns_of(rows, at, [Property(name, "f8") for name in names], NO_VERTEX)
+    table = parse_table(rows, line_numbers, [Property(name, "f8") for name in names], INVALID_VERTEX)
     return np.column_stack([table[name].values for name in names])
 
 
-def _to_one(colours: FloatArray) -> FloatArray:
-    """Colours from 0 to 1: fractions, or whole numbers to 255."""
+def _scale_to_unit(colours: FloatArray) -> FloatArray:
+    """Convert colours to the range 0 to 1, from fractions or from integers up to 255."""
     return colours / 255 if colours.max(initial=0) > 1 else colours
 
 
-def _face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
-    """Colours after the corners of some faces, and whether anything else follows there."""
+def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
+    """Return the colours after the corners of faces, and whether any other values follow the corners."""
     blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
-    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # words
+    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # number of words
         return None, False
     colours, other = np.full((len(rows), 4), np.nan), False
     for colour, row, k in zip(colours, rows, sizes, strict=True):
@@ -136,30 +136,32 @@ def _face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | Non
         if len(values) in (3, 4):
             colour[:] = values if len(values) == 4 else [*values, np.inf]
         else:
-            other |= bool(values)  # as an index into a map of colours
+            other |= bool(values)  # for example an index into a colour map
     given = colours[~np.isnan(colours[:, 0])]
     if not len(given):
         return None, other
     opaque = np.isinf(given[:, 3])
     given[opaque, 3] = 255 if given[:, :3].max() > 1 else 1
-    made = np.full(colours.shape, NO_COLOUR)
-    made[:, 3] = 1
-    made[~np.isnan(colours[:, 0])] = _to_one(given)
-    return made if not opaque.all() else made[:, :3], other
+    filled = np.full(colours.shape, DEFAULT_FACE_COLOUR)
+    filled[:, 3] = 1
+    filled[~np.isnan(colours[:, 0])] = _scale_to_unit(given)
+    return filled if not opaque.all() else filled[:, :3], other
 
 
-def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[bytes], list[int]]:
-    """A row for each vertex and face whose words are spread over lines; else the rows given."""
-    words = [(word, line) for row, line in zip(rows, at, strict=True) for word in row.split()]
+def _regroup_words(
+    rows: list[bytes], line_numbers: list[int], n: int, m: int
+) -> tuple[list[bytes], list[int]]:
+    """Return one row per vertex and face if words are spread over several lines; otherwise the rows."""
+    words = [(word, line) for row, line in zip(rows, line_numbers, strict=True) for word in row.split()]
     if len(words) < 3 * n + m:
-        return rows, at
+        return rows, line_numbers
     starts = list(range(0, 3 * n + 1, 3))
     for _ in range(m):
         size = words[starts[-1]][0] if starts[-1] < len(words) else b""
-        if not size.isdigit() or len(size) > CORNER_COUNT_DIGITS or int(size) > len(words):
-            return rows, at
+        if not size.isdigit() or len(size) > MAX_CORNER_COUNT_DIGITS or int(size) > len(words):
+            return rows, line_numbers
         starts.append(starts[-1] + 1 + int(size))
     if starts[-1] != len(words):
-        return rows, at
+        return rows, line_numbers
     joined = [b" ".join(word for word, _ in words[i:j]) for i, j in pairwise(starts)]
     return joined, [words[i][1] for i in starts[:-1]]

@@ -1,4 +1,4 @@
-"""Shared by the readers: numbers, tables and triangle strips parsed; damage reported with its line."""
+"""Parse numbers, tables and triangle strips, and report damage with its line; shared by all readers."""
 
 from __future__ import annotations
 
@@ -14,68 +14,69 @@ from .._types import FloatArray, IntArray
 from ..surface import Polygons, index_and_rank
 
 
-def triangles_of_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
-    """Each corner makes a triangle with the two before it; every second one is turned.
+def triangulate_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, IntArray]:
+    """Convert triangle strips to triangles with consistent orientation.
 
-    Some have a vertex twice: programs write them to join strips into one.
+    Each corner forms a triangle with the two corners before it, and the orientation alternates. Triangles may
+    contain a vertex twice, because programs join strips by degenerate triangles.
 
     Parameters
     ----------
     corners : (#C,) int64
         The vertices of all strips.
     strip : (#C,) int64
-        The strip of each, which does not decrease.
+        The strip of each corner, in ascending order.
 
     Returns
     -------
     F : (#F, 3) int64
     strip : (#F,) int64
-        The strip of each.
+        The strip of each triangle.
     """
-    at = np.arange(len(corners))
-    first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, at, 0))
+    position = np.arange(len(corners))
+    first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, position, 0))
     F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
-    turned = (at - first)[:-2] % 2 == 1
-    F[turned] = F[turned][:, [1, 0, 2]]
+    odd = (position - first)[:-2] % 2 == 1
+    F[odd] = F[odd][:, [1, 0, 2]]
     whole = strip[:-2] == strip[2:]
     return F[whole], strip[:-2][whole]
 
 
 SPACE = ord(" ")
-INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number of so many digits fits 64 bits
+MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number with this many digits fits 64 bits
 
 
-class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is known
-    """The file does not follow its format; the text says where."""
+class Damaged(Exception):  # noqa: N818  # internal; callers that know the file name raise MeshError instead
+    """Raised if a file violates its format; the message names the place."""
 
 
-Named = tuple[tuple[str, ...], IntArray]  # names, and for each face the number of its name, or -1
+FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and the index of each face's name, or -1
 
 
 @dataclass(frozen=True, eq=False)
 class Extras:
-    """What a file has beside the mesh and its texture coordinates; None for what it has not.
+    """The contents of a file other than the mesh and its texture coordinates; None if absent.
 
     Attributes
     ----------
     colours, face_colours : (#V, 3 or 4) float64, (#F, 3 or 4) float64
-        Of vertices and of faces, from 0 to 1.
+        Colours of vertices and of faces, from 0 to 1.
     corner_colours : (#C, 3 or 4) float64
-        Of corners, where those of a vertex or of a face differ.
+        Colours of corners, if corners of a vertex or of a face have different colours.
     normals, normal : (#N, 3) float64, (#C,) int64
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
-        Objects or groups; materials.
+        Names of objects or groups and of materials, and the index of the name for each face.
     looks : tuple of Material or None
-        What the materials look like.
+        The appearance of each material.
     units : str or None
-        Of length, as 3MF names them: "millimeter", "inch", ...
+        The unit of length with its name in 3MF, such as "millimeter" or "inch".
     comments : tuple of str
-        Lines for people.
+        Comment lines.
     unshared : tuple of str
-        What else there is that no other format takes, as a warning names it: "the elements camera".
+        Descriptions, for warnings, of contents that no other format can store, such as "the elements camera".
     source : object
-        What only the format's own writer understands.
+        Data for the format's own writer.
     """
 
     colours: FloatArray | None = None
@@ -83,27 +84,28 @@ class Extras:
     corner_colours: FloatArray | None = None
     normals: FloatArray | None = None
     normal: IntArray | None = None
-    parts: Named | None = None
-    materials: Named | None = None
-    looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
+    parts: FaceLabels | None = None
+    materials: FaceLabels | None = None
+    looks: tuple[Any, ...] | None = None  # Any avoids a circular import of Material
     units: str | None = None
     comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
     source: Any = None
 
 
-NOTHING = Extras()
+NO_EXTRAS = Extras()
 
 
 class Property(NamedTuple):
-    """A number, or a list of numbers, in each row; types are NumPy's.
+    """A column of a table that holds a number or a list of numbers in each row.
 
     Attributes
     ----------
     name : str
     type : str
+        NumPy's code for the type of the numbers.
     length : str
-        Type of the list's length; empty for a single number.
+        NumPy's code for the type of the list length; empty for single numbers.
     """
 
     name: str
@@ -117,7 +119,7 @@ class Property(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property in all rows; lists are concatenated, with their sizes."""
+    """The values of one property in all rows; lists are concatenated, and `sizes` holds their lengths."""
 
     values: NDArray[Any]
     sizes: IntArray | None = None
@@ -126,7 +128,7 @@ class Column:
         return len(self.values if self.sizes is None else self.sizes)
 
     def take(self, rows: IntArray) -> Column:
-        """The values of these rows."""
+        """Return the column of these rows."""
         if self.sizes is None:
             return Column(self.values[rows])
         sizes = self.sizes[rows]
@@ -135,71 +137,71 @@ class Column:
         return Column(self.values[np.repeat(start, sizes) + rank], sizes)
 
 
-Columns = dict[str, Column]
+Table = dict[str, Column]
 
 
-def plain_text(data: bytes) -> bytes:
-    """Text as UTF-8 without a byte order mark: editors put one before it, some shells write UTF-16."""
+def convert_to_utf8(data: bytes) -> bytes:
+    """Convert text to UTF-8 without a byte order mark, from UTF-8 or UTF-16 with one."""
     if not data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.removeprefix(codecs.BOM_UTF8)
     try:
         return data.decode("utf-16").encode()
     except UnicodeError:
-        raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
+        raise Damaged("it begins as UTF-16 text, but continues in a different encoding") from None
 
 
-def as_text(data: bytes) -> str:
-    """UTF-8 as text; bytes that are none stay what they are, as in Python's names of files."""
+def decode_utf8(data: bytes) -> str:
+    """Decode UTF-8; invalid bytes become surrogates, as in Python's file names."""
     return data.decode("utf-8", "surrogateescape")
 
 
-def as_bytes(text: str) -> bytes:
-    """The bytes that `as_text` has read."""
+def encode_utf8(text: str) -> bytes:
+    """Return the bytes from which `decode_utf8` made the text."""
     return text.encode("utf-8", "surrogateescape")
 
 
-def name_of(line: bytes) -> bytes:
-    """What follows a keyword: blanks and # in it belong to a name."""
+def parse_name(line: bytes) -> bytes:
+    """Return the name after a keyword, including spaces and `#`."""
     return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
-def refuse(line: int, text: bytes, what: str) -> NoReturn:
-    """Raise `Damaged` for a line; `what` says what is wrong with it."""
-    raise Damaged(f"line {line}, {printable(text)}, {what}")
+def raise_damaged(line: int, text: bytes, what: str) -> NoReturn:
+    """Raise `Damaged` for a line; `what` describes the problem."""
+    raise Damaged(f"line {line}, {quote_line(text)}, {what}")
 
 
-def printable(text: bytes, limit: int = 40) -> str:
-    """The beginning of a damaged line, printable."""
+def quote_line(text: bytes, limit: int = 40) -> str:
+    """Return the beginning of a damaged line in printable form."""
     whole = text.strip().decode("utf-8", "backslashreplace")
     return repr(whole if len(whole) <= limit else f"{whole[:limit]}...")
 
 
-def numbers(words: Sequence[bytes], count: int) -> list[float]:
-    """The words as `count` numbers; empty if they are not."""
+def parse_numbers(words: Sequence[bytes], count: int) -> list[float]:
+    """Return the words as `count` numbers; an empty list if they are not."""
     try:
         values = list(map(float, words))
     except ValueError:
         return []
-    # Python, but no format, reads 1_000
+    # Python accepts 1_000, but no mesh format does
     return values if len(values) == count and b"_" not in b"".join(words) else []
 
 
-def indices(words: Sequence[bytes], count: int) -> list[int]:
-    """The words as `count` integers, 0 or larger; empty if they are not."""
+def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
+    """Return the words as `count` non-negative integers; an empty list if they are not."""
     text = b"".join(words)
-    if len(words) != count or not text.isdigit() or max(map(len, words)) > INDEX_DIGITS:
+    if len(words) != count or not text.isdigit() or max(map(len, words)) > MAX_INDEX_DIGITS:
         return []
     return list(map(int, words))
 
 
-def integers(words: Sequence[bytes], count: int) -> list[int]:
-    """The words as `count` integers; empty if they are not."""
+def parse_integers(words: Sequence[bytes], count: int) -> list[int]:
+    """Return the words as `count` integers; an empty list if they are not."""
     unsigned = [word.removeprefix(b"-") for word in words]
-    return list(map(int, words)) if all(unsigned) and indices(unsigned, count) else []
+    return list(map(int, words)) if all(unsigned) and parse_indices(unsigned, count) else []
 
 
-def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
-    """The lines that are not empty, without comments, and their numbers, from 1."""
+def split_rows(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
+    """Return the non-empty lines without comments, and their line numbers, counted from 1."""
     lines = data.splitlines()
     if comment and comment in data:
         lines = [text.partition(comment)[0] for text in lines]
@@ -207,21 +209,23 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
     return [text for text in lines if text], [i for i, text in enumerate(lines, 1) if text]
 
 
-def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
-    """The columns of a text table; `at` has its line numbers, `what` describes a damaged line."""
-    if not any(of.length for of in properties):
-        values = _table_of_numbers(rows, len(properties))
+def parse_table(
+    rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
+) -> Table:
+    """Return the columns of a text table; `what` describes the problem of a damaged line."""
+    if not any(prop.length for prop in properties):
+        values = _parse_number_table(rows, len(properties))
         if values is not None:
-            return {of.name: Column(values[:, k]) for k, of in enumerate(properties)}
+            return {prop.name: Column(values[:, k]) for k, prop in enumerate(properties)}
     elif len(properties) == 1 and properties[0].is_of_indices:
-        polygons = _lists_of_one_size(rows)
+        polygons = _parse_equal_lists(rows)
         if polygons is not None:
             return {properties[0].name: polygons}
-    return _row_by_row(rows, at, properties, what)
+    return _parse_rows(rows, line_numbers, properties, what)
 
 
-def _table_of_numbers(rows: list[bytes], columns: int) -> FloatArray | None:
-    """The first `columns` words of each row as numbers, if all of them are numbers: fast."""
+def _parse_number_table(rows: list[bytes], columns: int) -> FloatArray | None:
+    """Return the first `columns` words of each row as numbers; None if a word is not a number."""
     if not rows:
         return np.empty((0, columns))
     try:
@@ -230,11 +234,11 @@ def _table_of_numbers(rows: list[bytes], columns: int) -> FloatArray | None:
         return None
 
 
-def _lists_of_one_size(rows: list[bytes]) -> Column | None:
-    """Integers in rows `k v1 ... vk`, if k is the same in all rows: fast."""
+def _parse_equal_lists(rows: list[bytes]) -> Column | None:
+    """Return the integers of rows `k v1 ... vk`; None unless all rows have the same k."""
     words = rows[0].split() if rows else []
-    (k,) = indices(words[:1], 1) or (0,)
-    table = _table_of_numbers(rows, k + 1) if 0 < k < len(words) else None
+    (k,) = parse_indices(words[:1], 1) or (0,)
+    table = _parse_number_table(rows, k + 1) if 0 < k < len(words) else None
     if table is None or not (np.abs(table) < 2.0**53).all():
         return None
     if (table != np.round(table)).any() or (table[:, 0] != k).any():
@@ -242,32 +246,41 @@ def _lists_of_one_size(rows: list[bytes]) -> Column | None:
     return Column(table[:, 1:].astype(np.int64).ravel(), np.full(len(table), k))
 
 
-def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
+def _parse_rows(
+    rows: list[bytes], line_numbers: list[int], properties: Sequence[Property], what: str
+) -> Table:
+    """Parse a table row by row, to support lists of different lengths and to report the damaged line."""
     values: list[list[float]] = [[] for _ in properties]
     sizes: list[list[int]] = [[] for _ in properties]
-    for text, line in zip(rows, at, strict=True):
+    for text, line in zip(rows, line_numbers, strict=True):
         words, k = text.split(), 0
-        for of, column, size in zip(properties, values, sizes, strict=True):
+        for prop, column, size in zip(properties, values, sizes, strict=True):
             n = 1
-            if of.length:
-                (n,) = indices(words[k : k + 1], 1) or [-1]
+            if prop.length:
+                (n,) = parse_indices(words[k : k + 1], 1) or [-1]
                 size.append(n)
                 k += 1
-            read = numbers if not of.is_of_indices else indices if of.type[0] == "u" else integers
+            read = (
+                parse_numbers
+                if not prop.is_of_indices
+                else parse_indices
+                if prop.type[0] == "u"
+                else parse_integers
+            )
             entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
             if len(entry) != n:
-                refuse(line, text, what)
+                raise_damaged(line, text, what)
             column.extend(entry)
             k += n
     return {
-        of.name: Column(
-            np.array(column, dtype=np.int64 if of.is_of_indices else np.float64),
-            np.array(size, dtype=np.int64) if of.length else None,
+        prop.name: Column(
+            np.array(column, dtype=np.int64 if prop.is_of_indices else np.float64),
+            np.array(size, dtype=np.int64) if prop.length else None,
         )
-        for of, column, size in zip(properties, values, sizes, strict=True)
+        for prop, column, size in zip(properties, values, sizes, strict=True)
     }
 
 
-def polygons_of(column: Column) -> Polygons:
-    """Faces, which have at least three corners."""
+def make_polygons(column: Column) -> Polygons:
+    """Return the faces that a column of vertex lists defines."""
     return Polygons(column.values.astype(np.int64), np.asarray(column.sizes, dtype=np.int64))

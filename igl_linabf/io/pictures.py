@@ -1,4 +1,4 @@
-"""Arrays as images of Pillow, as PNG, and as files."""
+"""Convert arrays to Pillow images, and read and write image files."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MeshError
 
-PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # the largest number
+PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
 CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
-def picture(image: ArrayLike) -> Any:
-    """Pillow's image of numbers from 0 to 1."""
+def make_image(image: ArrayLike) -> Any:
+    """Return the Pillow image of an array with values from 0 to 1."""
     from PIL import Image
 
     pixels: NDArray[Any] = np.asarray(image, dtype=np.float64)
@@ -30,13 +30,13 @@ def picture(image: ArrayLike) -> Any:
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
 
 
-def pixels_of(data: bytes, name: str) -> FloatArray:
-    """The pixels (#rows, #columns, 1 to 4) of an image's file, from 0 to 1.
+def decode_image(data: bytes, name: str) -> FloatArray:
+    """Decode the bytes of an image file to pixels (#rows, #columns, 1 to 4) from 0 to 1.
 
     Raises
     ------
     MeshError
-        Pillow cannot read it.
+        Pillow cannot read the image.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -53,26 +53,26 @@ def pixels_of(data: bytes, name: str) -> FloatArray:
     return rows[:, :, None] if rows.ndim == 2 else rows
 
 
-def png(image: ArrayLike) -> bytes:
-    """The image as the bytes of a PNG file."""
+def encode_png(image: ArrayLike) -> bytes:
+    """Return the image as the bytes of a PNG file."""
     data = BytesIO()
-    picture(image).save(data, "PNG")
+    make_image(image).save(data, "PNG")
     return data.getvalue()
 
 
 def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
-    """Write an image; Pillow chooses the format by the suffix.
+    """Write an image; the suffix selects the format.
 
     Parameters
     ----------
-    path : path of a PNG file, or of another format of Pillow
+    path : path of a PNG file, or of another format that Pillow supports
     image : (#rows, #columns) or (#rows, #columns, 1, 3 or 4) float
-        From 0 to 1; what lies beyond is cut off, and NaN is 0. 8 bits a channel are written.
+        Values are clipped to the range 0 to 1, NaN becomes 0, and 8 bits per channel are written.
 
     Raises
     ------
     MeshError
-        The image has another shape.
+        The image has a different shape.
     OSError
         The file cannot be written. In that case nothing is left behind.
 
@@ -85,4 +85,4 @@ def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
     True
     """
     with replacing(path) as temporary:
-        picture(image).save(temporary)
+        make_image(image).save(temporary)

@@ -1,27 +1,27 @@
-"""Names of other files in a file, as seen from the folder that it is written to."""
+"""Resolve references to other files, and update them if the referring file moves to another folder."""
 
 import os
 from pathlib import Path
 
 
-def named_file(name: str, folder: Path) -> Path | None:
-    """The file that a name stands for in a file of this folder; Windows' names have backslashes."""
-    for way in (name, name.replace("\\", "/")):
+def find_file(name: str, folder: Path) -> Path | None:
+    """Return the file that a reference in this folder points to, or None; backslashes are allowed."""
+    for candidate in (name, name.replace("\\", "/")):
         try:
-            if name and (folder / way).is_file():
-                return folder / way
-        except (OSError, ValueError):  # longer than a name can be, or with a zero in it
+            if name and (folder / candidate).is_file():
+                return folder / candidate
+        except (OSError, ValueError):  # the name is too long or contains a null character
             return None
     return None
 
 
-def renamed(name: str, old: Path, new: Path) -> str:
-    """A file's name as seen from another folder; a name of no file stays as it is."""
-    place = named_file(name, old)
-    if place is None or Path(name).is_absolute() or old.resolve() == new.resolve():
+def relocate_reference(name: str, old: Path, new: Path) -> str:
+    """Return a reference relative to another folder; references to missing files do not change."""
+    target = find_file(name, old)
+    if target is None or Path(name).is_absolute() or old.resolve() == new.resolve():
         return name
-    place = place.parent.resolve() / place.name  # links among folders lead elsewhere from there
+    target = target.parent.resolve() / target.name  # symbolic links between folders
     try:
-        return os.path.relpath(place, new.resolve()).replace(os.sep, "/")
+        return os.path.relpath(target, new.resolve()).replace(os.sep, "/")
     except ValueError:  # on another drive
-        return place.as_posix()
+        return target.as_posix()

@@ -1,4 +1,4 @@
-"""Read STL, text and binary."""
+"""Read text and binary STL files."""
 
 import warnings
 from dataclasses import replace
@@ -11,39 +11,49 @@ from .._types import FloatArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
 from .mesh_file import MeshFile
-from .parsing import Damaged, Extras, Named, as_text, name_of, numbers, plain_text, refuse
+from .parsing import (
+    Damaged,
+    Extras,
+    FaceLabels,
+    convert_to_utf8,
+    decode_utf8,
+    parse_name,
+    parse_numbers,
+    raise_damaged,
+)
 
-COLOUR = b"COLOR="  # in the title: Magics' colour of the whole, red, green, blue and alpha in a byte each
-MATERIAL = b"MATERIAL="  # and how it shines
-VALID, LEVELS = (
-    0x8000,
-    31,
-)  # the bit that says whether a triangle has a colour, and the steps of each of three
-TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
-HEAD = np.dtype([("title", "S80"), ("triangles", "<u4")])
+COLOUR_TAG = b"COLOR="  # precedes Magics' body colour in the title: red, green, blue and alpha in a byte each
+MATERIAL_TAG = b"MATERIAL="  # precedes Magics' material in the title
+COLOUR_FLAG = 0x8000  # bit of the attribute bytes that states whether a triangle has its own colour
+MAX_LEVEL = 31  # largest value of a colour's component in the attribute bytes
+TRIANGLE_DTYPE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
+HEADER_DTYPE = np.dtype([("title", "S80"), ("triangles", "<u4")])
 
 
 def parse_stl(data: bytes) -> MeshFile:
-    """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
-    head, extras = HEAD.itemsize, Extras()
-    promised = int(np.frombuffer(data[:head].ljust(head, b"\0"), HEAD)["triangles"][0])
-    follow, more = divmod(len(data) - head, TRIANGLE.itemsize)
-    if follow == promised and (promised or not more):
-        if more:
-            said = f"{more} bytes follow face {promised - 1}, the last one of the STL file: they are skipped"
-            warnings.warn(said, MeshWarning, stacklevel=stack_level())
-        table = np.frombuffer(data, TRIANGLE, promised, head)
+    """Parse the mesh from the bytes of an STL file; corners at equal positions become one vertex."""
+    header_size, extras = HEADER_DTYPE.itemsize, Extras()
+    declared = int(np.frombuffer(data[:header_size].ljust(header_size, b"\0"), HEADER_DTYPE)["triangles"][0])
+    count, remainder = divmod(len(data) - header_size, TRIANGLE_DTYPE.itemsize)
+    if count == declared and (declared or not remainder):
+        if remainder:
+            warnings.warn(
+                f"{remainder} bytes follow face {declared - 1}, the last face of the STL file: they are "
+                "skipped",
+                MeshWarning,
+                stacklevel=stack_level(),
+            )
+        table = np.frombuffer(data, TRIANGLE_DTYPE, declared, header_size)
         V = table["corner"].astype(np.float64).reshape(-1, 3)
-        extras = _of_bytes(data[: head - 4], table["more"])
-    elif (text := plain_text(data)).lstrip()[:5].lower() == b"solid":
-        V, parts = _read_text(text)
+        extras = _parse_binary_extras(data[: header_size - 4], table["more"])
+    elif (text := convert_to_utf8(data)).lstrip()[:5].lower() == b"solid":
+        V, parts = _parse_text(text)
         extras = Extras(parts=parts)
-    elif len(data) >= head:
-        raise Damaged(
-            f"its head promises {promised} triangles, and {follow + more / TRIANGLE.itemsize:g} follow"
-        )
+    elif len(data) >= header_size:
+        follow = count + remainder / TRIANGLE_DTYPE.itemsize
+        raise Damaged(f"its header declares {declared} triangles, but {follow:g} follow")
     else:
-        raise Damaged(f"its {len(data)} bytes are neither the text nor the binary form")
+        raise Damaged(f"its {len(data)} bytes are neither text nor binary STL")
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
     if len(bad):
         raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
@@ -53,34 +63,35 @@ def parse_stl(data: bytes) -> MeshFile:
     return MeshFile(V, Polygons.of_triangles(F.astype(np.int64)), extras=extras)
 
 
-def _of_bytes(title: bytes, more: NDArray[np.uint16]) -> Extras:
-    """The title of a binary file, and the colours in two bytes of each triangle, as programs write them.
+def _parse_binary_extras(title: bytes, attributes: NDArray[np.uint16]) -> Extras:
+    """Return the title of a binary file, and the colours in the two attribute bytes of each triangle.
 
-    VisCAM and SolidView have blue in the lowest bits, and the highest bit set where there is a colour. Magics
-    has red there, the bit set where there is none, and a colour of the whole in the title.
+    VisCAM and SolidView store blue in the lowest bits, and set the highest bit for triangles with a colour.
+    Magics stores red in the lowest bits, clears the highest bit for triangles with a colour, and stores the
+    colour of all other triangles in the title.
     """
-    said, magics, rest = title.partition(COLOUR)
-    own = (more & VALID > 0) != bool(magics)
-    text = b" ".join((said if magics else title).replace(b"\0", b" ").split())
+    before_tag, is_magics, after_tag = title.partition(COLOUR_TAG)
+    has_own_colour = (attributes & COLOUR_FLAG > 0) != bool(is_magics)
+    text = b" ".join((before_tag if is_magics else title).replace(b"\0", b" ").split())
     lost = {
-        "attribute bytes of its triangles": not magics and more.any() and not own.any(),
-        "MATERIAL= of its title": MATERIAL in rest,
+        "attribute bytes of its triangles": not is_magics and attributes.any() and not has_own_colour.any(),
+        "MATERIAL= of its title": MATERIAL_TAG in after_tag,
     }
     extras = Extras(
-        comments=(as_text(text),) if text else (),
+        comments=(decode_utf8(text),) if text else (),
         unshared=tuple(what for what, is_there in lost.items() if is_there),
     )
-    if not own.any() and not magics:
+    if not has_own_colour.any() and not is_magics:
         return extras
-    whole = np.frombuffer(rest[:4].ljust(4, b"\xff") if magics else b"\xff" * 4, np.uint8) / 255
-    colours = np.tile(whole, (len(more), 1))
-    shift = np.array([0, 5, 10] if magics else [10, 5, 0], dtype=np.uint16)
-    colours[own, :3] = (more[own, None] >> shift & LEVELS) / LEVELS
-    return replace(extras, face_colours=colours if whole[3] < 1 else colours[:, :3])
+    body_colour = np.frombuffer(after_tag[:4].ljust(4, b"\xff") if is_magics else b"\xff" * 4, np.uint8) / 255
+    colours = np.tile(body_colour, (len(attributes), 1))
+    shift = np.array([0, 5, 10] if is_magics else [10, 5, 0], dtype=np.uint16)
+    colours[has_own_colour, :3] = (attributes[has_own_colour, None] >> shift & MAX_LEVEL) / MAX_LEVEL
+    return replace(extras, face_colours=colours if body_colour[3] < 1 else colours[:, :3])
 
 
-def _read_text(data: bytes) -> tuple[FloatArray, Named | None]:
-    """The corners, and the names of the solids, if they have any."""
+def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
+    """Return the corners, and the names of the solids if any has a name."""
     V: list[float] = []
     names, starts = list[str](), list[int]()
     inside, line, words = False, 0, [b""]
@@ -90,18 +101,18 @@ def _read_text(data: bytes) -> tuple[FloatArray, Named | None]:
             continue
         key = words[0].lower()
         if key == b"vertex" and inside:
-            values = numbers(words[1:4], 3)
+            values = parse_numbers(words[1:4], 3)
             if not values:
-                refuse(line, text, "is no vertex: it takes three numbers")
+                raise_damaged(line, text, "is not a vertex: it needs three numbers")
             V.extend(values)
         elif key in (b"outer", b"endloop"):
             if len(V) % 9 or inside == (key == b"outer"):
-                refuse(line, text, "is out of place: three vertices make a loop")
+                raise_damaged(line, text, "is out of place: a loop has three vertices")
             inside = not inside
         elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
-            refuse(line, text, "is not understood")
+            raise_damaged(line, text, "is not understood")
         elif key == b"solid":
-            names.append(as_text(name_of(text.strip())))
+            names.append(decode_utf8(parse_name(text.strip())))
             starts.append(len(V) // 9)
     if inside or [word.lower() for word in words[:1]] != [b"endsolid"]:
         raise Damaged(f"it ends in line {line}, without endsolid")

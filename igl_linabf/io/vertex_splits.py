@@ -1,4 +1,4 @@
-"""Vertices duplicated along texture seams, for formats with one index a corner."""
+"""Duplicate vertices along texture seams, for formats with a single index per corner."""
 
 import warnings
 from dataclasses import dataclass
@@ -12,34 +12,26 @@ from ..charts import UDIM_ROW
 from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
-# Extents by which coordinates may lie from the origin before they are counted from a point near them. With
-# more, single precision rounds them by more than a millionth of the extent; with less, meshes that are well
-# where they are get a translation. tests/io/test_precision.py.
-FAR = 8
-
-# The share of the extent by which a format may round coordinates without a word. Single precision rounds by
-# 6e-8 of the largest coordinate. With less, it would warn of what nobody sees; with more, steps show in thin
-# triangles. tests/io/test_precision.py.
-ROUNDING = 1e-6
-
-COORDINATES = ("V", "TC")  # what has an extent
+MAX_OFFSET = 8  # largest coordinate, in extents of the mesh, up to which it is written without a translation
+ROUNDING_TOLERANCE = 1e-6  # rounding error, relative to the extent, from which a warning is issued
+COORDINATE_NAMES = ("V", "TC")  # arrays whose rounding error is checked
 
 
 @dataclass(frozen=True, eq=False)
 class SplitVertices:
-    """Each distinct combination of position, texture coordinates and normal at a corner, once.
+    """The distinct combinations of position, texture coordinates and normal at the corners.
 
     Attributes
     ----------
     vertex : (#P,) int64
-        The vertex of each.
+        The original vertex of each split vertex.
     TC : (#P, 2) float64
     normals : (#P, 3) float64 or None
     corners : (#C,) int64
-        Which one is at each corner.
+        The split vertex at each corner.
     colours : (#P, 3 or 4) float64 or None
     first : (#P, 2) float64 or None
-        The first texture coordinates, where `TC` are the second ones.
+        The first texture coordinates, if `TC` are the second ones.
     """
 
     vertex: IntArray
@@ -56,62 +48,64 @@ def split_vertices(
     normals: bool = False,
     colours: FloatArray | None = None,
 ) -> SplitVertices:
-    """One index for the corners, or for some of them, instead of two; or more, with normals and colours.
+    """Split vertices such that each corner has one index for position, texture coordinates and more.
 
-    Colours are those at all corners, (#C, 3 or 4).
+    Only the corners in `corner` are included. Optional data are normals and `colours`, the colours at all
+    corners (#C, 3 or 4).
     """
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    assert mesh.TC is not None and mesh.texture is not None
     indices = {"vertex": mesh.polygons.corners[corner], "texture": mesh.texture[corner]}
     if mesh.first is not None:
         indices["first"] = mesh.first[1][corner]
-    given, of, shades = mesh.extras.normals, mesh.extras.normal, None
-    if normals and given is not None and of is not None:
-        indices["normal"] = of[corner]
+    stored_normals, normal_index, shades = mesh.extras.normals, mesh.extras.normal, None
+    if normals and stored_normals is not None and normal_index is not None:
+        indices["normal"] = normal_index[corner]
     if colours is not None:
         shades, shade = np.unique(colours[corner], axis=0, return_inverse=True)
         indices["colour"] = shade.ravel()
-    rows, corners = unique_tuples(*indices.values())
+    rows, corners = find_unique_tuples(*indices.values())
     row = dict(zip(indices, rows, strict=True))
     return SplitVertices(
         row["vertex"],
         mesh.TC[row["texture"]],
-        given[row["normal"]] if "normal" in row and given is not None else None,
+        stored_normals[row["normal"]] if "normal" in row and stored_normals is not None else None,
         corners,
         shades[row["colour"]] if shades is not None else None,
         None if mesh.first is None else mesh.first[0][row["first"]],
     )
 
 
-def split_behind(mesh: MeshFile, normals: bool = False) -> SplitVertices:
-    """As `split_vertices`, where each vertex keeps its number: its first copy does, the others follow behind.
+def split_with_stable_indices(mesh: MeshFile, normals: bool = False) -> SplitVertices:
+    """Split vertices such that each vertex keeps its index, and further copies follow all original vertices.
 
-    So what names vertices by number stays right. Vertices of no corner stay, too, at 0, 0 of the texture.
+    References to vertex indices therefore remain valid. Unreferenced vertices are kept, with texture
+    coordinates 0, 0.
     """
-    made, n = split_vertices(mesh, normals=normals), len(mesh.V)
-    known, first = np.unique(made.vertex, return_index=True)
-    rest = np.ones(len(made.vertex), dtype=bool)
-    rest[first] = False
-    number = np.empty(len(made.vertex), dtype=np.int64)
-    number[first], number[rest] = known, n + np.arange(int(rest.sum()))
+    split, n = split_vertices(mesh, normals=normals), len(mesh.V)
+    used, first = np.unique(split.vertex, return_index=True)
+    is_copy = np.ones(len(split.vertex), dtype=bool)
+    is_copy[first] = False
+    new_index = np.empty(len(split.vertex), dtype=np.int64)
+    new_index[first], new_index[is_copy] = used, n + np.arange(int(is_copy.sum()))
 
     def ordered(rows: FloatArray) -> FloatArray:
-        table = np.zeros((n + int(rest.sum()), rows.shape[1]))
-        table[number] = rows
+        table = np.zeros((n + int(is_copy.sum()), rows.shape[1]))
+        table[new_index] = rows
         return table
 
     return SplitVertices(
-        np.append(np.arange(n), made.vertex[rest]),
-        ordered(made.TC),
-        None if made.normals is None else ordered(made.normals),
-        number[made.corners],
-        first=None if made.first is None else ordered(made.first),
+        np.append(np.arange(n), split.vertex[is_copy]),
+        ordered(split.TC),
+        None if split.normals is None else ordered(split.normals),
+        new_index[split.corners],
+        first=None if split.first is None else ordered(split.first),
     )
 
 
-def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
-    """The distinct combinations of several indices, as the rows of each, and which one is where."""
+def find_unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
+    """Return the distinct tuples of several indices, one array per index, and the tuple at each position."""
     key = indices[0]
-    for index in indices[1:]:  # step by step, so that the keys stay small
+    for index in indices[1:]:  # compress the keys after each step to avoid overflow
         key = key * (int(index.max(initial=0)) + 1) + index
         if index is not indices[-1]:
             _, key = np.unique(key, return_inverse=True)
@@ -119,9 +113,9 @@ def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     return [index[first] for index in indices], place.ravel().astype(np.int64)
 
 
-def pages_of_faces(mesh: MeshFile) -> IntArray:
-    """The page (UDIM tile) that each face lies on, (#F,): that of the middle of its corners."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+def find_face_pages(mesh: MeshFile) -> IntArray:
+    """Return the page (UDIM tile) of each face, (#F,), which contains the mean of its corners."""
+    assert mesh.TC is not None and mesh.texture is not None
     middle = np.zeros((len(mesh.polygons), 2))
     np.add.at(middle, mesh.polygons.owner, mesh.TC[mesh.texture])
     column, row = np.floor(middle / mesh.polygons.sizes[:, None]).astype(np.int64).T
@@ -129,14 +123,14 @@ def pages_of_faces(mesh: MeshFile) -> IntArray:
 
 
 class SplitTriangles(NamedTuple):
-    """Triangles that have one index for position and texture coordinates.
+    """Triangles with one index for position and texture coordinates.
 
     Attributes
     ----------
     V, TC : (#P, 3) and (#P, 2) float64
     F : (#T, 3) int64
     vertex : (#P,) int64
-        The vertex that each row is of.
+        The original vertex of each row.
     """
 
     V: FloatArray
@@ -146,52 +140,52 @@ class SplitTriangles(NamedTuple):
 
 
 def split_at_seams(mesh: MeshFile) -> SplitTriangles:
-    """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
-    made = split_vertices(mesh)
-    return SplitTriangles(mesh.V[made.vertex], made.TC, made.corners[mesh.split.place], made.vertex)
+    """Return triangles over the distinct pairs of position and texture coordinates at the corners."""
+    split = split_vertices(mesh)
+    return SplitTriangles(mesh.V[split.vertex], split.TC, split.corners[mesh.split.place], split.vertex)
 
 
-def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
-    """The flat map as a surface, u, v, 0: points (n, 3) and triangles; and the vertices of the points.
+def make_flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
+    """Return the flat map as a surface: points (u, v, 0), (n, 3); triangles; and the vertex of each point.
 
-    Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
-    Then there is None instead of the vertices.
+    If each vertex has at most one texture coordinate, vertices keep their indices, vertices without one are
+    at the origin, and None is returned instead of the vertex of each point.
     """
-    made = split_vertices(mesh)
-    if len(np.unique(made.vertex)) == len(made.vertex):
+    split = split_vertices(mesh)
+    if len(np.unique(split.vertex)) == len(split.vertex):
         points = np.zeros((len(mesh.V), 3))
-        points[made.vertex, :2] = made.TC
+        points[split.vertex, :2] = split.TC
         return points, mesh.triangles, None
-    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place], made.vertex
+    return np.insert(split.TC, 2, 0.0, axis=1), split.corners[mesh.split.place], split.vertex
 
 
-def origin_of(V: FloatArray) -> FloatArray:
-    """A point (3,) from which single precision holds coordinates (n, 3); 0 where it does so already."""
+def choose_origin(V: FloatArray) -> FloatArray:
+    """Return an origin (3,) for accurate single-precision coordinates (n, 3); 0 if no shift is needed."""
     low, high = V.min(axis=0), V.max(axis=0)
     middle, extent = low / 2 + high / 2, (high - low).max()
-    if not np.abs(V).max() > FAR * extent or not np.isfinite(extent):
+    if not np.abs(V).max() > MAX_OFFSET * extent or not np.isfinite(extent):
         return np.zeros(3)
     return np.asarray(middle)
 
 
 def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
-    """Say by how much the format rounds coordinates, if that is to be seen."""
+    """Warn if rounding changes coordinates by more than a tolerance relative to their extent."""
     extent = np.ptp(rows, axis=0).max() if len(rows) else 0.0
-    off = np.abs(rows - rounded).max(initial=0)
-    if off > ROUNDING * extent > 0:
+    error = np.abs(rows - rounded).max(initial=0)
+    if error > ROUNDING_TOLERANCE * extent > 0:
         warnings.warn(
-            f"{name} is rounded by up to {off / extent:.2g} of its extent, as the format has too few digits: "
-            "write OBJ, which keeps all of them, or bring it nearer to the origin and to a size of 1",
+            f"{name} is rounded by up to {error / extent:.2g} of its extent, because the format has too few "
+            "digits: write OBJ, which keeps all digits, or move it to the origin and scale it to a size of 1",
             MeshWarning,
             stacklevel=stack_level(),
         )
 
 
-def single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
-    """The rows in single precision."""
+def to_single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
+    """Convert rows to single precision."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
-        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it, or write OBJ")
-    made = rows.astype("<f4")
-    if name in COORDINATES:
-        warn_of_rounding(rows, made, name)
-    return made
+        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it or write OBJ")
+    rounded = rows.astype("<f4")
+    if name in COORDINATE_NAMES:
+        warn_of_rounding(rows, rounded, name)
+    return rounded

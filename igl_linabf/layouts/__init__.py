@@ -7,7 +7,7 @@ Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy a
 
 from .boundary import Boundary, develop_boundary, harmonic
 from .choice import Layout, LayoutName, LayoutOptions, check_method, check_pins, lay_out, layout, place_map
-from .conformal_energy import energy_matrix, far_apart, least_energy_positions, least_squares
+from .conformal_energy import far_apart, least_squares
 from .constants import FLAT_RESIDUAL, GAP, LARGEST_HOLE_GAP
 from .convex import on_circle
 from .greedy import greedy

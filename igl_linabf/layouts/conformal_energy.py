@@ -2,26 +2,20 @@
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Pattern
 from ..linalg import Solvers, solve_complex
 from ..surface import Topology
 
 
 def least_squares(
-    topology: Topology,
-    cot: FloatArray,
-    pinned: IntArray,
-    position: ComplexArray,
-    solvers: Solvers,
-    width: float = 1.0,
+    topology: Topology, cot: FloatArray, pinned: IntArray, position: ComplexArray, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
     """Minimise the conformal energy from triangles with the target angles (the paper's section 5).
 
     E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, L the cotangent
     Laplacian of the target angles and Q skew, on the boundary edges only; the pins, at least two,
-    are eliminated and one complex Hermitian system is factored. With `width` times the area in E, a strip
-    beside a line of pins gets this share of its width. Returns the map and the solver's name.
+    are eliminated and one complex Hermitian system is factored. Returns the map and the solver's name.
     """
     row = np.zeros(topology.n, dtype=np.int64)
     row[pinned] = -1
@@ -31,7 +25,7 @@ def least_squares(
     a, b = topology.edges.T
     i, j = pattern.ends
     weight = topology.sum_at_edges(cot) / 2
-    entry = -weight + 0.5j * width * (topology.sides[1] < 0)  # the mesh is on the left of the edge
+    entry = -weight + 0.5j * (topology.sides[1] < 0)  # the mesh is on the left of the edge
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     if not free.any():
@@ -44,34 +38,6 @@ def least_squares(
     factored = solvers.factor(lower)
     z[free] = solve_complex(factored, -rhs[0] - 1j * rhs[1])
     return z, factored.name
-
-
-def energy_matrix(corner: IntArray, n: int, cot: FloatArray, width: float) -> ComplexArray:
-    """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned.
-
-    The triangles (3, #F) may be any; their areas are those inside of their boundary.
-    """
-    matrix = np.zeros((n, n), dtype=np.complex128)
-    for k in range(3):
-        a, b, weight = corner[k - 2], corner[k - 1], cot[k] / 2
-        np.add.at(matrix, (a, b), 0.5j * width - weight)
-        np.add.at(matrix, (b, a), -0.5j * width - weight)
-        np.add.at(matrix, (a, a), weight)
-        np.add.at(matrix, (b, b), weight)
-    return matrix
-
-
-def least_energy_positions(matrix: ComplexArray, z: ComplexArray, free: BoolArray) -> ComplexArray | None:
-    """The places, of which the `free` ones are those of least energy by its `energy_matrix`.
-
-    None where triangles are too thin for that.
-    """
-    z, rows = z.copy(), matrix[free]
-    try:
-        z[free] = np.linalg.solve(rows[:, free], -rows[:, ~free] @ z[~free])
-    except np.linalg.LinAlgError:
-        return None
-    return z
 
 
 def far_apart(points: FloatArray) -> IntArray:

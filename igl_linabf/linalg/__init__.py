@@ -1,12 +1,11 @@
-"""Sparse linear algebra: Cholesky factors and conjugate gradients. It knows no mesh.
+"""Sparse linear algebra without reference to meshes: Cholesky factorization and conjugate gradients.
 
-In: symmetric matrices by their lower triangles. Out: factors, solutions. A pattern is analysed once, its
-values are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
+Symmetric matrices are given by their lower triangles. Analysis, factorization and solution are separate
+steps: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
 """
 
 from .cholmod import HOW_TO_GET, blas_of_cholmod, has_cholmod
-from .constants import MAX_CG_STEPS
 from .factors import Analysis, Cholesky, Factor, NotPositiveDefiniteError, real_form, solve_complex
-from .gradients import conjugate_gradients
+from .gradients import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .solvers import SolverName, Solvers

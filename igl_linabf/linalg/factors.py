@@ -1,8 +1,8 @@
-"""One interface to sparse Cholesky factors: analyse(pattern) -> factor(values) -> solve(B).
+"""A common interface to sparse Cholesky factorizations: analyse(pattern) -> factor(values) -> solve(B).
 
-A pattern is the lower triangle of a symmetric matrix in CSC, the diagonal first in each column. With `block`
-2, each entry of it stands for a 2 by 2 block. An `Analysis` is made once for a pattern, a `Factor` for its
-values.
+A pattern is the lower triangle of a symmetric matrix in CSC, with the diagonal entry first in each column. If
+`block` is 2, each entry of the pattern represents a 2 by 2 block. One `Analysis` of a pattern yields a
+`Factor` for each set of values.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .._types import ComplexArray, FloatArray, IntArray, Solve
 
 
 class NotPositiveDefiniteError(ArithmeticError):
-    """The matrix is singular or indefinite in double precision; `row` has the first bad pivot."""
+    """The matrix is singular or indefinite in double precision; `row` is the row of the first bad pivot."""
 
     def __init__(self, row: int) -> None:
         super().__init__(f"the matrix is not positive definite in double precision (row {row})")
@@ -26,14 +26,14 @@ class NotPositiveDefiniteError(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A matrix that can be solved with.
+    """A factored matrix A.
 
     Attributes
     ----------
     name : str
-        What factored it.
+        Name of the factorization.
     solve : callable
-        X of A X = B, for (n,) or (n, k).
+        Return X such that A X = B, for B of shape (n,) or (n, k).
     """
 
     name: str
@@ -41,7 +41,7 @@ class Factor:
 
 
 class Analysis(ABC):
-    """A symbolic analysis: the order of elimination and the pattern of the factor, before values."""
+    """A symbolic analysis: the elimination order and the pattern of the factor, independent of the values."""
 
     name: str
 
@@ -52,19 +52,20 @@ class Analysis(ABC):
         Parameters
         ----------
         values : (#entries,) or (#entries, 4) float64
-            Of the lower triangle. For blocks, entry (i, j) of the pattern has the block in the rows 2 j,
-            2 j + 1 and the columns 2 i, 2 i + 1, row by row: that of the upper triangle.
+            Values of the lower triangle. For blocks, entry (i, j) of the pattern is the block of the upper
+            triangle in the rows 2 j, 2 j + 1 and the columns 2 i, 2 i + 1, in row-major order.
 
         Raises
         ------
         NotPositiveDefiniteError
+            The matrix is singular or indefinite.
         """
 
 
 class Cholesky(Analysis):
-    """The core's analysis of P A P^T = L L^T, ordered by minimum degree.
+    """The symbolic analysis of P A P^T = L L^T by the core, with a minimum degree ordering.
 
-    Its factor is made by supernodes, by as many threads as there are cores.
+    The factorization is supernodal, and uses as many threads as there are cores.
     """
 
     name = "supernodal Cholesky"
@@ -74,7 +75,7 @@ class Cholesky(Analysis):
 
     @property
     def bytes(self) -> int:
-        """What a factor takes."""
+        """Memory of a factor, in bytes."""
         return self._symbolic.bytes
 
     def factor(self, values: FloatArray) -> Factor:
@@ -85,15 +86,15 @@ class Cholesky(Analysis):
 
 
 def real_form(values: ComplexArray) -> FloatArray:
-    """The 2 by 2 blocks, (#entries, 4), of a Hermitian matrix given by its lower triangle.
+    """Convert the lower triangle of a Hermitian matrix to real 2 by 2 blocks, (#entries, 4).
 
-    The entry a + i b below the diagonal gives the block [[a, b], [-b, a]] of the upper triangle.
+    The entry a + i b below the diagonal becomes the block [[a, b], [-b, a]] of the upper triangle.
     """
     return np.column_stack((values.real, values.imag, -values.imag, values.real))
 
 
 def solve_complex(factor: Factor, b: ComplexArray) -> ComplexArray:
-    """Solve for (n,) or (n, k) complex right-hand sides, by the factor of a `real_form`."""
+    """Solve for complex right-hand sides, (n,) or (n, k), with the factor of a `real_form`."""
     parts = np.stack((b.real, b.imag), axis=1)
     x = factor.solve(parts.reshape(2 * len(b), *b.shape[1:])).reshape(parts.shape)
     return np.asarray(x[:, 0] + 1j * x[:, 1])

@@ -1,10 +1,11 @@
-"""Conjugate gradients, for any number of systems side by side."""
+"""Preconditioned conjugate gradients for one or more independent systems."""
 
 import numpy as np
 
 from .._core import block_dots, block_step, block_turn
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from .constants import MAX_CG_STEPS
+
+MAX_CG_STEPS = 300  # give up conjugate gradients, and factor the matrix instead
 
 
 def conjugate_gradients(
@@ -17,30 +18,31 @@ def conjugate_gradients(
     first_rtol: float | None = None,
     start: IntArray | None = None,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Solve A x = b, A and its preconditioner block-diagonal, to |A x - b| <= rtol |b| in each block.
+    """Solve A x = b to |A x - b| <= rtol |b| in each block of a block-diagonal system.
 
-    Each block has step lengths of its own, and takes no more steps once it has converged: its iterates are
-    those of a system by itself. The scalar products are not a BLAS's: to wake its threads costs more than
-    they save.
+    A and its preconditioner have the same blocks. Each block has its own step lengths and stops when it has
+    converged, so that its iterates equal the iterates of the block as a separate system. The scalar products
+    avoid BLAS, because starting its threads takes longer than they save.
 
     Parameters
     ----------
     product, precondition : callable
-        Of all blocks at once, (n,).
+        Apply A, or the preconditioner, to a vector (n,) that contains all blocks.
     b : (n,) float64
     rtol : float
+        Largest relative residual of a converged block.
     most : int
-        Steps at most.
+        Maximum number of steps.
     first_rtol : float, optional
-        Relative residual that is enough after a single step.
+        Relative residual that suffices after the first step.
     start : (#blocks + 1,) int64, optional
-        Where each block begins, and the last one ends; by default there is one block.
+        First row of each block, followed by n; by default there is a single block.
 
     Returns
     -------
     x : (n,) float64
     steps : (#blocks,) int64
-        Those that each block took.
+        Number of steps of each block.
     converged : (#blocks,) bool
     """
     start = np.array([0, len(b)]) if start is None else start

@@ -1,4 +1,4 @@
-"""Estimates of the memory that a computation needs, and the memory that is free."""
+"""Estimates of the memory that a computation needs, and the amount of free memory."""
 
 import math
 import sys
@@ -7,12 +7,15 @@ from pathlib import Path
 import psutil
 
 from ..errors import MemoryLimitError
-from .constants import BYTES_PER_FACE, FILL, UNASKED_BYTES
+
+BYTES_PER_FACE = 1000  # peak memory of a map without factors, see benchmarks/memory.py
+FILL = 4.5  # bytes of a factor of a planar Laplacian with n rows, over 8 n log2(n), see benchmarks/memory.py
+UNASKED_BYTES = 2**25  # smaller allocations do not query the free memory
 
 
 def available() -> int | None:
-    """Bytes that this process can still allocate; None if the system does not report them."""
-    limits = [psutil.virtual_memory().available, _left_in_cgroup()]
+    """Return the number of bytes that this process can still allocate, or None if it is unknown."""
+    limits = [psutil.virtual_memory().available, _free_in_cgroup()]
     if sys.platform != "win32":
         import resource
 
@@ -24,21 +27,22 @@ def available() -> int | None:
 
 
 def factor_bytes(n: int, block: int = 1) -> int:
-    """Bytes of the factor of a planar graph's matrix, n by n, with `block` by `block` entries.
+    """Estimate the bytes of a factor of an n by n matrix over a planar graph.
 
-    It has O(n log n) entries (Lipton, Rose, Tarjan 1979).
+    The entries of the matrix are `block` by `block` blocks. The factor has O(n log n) of them (Lipton, Rose,
+    Tarjan 1979).
     """
     return int(FILL * n * math.log2(max(n, 2)) * 8 * block**2)
 
 
 def fits(wanted: int) -> bool:
-    """Whether so many bytes are free."""
+    """Return True if `wanted` bytes are free."""
     free = None if wanted <= UNASKED_BYTES else available()
     return free is None or wanted <= free
 
 
 def check_memory(faces: int, factor: int) -> None:
-    """Raise if so many faces, and a factor of so many bytes, do not fit into memory."""
+    """Raise a `MemoryLimitError` if a map of `faces` faces and a factor of `factor` bytes do not fit."""
     wanted = BYTES_PER_FACE * faces + factor
     if not fits(wanted):
         raise MemoryLimitError(
@@ -49,18 +53,18 @@ def check_memory(faces: int, factor: int) -> None:
 
 
 def gigabytes(n: int) -> str:
-    """Bytes in words: "1.5 GiB"."""
+    """Format a number of bytes, for example as "1.5 GiB"."""
     return f"{n / 2**30:.2g} GiB"
 
 
-def _left_in_cgroup() -> int | None:
-    """What is left of the memory limit of this process's control group (version 2 or 1), as in containers."""
+def _free_in_cgroup() -> int | None:
+    """Return the bytes that remain of the limit of this process's control group (version 2 or 1), if any."""
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
     ):
         try:
             return int(Path(limit).read_text(encoding="utf-8")) - int(Path(used).read_text(encoding="utf-8"))
-        except (OSError, ValueError):  # there is none, or it is "max"
+        except (OSError, ValueError):  # no such file, or the limit is "max"
             continue
     return None

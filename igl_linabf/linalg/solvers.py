@@ -1,4 +1,4 @@
-"""Which factor a system gets: the core's, or CHOLMOD's where that is asked for."""
+"""Choice of the factorization: the core's by default, or CHOLMOD on request."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ SolverName = Literal["auto", "cholmod", "direct"]
 
 @dataclass(frozen=True)
 class Solvers:
-    """Which implementations a computation uses.
+    """The implementations that a computation uses.
 
     Parameters
     ----------
     solver : {"auto", "cholmod", "direct"}
         "auto" solves the angle system by conjugate gradients, preconditioned by the core's Cholesky factor of
-        a Laplacian; "cholmod" by CHOLMOD's. "direct" factors the whole system, by the core.
+        a Laplacian; "cholmod" uses a factor by CHOLMOD instead. "direct" factors the whole system with the
+        core.
     """
 
     solver: SolverName = "auto"
@@ -38,13 +39,14 @@ class Solvers:
 
     @property
     def shared(self) -> bool:
-        """Whether a factor that was made elsewhere serves as well: no other implementation is asked for."""
+        """Whether factors of other computations may be reused, because the default implementation is used."""
         return self.solver == "auto"
 
     def analyse(self, indptr: IntArray, indices: IntArray, block: int = 1) -> Analysis:
-        """Analyse the lower triangle of a planar graph's matrix in CSC, the diagonal first in each column.
+        """Analyse the pattern of a matrix over a planar graph.
 
-        With `block` 2, each of its entries stands for a 2 by 2 block.
+        The pattern is the lower triangle in CSC, with the diagonal entry first in each column. If `block` is
+        2, each entry represents a 2 by 2 block.
 
         Raises
         ------
@@ -63,7 +65,7 @@ class Solvers:
         return made(indptr, indices, block)
 
     def factor(self, lower: sparse.csc_array) -> Factor:
-        """Factor a matrix, given by its lower triangle, once; of a complex one, its `real_form`.
+        """Analyse and factor a matrix given by its lower triangle; a complex matrix in its `real_form`.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What a flat map makes of distances on the surface: FreeSurfer's distance error, by igl's geodesics."""
+"""FreeSurfer's distance error of flat maps, from geodesic distances by igl."""
 
 from __future__ import annotations
 
@@ -12,16 +12,20 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..surface import Submesh
-from .constants import MAX_SOURCES, RINGS, SOURCES_A_CALL
+
+RINGS = 7  # rings of neighbours within which distances are compared, as in FreeSurfer
+MAX_SOURCES = 1000  # source vertices; a random sample of a larger mesh
+SOURCES_A_CALL = 8  # vertices per call of igl, whose single queue is slow for many
 
 NO_INDICES: IntArray = np.zeros(0, dtype=np.int64)
 
 
 def distance_error(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int = RINGS) -> float:
-    """The mean error of distances in a flat map, over the mean distance on the surface.
+    """Compute the mean error of distances in a flat map, relative to the mean distance on the surface.
 
-    The map is measured as it is, in the units of `V`: mean `|d_uv - d|` over mean `d`, for vertices and
-    their neighbours in some rings around them. FreeSurfer and autoflatten judge flat cortices by it.
+    The error is mean `|d_uv - d|` / mean `d` over the pairs of each vertex and its neighbours in `rings`
+    rings. The map is not rescaled; it must have the units of `V`. FreeSurfer and autoflatten use this measure
+    for flat cortices.
 
     Parameters
     ----------
@@ -32,7 +36,7 @@ def distance_error(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int = RINGS
     uv : (#V, 2) float
         The map; NaN is allowed at vertices that no face uses.
     rings : int
-        The neighbours of a vertex are those that so many edges lead to, or fewer; at least 1.
+        Largest number of edges between a vertex and its neighbours; at least 1.
 
     Returns
     -------
@@ -42,16 +46,17 @@ def distance_error(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int = RINGS
     Raises
     ------
     MeshError
-        The arrays do not fit together, are not finite, or the surface is no oriented manifold whose faces
-        have areas.
+        The arrays do not fit together, are not finite, or the surface is not an oriented manifold whose
+        faces have areas.
     ValueError
-        `rings` is no number of rings.
+        `rings` is not a positive integer.
 
     Notes
     -----
-    A distance on the surface is that of the shortest path through triangles (`igl.exact_geodesic`) within
-    the rings. On meshes of more than 1,000 vertices, the distances from 1,000 of them are measured, in a
-    few seconds. igl's heat method would be no help: its distances are worst near their source.
+    A distance on the surface is the length of the shortest path through triangles (`igl.exact_geodesic`)
+    within the rings. If the mesh has more than 1,000 vertices, distances are measured from a random sample of
+    1,000 vertices, in a few seconds. igl's heat method is not suitable, because its distances are least
+    accurate near the source.
 
     Examples
     --------
@@ -66,20 +71,21 @@ def distance_error(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int = RINGS
 
 
 def check_rings(rings: object) -> None:
-    """Raise where `rings` is no number of rings."""
+    """Raise a `ValueError` if `rings` is not a positive integer."""
     if not is_number(rings, 1, whole=True):
         raise ValueError(f"rings is {rings!r}: use an integer from 1 on")
 
 
 @dataclass(frozen=True, eq=False)
 class Distances:
-    """Geodesic distances on a surface.
+    """Geodesic distances between pairs of vertices of a surface.
 
     Attributes
     ----------
     ends : (2, #P) int64
-        The two vertices of each.
+        The two vertices of each pair.
     length : (#P,) float64
+        The distance of each pair.
     """
 
     ends: IntArray
@@ -87,25 +93,25 @@ class Distances:
 
     @classmethod
     def within(cls, surface: Submesh, rings: int = RINGS, most: int | None = None) -> Distances:
-        """From vertices of a manifold to their neighbours within some rings; from `most`, if there are more.
+        """Measure distances from the vertices of a manifold to their neighbours within `rings` rings.
 
-        That is `MAX_SOURCES` where nothing else is said.
+        Larger meshes are measured from a random sample of `most` vertices, `MAX_SOURCES` by default.
         """
         n = len(surface.V)
         sources = np.arange(n)
         number = MAX_SOURCES if most is None else most
         if n > number:
-            # at random: every n-th vertex may lie on a line of a grid
+            # random, because every n-th vertex could be on one line of a grid
             sources = np.sort(np.random.default_rng(0).choice(n, number, replace=False))
-        near = _reached(surface, sources, rings)
+        near = _find_neighbours(surface, sources, rings)
+        face = np.repeat(np.arange(len(surface.F)), 3)
         corners = sparse.csr_array(
-            (np.ones(3 * len(surface.F), dtype=np.int32), (surface.F.ravel(), _thrice(len(surface.F)))),
-            shape=(n, len(surface.F)),
+            (np.ones(len(face), dtype=np.int32), (surface.F.ravel(), face)), shape=(n, len(surface.F))
         )
         ends, length = [], []
         for first in range(0, len(sources), SOURCES_A_CALL):
             own = slice(first, first + SOURCES_A_CALL)
-            i, j, distance = _from_some(surface, sources[own], near[own], corners)
+            i, j, distance = _measure_distances(surface, sources[own], near[own], corners)
             ends.append(np.stack((sources[own][i], j)))
             length.append(distance)
         made = cls(np.concatenate(ends, axis=1), np.concatenate(length))
@@ -118,16 +124,16 @@ class Distances:
         return made
 
     def in_map(self, map_: FloatArray) -> FloatArray:
-        """The distances of the same vertices in a flat map."""
+        """Return the distances of the same pairs of vertices in a flat map."""
         start, end = map_[self.ends]
         return np.asarray(np.hypot(*(end - start).T))
 
     def error(self, map_: FloatArray) -> float:
-        """The mean error of a map's distances over the mean distance."""
+        """Return the mean error of distances in a map, relative to the mean distance."""
         return float(np.abs(self.in_map(map_) - self.length).sum() / self.length.sum())
 
     def best_scale(self, map_: FloatArray) -> float:
-        """The factor of a map by which its distances have the least mean error: a weighted median."""
+        """Return the scale factor that minimizes the mean error of distances in a map: a weighted median."""
         flat = self.in_map(map_)
         apart = flat > 0
         ratio, weight = self.length[apart] / flat[apart], flat[apart]
@@ -136,12 +142,8 @@ class Distances:
         return float(ratio[order][np.searchsorted(below, below[-1] / 2)])
 
 
-def _thrice(n: int) -> IntArray:
-    return np.repeat(np.arange(n), 3)
-
-
-def _reached(surface: Submesh, sources: IntArray, rings: int) -> sparse.csr_array:
-    """For each source a row of the vertices that `rings` edges lead to, itself among them."""
+def _find_neighbours(surface: Submesh, sources: IntArray, rings: int) -> sparse.csr_array:
+    """Return a row for each source, with the vertices that at most `rings` edges lead to, and itself."""
     F, n = surface.F, len(surface.V)
     tail, head = np.concatenate((F, F[:, [1, 2, 0]])).ravel(), np.concatenate((F[:, [1, 2, 0]], F)).ravel()
     step = sparse.csr_array((np.ones(len(tail), dtype=bool), (tail, head)), shape=(n, n))
@@ -154,13 +156,13 @@ def _reached(surface: Submesh, sources: IntArray, rings: int) -> sparse.csr_arra
     return near
 
 
-def _from_some(
+def _measure_distances(
     surface: Submesh, sources: IntArray, near: sparse.csr_array, corners: sparse.csr_array
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Distances from some sources to the vertices near each: places among the sources, vertices, lengths.
+    """Measure distances from each source to the vertices near it, in a single call of igl.
 
-    Each source has a copy of the triangles around it, so that one call of igl, which measures from the
-    nearest of all sources, measures from each.
+    igl measures the distance to the nearest of all sources. Therefore, each source gets its own copy of the
+    triangles around it. Returns indices into `sources`, vertices, and distances.
     """
     n = len(surface.V)
     inside = (near.astype(np.int32) @ corners).tocoo()

@@ -1,4 +1,4 @@
-"""How good a flat map is: angles, stretch, areas, flips, overlaps."""
+"""Quality figures of whole flat maps: angles, stretch, areas, flips and overlaps."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .per_triangle import Change, change_of
 
 @dataclass(frozen=True, repr=False)
 class Quality:
-    """Distortion of a whole flat map; `print` shows it as a table.
+    """The distortion of a whole flat map; `print` shows it as a table.
 
     Attributes
     ----------
     angle_distortion : float
-        The paper's F/3nt: mean over corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2.
+        F/3nt of the paper: mean over corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2.
     angle_error : float
         Mean of (angle in uv - angle in 3-D)^2, in square radians.
     conformal_distortion : float
@@ -45,8 +45,8 @@ class Quality:
         Mean and 99th percentile, over the triangles' sides, of `|length in uv / length in 3-D - 1|`, with
         both total areas scaled to 1; 0 is best.
     texel_spread : float
-        The area in uv over the area in 3-D at the 99th percentile of the surface, over that at the 1st: how
-        many times more texels one part gets than another; 1 is best. Infinite if that much has collapsed.
+        Ratio of the 99th to the 1st percentile, over the surface area, of area in uv / area in 3-D: how many
+        times more texels one part gets than another; 1 is best. Infinite if 1 % of the surface has collapsed.
     flips : int
         Triangles whose area in uv is not positive: flipped (`igl.flipped_triangles`) or collapsed.
     overlaps : int
@@ -54,8 +54,8 @@ class Quality:
     faces : int
         Number of triangles.
     distance_error : float or None
-        Mean error of distances within some rings over their mean (`igl_linabf.distance_error`), at the
-        map's own scale; None where it was not asked for.
+        Mean relative error of distances (`igl_linabf.distance_error`), without rescaling the map; None
+        unless `rings` is given.
     """
 
     angle_distortion: float
@@ -82,7 +82,7 @@ class Quality:
         return table({"": self})
 
     def _repr_html_(self) -> str:
-        return html_table(_labelled_rows({"": self}), header=False)
+        return html_table(_make_rows({"": self}), header=False)
 
 
 ROWS = {
@@ -105,31 +105,31 @@ ROWS = {
 
 
 def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]] | None = None) -> str:
-    """Qualities of several maps as a text table, one column a map.
+    """Format the qualities of several maps as a text table with one column per map.
 
     Parameters
     ----------
     columns : mapping of name to Quality
     extra : mapping of label to mapping of name to text, optional
-        Rows to put below.
+        Additional rows at the bottom.
     """
-    cells = [["", *columns]] * any(columns) + _labelled_rows(columns)
+    cells = [["", *columns]] * any(columns) + _make_rows(columns)
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
     return aligned(cells)
 
 
-def _labelled_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
-    """A row for each figure: its label, and its value in each column."""
+def _make_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
+    """Return a row for each figure: its label and its value in each column."""
     cells = []
     for name, label in ROWS.items():
         values = [getattr(quality, name) for quality in columns.values()]
         if any(v is not None for v in values):
-            cells.append([label, *map(_as_text, values)])
+            cells.append([label, *map(_format_value, values)])
     return cells
 
 
-def _as_text(value: float | None) -> str:
+def _format_value(value: float | None) -> str:
     return "" if value is None else f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
 
 
@@ -145,7 +145,7 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
     uv : (#V, 2) float
         The map, at any scale; NaN is allowed at vertices that no face uses.
     rings : int, optional
-        Measure the error of distances, too, as `distance_error` does: a second or more.
+        Also compute `distance_error` with this number of rings, which takes a second or more.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
     MeshError
         The arrays do not fit together, `V` or `uv` is not finite, or a face has no area in 3-D.
     ValueError
-        `rings` is no number of rings.
+        `rings` is not a positive integer.
 
     Examples
     --------
@@ -180,29 +180,29 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
 def quality_of(
     surface: Submesh, map_: FloatArray, overlaps: int | None = None, changed: Change | None = None
 ) -> Quality:
-    """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known.
+    """Same as `quality`, for a checked map of a checked surface.
 
-    So may be what it does to the triangles.
+    The number of overlapping pairs and the change of the triangles are computed unless they are given.
     """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
     known = change_of(surface, map_) if changed is None else changed
-    return _qualities(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
+    return _combine_changes(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
-    """`quality_of` many charts, each a surface, its map, and how many pairs of its faces overlap."""
+    """Return the quality of each of many charts: tuples of a surface, its map, and its overlapping pairs."""
     if not charts:
         return []
     surfaces, maps, overlaps = zip(*charts, strict=True)
     vertices = Ragged.of_sizes([len(surface.V) for surface in surfaces])
     faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
-    surface = surfaces[0] if len(surfaces) == 1 else _surfaces_side_by_side(surfaces, vertices, faces)
+    surface = surfaces[0] if len(surfaces) == 1 else _concatenate_surfaces(surfaces, vertices, faces)
     changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
-    return _qualities(changed, faces, overlaps)
+    return _combine_changes(changed, faces, overlaps)
 
 
-def _qualities(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
-    """Of charts, by what their maps do to their faces, and their numbers of overlapping pairs."""
+def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
+    """Combine the changes of faces to the quality of each chart, given its number of overlapping pairs."""
     area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):
         weighted = area * (
@@ -230,9 +230,9 @@ def _qualities(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[
 
 
 def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
-    """For each chart, the area ratio below which 99 % of its surface is, over that of 1 %."""
+    """Compute, for each chart, the 99th over the 1st percentile of the area ratio, weighted by area."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
-    # one sort a chart takes less time than one of all, by two keys
+    # a sort per chart is faster than one sort of all faces by two keys
     order = np.concatenate(list(map(np.argsort, faces.split(log_ratio)))) + faces.repeat(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.repeat(faces.sum(area))
     counts = faces.sum(np.stack((below < 0.99, below < 0.01)).astype(np.int64))
@@ -243,22 +243,22 @@ def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
 
 
 def _percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
-    """For each chart, the 99th percentile of the values at the sides of its faces, (3, #F)."""
+    """Compute, for each chart, the 99th percentile of values at the sides of its faces, (3, #F)."""
     last = 3 * faces.sizes - 1
     place = 0.99 * last
     low = np.floor(place).astype(np.int64)
     ends = np.stack((low, np.minimum(low + 1, last)), axis=1)
     values = np.empty(ends.shape)
     for k, chart in enumerate(np.split(sides.T, faces.start[1:-1])):
-        values[k] = np.partition(chart, ends[k], axis=None)[ends[k]]  # far faster than a sort
+        values[k] = np.partition(chart, ends[k], axis=None)[ends[k]]  # much faster than np.percentile
     below, above = values.T
     with np.errstate(invalid="ignore"):
         between = (place - low) * (above - below)
     return np.where(np.isinf(below), np.inf, below + between)
 
 
-def _surfaces_side_by_side(surfaces: Sequence[Submesh], vertices: Ragged, faces: Ragged) -> Submesh:
-    """Surfaces side by side."""
+def _concatenate_surfaces(surfaces: Sequence[Submesh], vertices: Ragged, faces: Ragged) -> Submesh:
+    """Concatenate surfaces."""
     F = np.concatenate([surface.F for surface in surfaces]) + faces.repeat(vertices.start[:-1])[:, None]
     V = np.concatenate([surface.V for surface in surfaces])
     return Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))

@@ -1,4 +1,4 @@
-"""Overlaps of a flat map with itself, which occur also without flipped triangles."""
+"""Overlaps of a flat map with itself, which can occur even without flipped triangles."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from ..surface import (
     of_size_one,
     signed_double_areas,
 )
-from .winding import may_overlap, open_sides
+from .winding import find_open_sides, find_suspect_faces
 
 NO_PAIRS: IntArray = np.zeros((0, 2), dtype=np.int64)
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
-    """Pairs of faces that overlap in the plane.
+    """Find the pairs of faces that overlap in the plane.
 
-    Two faces overlap if one reaches into the other by more than a millionth of the smaller one's
-    height (its least width), and by more than the rounding of the coordinates. Touching at a
-    vertex or along an edge is not an overlap.
-    A face folded over its neighbour overlaps it. A collapsed face overlaps nothing.
+    Two faces overlap if one reaches into the other by more than a millionth of the smaller height (least
+    width) of the two faces, and by more than the rounding error of the coordinates. Faces that touch at a
+    vertex or along an edge do not overlap. A face folded over its neighbour overlaps it. A collapsed face
+    never overlaps another face.
 
     Parameters
     ----------
     uv : (#V, 2) float
         The map; NaN is allowed at vertices that no face uses.
     F : (#F, 3) int
-        Triangles. A chart is a component of faces connected by common vertices.
+        Triangles. A chart is a component of faces that are connected by shared vertices.
     between : bool
-        Compare faces of different charts, too, as in a packed atlas. By default each chart is
-        compared with itself only.
+        Also compare faces of different charts, for example in a packed atlas. By default, faces are
+        compared only with faces of the same chart.
 
     Returns
     -------
@@ -54,9 +54,9 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
 
     Notes
     -----
-    In a chart without flipped faces, a point is covered as often as the boundary loops wind around
-    it. So if the loops do not cross, and only one of them runs counter-clockwise, nothing overlaps
-    and no faces are compared.
+    In a chart without flipped faces, a point is covered as often as the boundary loops wind around it.
+    Therefore, if the loops do not cross and only one of them runs counter-clockwise, faces cannot overlap and
+    are not compared.
 
     Examples
     --------
@@ -72,48 +72,48 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
 
 
 def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
-    """`overlaps` of a checked map."""
+    """Same as `overlaps`, for a checked map."""
     map_ = of_size_one(map_)
     if between:
-        return _in_one_plane(complex_positions(map_), F)
+        return _find_all_pairs(complex_positions(map_), F)
     chart = face_components(F, len(map_))
     z = complex_positions(map_)
-    suspect = ~_injective(z, F, chart)
+    suspect = ~_prove_injectivity(z, F, chart)
     index = np.flatnonzero(suspect[chart])
     if np.count_nonzero(suspect) == 1:
-        return np.asarray(index[_within_chart(z, F[index])])
+        return np.asarray(index[_find_pairs_in_chart(z, F[index])])
     return np.asarray(index[overlapping(z, F[index], chart[index])])
 
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
-    """`overlapping_pairs` of the map of a surface in one piece, whose boundary loops are known."""
+    """Same as `overlapping_pairs`, for a connected surface whose boundary loops are known."""
     z, F = complex_positions(of_size_one(map_)), np.ascontiguousarray(topology.corner.T)
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
     index = np.arange(len(F))
     if upright and topology.loops:
         rim = np.concatenate(topology.loops)
         following = Ragged.of_sizes(list(map(len, topology.loops))).following
-        if _wind_once(z[rim], following, np.zeros(len(rim), dtype=np.int64), 1)[0]:
+        if _winds_once(z[rim], following, np.zeros(len(rim), dtype=np.int64), 1)[0]:
             return NO_PAIRS
-        index = np.flatnonzero(may_overlap(z, F, rim, rim[following]))
-    return np.asarray(index[_in_one_plane(z, F[index])])
+        index = np.flatnonzero(find_suspect_faces(z, F, rim, rim[following]))
+    return np.asarray(index[_find_all_pairs(z, F[index])])
 
 
 def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
-    """`overlapping_pairs` of many charts (uv, F), each in a plane of its own."""
+    """Return the `overlapping_pairs` of each of many charts (uv, F), without comparing different charts."""
     if not maps:
         return []
     vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
-    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
+    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # a power of two: scaling to size one is exact
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.repeat(scale)[:, None])
     chart = faces.repeat(np.arange(len(maps)))
-    asked = np.flatnonzero(~_injective(z, F, chart))
+    asked = np.flatnonzero(~_prove_injectivity(z, F, chart))
     found = [NO_PAIRS] * len(maps)
     if len(asked) == 1:
         own = slice(*vertices.start[asked[0] : asked[0] + 2])
-        found[asked[0]] = _within_chart(z[own], maps[asked[0]][1])
+        found[asked[0]] = _find_pairs_in_chart(z[own], maps[asked[0]][1])
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
         pairs = rows[overlapping(z, F[rows], chart[rows])]
@@ -123,45 +123,48 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     return found
 
 
-def _within_chart(z: ComplexArray, F: IntArray) -> IntArray:
-    """All overlapping pairs of a chart, sought where its boundary winds around a place more than once."""
-    rim, index = open_sides(F, len(z)), np.arange(len(F))
+def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
+    """Find the overlapping pairs of a chart, near places that its boundary winds around more than once."""
+    rim, index = find_open_sides(F, len(z)), np.arange(len(F))
     if rim is not None:
         tail, head = (F[:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
-        index = np.flatnonzero(may_overlap(z, F, tail, head))
-    return np.asarray(index[_in_one_plane(z, F[index])])
+        index = np.flatnonzero(find_suspect_faces(z, F, tail, head))
+    return np.asarray(index[_find_all_pairs(z, F[index])])
 
 
-def _in_one_plane(z: ComplexArray, F: IntArray) -> IntArray:
-    """All overlapping pairs, also of faces of different charts."""
+def _find_all_pairs(z: ComplexArray, F: IntArray) -> IntArray:
+    """Find all overlapping pairs, including pairs of faces of different charts."""
     return overlapping(z, F, np.zeros(len(F), dtype=np.int64))
 
 
-def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
-    """Charts whose boundary loops and face orientations prove that nothing overlaps."""
+def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
+    """Return a mask of the charts whose boundary and face orientations prove that faces do not overlap."""
     number = int(chart.max()) + 1
     proved = np.zeros(number, dtype=bool)
     upright = np.ones(number, dtype=bool)
     upright[chart[~(signed_double_areas(z, F.T) > 0)]] = False
-    boundary = open_sides(F, len(z))
+    boundary = find_open_sides(F, len(z))
     if boundary is None:
         return proved
     of, tail, head = chart[boundary % len(F)], F.T.ravel()[boundary], F[:, [1, 2, 0]].T.ravel()[boundary]
     order = np.argsort(tail)
-    upright[of[order[1:][tail[order[1:]] == tail[order[:-1]]]]] = False  # loops touch in a vertex
+    upright[of[order[1:][tail[order[1:]] == tail[order[:-1]]]]] = False  # loops touch at a vertex
     ask = order[upright[of[order]]]
     if len(ask):
         proved[of[ask]] = True
-        proved &= _wind_once(z[tail[ask]], np.searchsorted(tail[ask], head[ask]), of[ask], number)
+        proved &= _winds_once(z[tail[ask]], np.searchsorted(tail[ask], head[ask]), of[ask], number)
     return proved
 
 
-def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
-    """Whether all loops are simple and just one is counter-clockwise; for each of a number of charts.
+def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
+    """Return, for each chart, True if all loops are simple and exactly one is counter-clockwise.
 
-    Of faces that are all upright, nothing then overlaps: as many faces cover a place as the loops wind
-    around it, which is at most once, and never less than zero, so that the loops are disjoint, too.
-    Each point has the place of the one after it, and its chart.
+    If no face is flipped, this proves that faces do not overlap: the number of faces that cover a point is
+    the winding number of the loops, which is at most one. Because it is never negative, the loops are
+    disjoint.
+
+    `following` and `of` are the index of the next point and the chart of each point in `z`; `number` is the
+    number of charts.
     """
     ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
     loops = Ragged.of_sizes(sizes)

@@ -1,4 +1,4 @@
-"""How a flat map changes each triangle: angles, singular values, areas."""
+"""Distortion of each triangle by a flat map: angles, singular values and areas."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
 
 
 def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "angle") -> FloatArray:
-    """Distortion of each triangle by a flat map; `quality` measures the whole map.
+    """Measure the distortion of each triangle by a flat map; `quality` measures the whole map.
 
     Parameters
     ----------
@@ -29,16 +29,16 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
     uv : (#V, 2) float
         The map, at any scale; NaN is allowed at vertices that no face uses.
     measure : {"angle", "conformal", "stretch", "area"}
-        "angle": mean over the corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2. Its mean
-        over the triangles is the paper's F/3nt. "conformal": sigma1 / sigma2; 1 is best.
-        "stretch": the L2 stretch of Sander et al. 2001. "area": log(area in uv / area in 3-D); 0 is
-        best, negative means shrunk. For the last two, the map is scaled to the area of the surface.
+        "angle": mean over the corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2, whose mean over the
+        triangles is F/3nt of the paper. "conformal": sigma1 / sigma2; 1 is best. "stretch": the L2 stretch of
+        Sander et al. 2001. "area": log(area in uv / area in 3-D); 0 is best, negative means shrunk. For
+        "stretch" and "area", the map is scaled to the area of the surface.
 
     Returns
     -------
     (#F,) float64
-        At a collapsed triangle "conformal" and "stretch" are inf, "area" is -inf. Flipped triangles
-        have the value of their mirror image.
+        For a collapsed triangle, "conformal" and "stretch" are inf, and "area" is -inf. A flipped triangle
+        has the value of its mirror image.
 
     Raises
     ------
@@ -66,20 +66,21 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Measurements of each triangle in a flat map.
+    """The change of each triangle by a flat map.
 
     Attributes
     ----------
     angle, angle_error : (3, #F) float64
-        Corner angles in 3-D, and angle in uv - angle in 3-D, radians.
+        Corner angles in 3-D, and angle in uv - angle in 3-D, in radians.
     double_area, signed : (#F,) float64
         Twice the area in 3-D, and twice the signed area in uv, scaled by `of_size_one`.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
     sides : (3, #F) float64
-        Length in uv over length in 3-D of the side opposite to each corner.
+        Ratio of the length in uv to the length in 3-D of the side opposite to each corner.
     scale : float, or (#F,) float64
-        Area in uv over area in 3-D, of the whole, or of the map that each triangle belongs to.
+        Ratio of the area in uv to the area in 3-D of the whole map; or one per triangle, of the map that
+        contains the triangle.
     """
 
     angle: FloatArray
@@ -93,21 +94,21 @@ class Change:
 
     @property
     def angle_distortion(self) -> FloatArray:
-        """(3, #F) float64: squared relative errors, whose mean is the paper's F/3nt."""
+        """Squared relative errors of angles, (3, #F) float64; their mean is F/3nt of the paper."""
         return np.asarray((self.angle_error / self.angle) ** 2)
 
     def mean(self, values: FloatArray) -> float:
-        """Over the surface's area, of values of the faces, (#F,)."""
+        """Return the mean of values of the faces, (#F,), weighted by area in 3-D."""
         return float(self.double_area @ values) / float(self.double_area.sum())
 
     @property
     def flipped(self) -> BoolArray:
-        """(#F,) bool: flipped or collapsed."""
+        """Mask of the flipped or collapsed triangles, (#F,) bool."""
         return ~(self.signed > 0)
 
     @property
     def conformal(self) -> FloatArray:
-        """sigma1 / sigma2; infinite at collapsed triangles."""
+        """Conformal distortion sigma1 / sigma2; infinite for collapsed triangles."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.minor > 0, self.major / self.minor, np.inf)
 
@@ -120,20 +121,20 @@ class Change:
 
     @property
     def largest_stretch(self) -> FloatArray:
-        """The largest stretch, with the map scaled to the area of the surface."""
+        """Linf stretch, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.minor > 0, np.sqrt(self.scale) / self.minor, np.inf)
 
     @property
     def symmetric_dirichlet(self) -> FloatArray:
-        """A quarter of s1^2 + s2^2 + s1^-2 + s2^-2, with the map scaled to the area of the surface."""
+        """(s1^2 + s2^2 + s1^-2 + s2^-2) / 4, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             squared = (self.major**2 + self.minor**2) / self.scale / 2  # 0 / 0 in a map without area
             return np.where(self.minor > 0, (squared + self.squared_stretch) / 2, np.inf)
 
     @cached_property
     def edge_change(self) -> FloatArray:
-        """(3, #F) float64: relative change of the sides' lengths, with the map scaled likewise."""
+        """Relative change of side lengths, (3, #F), with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.scale > 0, np.abs(self.sides / np.sqrt(self.scale) - 1), np.inf)
 
@@ -146,9 +147,9 @@ class Change:
 
 
 def change_of(surface: Submesh, map_: FloatArray, parts: Ragged | None = None) -> Change:
-    """Measure what a flat map does to a surface, both of them checked; the map is by its vertices.
+    """Measure the change of each triangle by a checked map (#V, 2) of a checked surface.
 
-    With `parts` of the faces it is several maps, each of a scale of its own.
+    If `parts` divides the faces into several maps, each map has its own scale.
     """
     map_ = of_size_one(map_)
     corner = np.ascontiguousarray(surface.F.T)

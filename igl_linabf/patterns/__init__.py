@@ -1,7 +1,7 @@
-"""Patterns at true scale, to cut and join: SVG, DXF, PDF.
+"""Sewing patterns at true scale, written as SVG, DXF or PDF.
 
-In: a surface and its atlas or flat map. Out: a `Pattern`, the outlines of its pieces in millimetres with
-numbered seams, fold lines and grain arrows; and the drawing of it in a file.
+A `Pattern` has the outlines of the pieces of a flattened surface in millimetres, with numbered seams, fold
+lines and grain arrows.
 """
 
 from .pieces import DEFAULT_UNITS as DEFAULT_UNITS

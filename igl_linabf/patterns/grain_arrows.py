@@ -1,4 +1,4 @@
-"""Where a direction in space points on each piece: what turns pieces upright, and the arrows of the grain."""
+"""Project a direction in space to each piece, to turn pieces upright and to orient grain arrows."""
 
 from __future__ import annotations
 
@@ -10,24 +10,29 @@ from shapely import LineString, polygons, unary_union
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import complex_positions, mapped_direction
-from .constants import AGREEING, ARROW_HALF, ARROW_SHRINKAGE, LEAST_GRAIN, SAME_DIRECTION
-from .joined_pieces import CutSurface, narrowest_turns_of
+from .joined_pieces import CutSurface, find_narrowest_turns
+
+ARROW_HALF = 0.3  # half the length of a grain arrow, over the extent of its piece
+ARROW_SHRINKAGE = 0.8  # factor by which an arrow is shortened until it lies inside its piece
+LEAST_GRAIN = 0.1  # smallest mean length of the unit grain direction after projection to a piece
+AGREEING_SHARE = 0.3  # smallest share of a piece whose common direction is used instead of the mean
+SAME_DIRECTION = 1e-3  # largest angle between equal directions, radians
 
 
 @dataclass(frozen=True, eq=False)
 class PieceDirections:
-    """Where a direction in space points on each piece in the plane.
+    """The direction on each flat piece that corresponds to a direction in space.
 
     Attributes
     ----------
     towards : (#pieces,) complex128
-        Of length one. Where the direction points nowhere, it is along the piece.
+        Unit directions. If the direction is perpendicular to a piece, the long side of the piece.
     known : (#pieces,) bool
-        Whether it points anywhere.
+        Whether the direction has a component in the piece.
     is_mean : (#pieces,) bool
-        Whether it turns all the time, as on a cone, and this is the mean.
+        Whether the direction varies all over the piece, as on a cone, so that `towards` is the mean.
     across : (#pieces,) complex128
-        The long side of the rectangle around the piece, along most of its outline.
+        The long side of the bounding rectangle that is aligned with most of the outline.
     """
 
     towards: ComplexArray
@@ -37,10 +42,11 @@ class PieceDirections:
 
     @property
     def upright_turn(self) -> ComplexArray:
-        """The turn of each piece by which the direction points up; all alike, so that they have one grain.
+        """The rotation of each piece that makes the direction point up.
 
-        A single piece whose faces agree has most of its outline upright, too. Where no piece tells what is
-        up, they lie across, as drawings of plates do.
+        All pieces are treated alike, so that they have the same grain. A single piece with a common direction
+        is instead rotated so that most of its outline is upright or horizontal. If no piece defines an upward
+        direction, the long sides are horizontal, as in drawings of plates.
         """
         if len(self.towards) > 1 or not self.known.any() or self.is_mean.any():
             return self.towards.conj() * (1j if self.known.any() else 1)
@@ -48,25 +54,26 @@ class PieceDirections:
         return quarters[[np.argmax((self.towards * quarters).imag)]]
 
 
-def directions_of(cut: CutSurface, direction: FloatArray) -> PieceDirections:
-    """Where a unit direction in space points on each piece.
+def find_directions(cut: CutSurface, direction: FloatArray) -> PieceDirections:
+    """Return the direction on each piece of a unit direction in space.
 
-    Where most of a piece agrees, as the sides of a box in a row, it is that direction; else the mean. Where
-    it points nowhere, it is along the piece, to where the coordinates in space grow.
+    If most of a piece has a common direction, such as the sides of a box in a row, that direction is used.
+    Otherwise it is the mean. If the direction is perpendicular to a piece, the long side is used, towards
+    increasing coordinates in space.
     """
     z = complex_positions(cut.flat)
     along, area = mapped_direction(cut.surface, z, cut.F, direction)
     aside, _ = mapped_direction(cut.surface, z, cut.F, np.ones(3))
     piece = cut.piece
     of = piece[cut.F[:, 0]]
-    long_sides = _long_sides(cut, piece)
+    long_sides = _find_long_sides(cut, piece)
     found = np.empty(int(piece.max()) + 1, dtype=np.complex128)
     known, is_mean = np.empty((2, len(found)), dtype=bool)
-    for i, faces in enumerate(_rows_of_each(of)):
+    for i, faces in enumerate(_group_rows(of)):
         whole = area[faces].sum()
         mean = complex((along[faces] * area[faces]).sum() / whole)
-        chosen, largest = _agreed(along[faces], area[faces], mean)
-        is_mean[i] = largest < AGREEING / 2
+        chosen, largest = _find_common_direction(along[faces], area[faces], mean)
+        is_mean[i] = largest < AGREEING_SHARE / 2
         known[i] = abs(chosen) >= LEAST_GRAIN * whole
         if not known[i]:
             to = complex((aside[faces] * area[faces]).sum())
@@ -75,39 +82,44 @@ def directions_of(cut: CutSurface, direction: FloatArray) -> PieceDirections:
     return PieceDirections(found, known, is_mean, long_sides)
 
 
-def arrows_of(
+def place_arrows(
     cut: CutSurface, loops: tuple[IntArray, ...], piece: IntArray, directions: ComplexArray
 ) -> FloatArray:
-    """Tail and head of each piece's arrow, (#pieces, 2, 2), by its direction in the plane.
+    """Return the tail and head of each piece's arrow, (#pieces, 2, 2), for given directions in the plane.
 
-    `loops` are the outlines, and `piece` the piece of each vertex.
+    `loops` are the outlines, and `piece` is the piece of each vertex.
     """
     found = []
-    for i, faces in enumerate(_rows_of_each(piece[cut.F[:, 0]])):
+    for i, faces in enumerate(_group_rows(piece[cut.F[:, 0]])):
         points = cut.flat[piece == i]
         rim = np.concatenate([cut.flat[loop] for loop in loops if piece[loop[0]] == i])
         along = np.array([directions[i].real, directions[i].imag])
-        found.append(_longest_arrow(cut.flat[cut.F[faces]], rim, points, along))
+        found.append(_fit_arrow(cut.flat[cut.F[faces]], rim, points, along))
     return np.array(found)
 
 
-def _rows_of_each(of: IntArray) -> list[IntArray]:
-    """The rows of each number."""
+def _group_rows(of: IntArray) -> list[IntArray]:
+    """Return the rows of each number 0, 1, ..."""
     order = np.argsort(of, kind="stable")
     return np.split(order, np.searchsorted(of[order], np.arange(1, int(of.max()) + 1)))
 
 
-def _long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
-    """The long side of the rectangle around each piece, along most of its outline, or else the least one."""
+def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
+    """Return the long side of each piece's bounding rectangle.
+
+    The rectangle is aligned with most of the outline if possible, otherwise it is the smallest one.
+    """
     z, loops = complex_positions(cut.flat), cut.topology.loops
-    found = narrowest_turns_of(z, piece).conj()
+    found = find_narrowest_turns(z, piece).conj()
     side = np.concatenate([z[np.roll(loop, -1)] - z[loop] for loop in loops])
     of = np.repeat([piece[loop[0]] for loop in loops], [len(loop) for loop in loops])
-    for i, rows in enumerate(_rows_of_each(of)):
+    for i, rows in enumerate(_group_rows(of)):
         length = np.abs(side[rows])
-        quarters = (side[rows] / np.maximum(length, np.finfo(float).tiny)) ** 4  # as long in all four
-        group, shares = _alike(quarters, length)
-        if not shares.max(initial=0) >= AGREEING:
+        quarters = (
+            side[rows] / np.maximum(length, np.finfo(float).tiny)
+        ) ** 4  # the same in all four quarters
+        group, shares = _group_directions(quarters, length)
+        if not shares.max(initial=0) >= AGREEING_SHARE:
             continue
         best = group == shares.argmax()
         turn = complex((quarters[best] @ length[best]) ** 0.25)
@@ -116,44 +128,46 @@ def _long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
     return found
 
 
-def _alike(directions: ComplexArray, weight: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Which directions are one, as numbers; and the share that each number has of the weight."""
+def _group_directions(directions: ComplexArray, weight: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Group equal directions; return the group of each direction, and the weight of each group as a share."""
     angle = np.angle(directions)
     order = np.argsort(angle, kind="stable")
     group = np.empty(len(order), dtype=np.int64)
     group[order] = np.cumsum(np.append(True, np.diff(angle[order]) > SAME_DIRECTION)) - 1
-    if angle[order[-1]] - angle[order[0]] > 2 * np.pi - SAME_DIRECTION:  # both ends are one way
+    if (
+        angle[order[-1]] - angle[order[0]] > 2 * np.pi - SAME_DIRECTION
+    ):  # the first and the last group are equal
         group[group == group[order[-1]]] = 0
     return group, np.bincount(group, weight) / max(float(weight.sum()), np.finfo(float).tiny)
 
 
-def _agreed(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[complex, float]:
-    """The sum over the largest part that points one way, or over all, if none is large; and its share.
+def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[complex, float]:
+    """Return the sum over the largest group with a common direction, and the largest share of a group.
 
-    Of equal parts it is the one nearest to the mean. Each face counts with its area, and with how far the
-    direction lies in it.
+    If no group is large, the sum is over all faces. Among groups of equal size, the one nearest to the mean
+    is used. Faces are weighted by their area and by the length of the projected direction.
     """
     weight = area * np.abs(along)
-    group, shares = _alike(along, weight)
+    group, shares = _group_directions(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero(shares >= AGREEING / 2)  # six at most
+    large = np.flatnonzero(shares >= AGREEING_SHARE / 2)  # at most six
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
-    # around a tube that lies, one half points up and one down: the piece agrees on neither
+    # on a horizontal tube, one half points up and the other half down, so neither counts
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
     most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)
-    # a net of which a quarter points up and a quarter aside has no mean that is a direction of its edges
-    large = large[most & (net >= (AGREEING if (net >= AGREEING).any() else AGREEING / 2))]
+    # if a quarter of a net points up and a quarter sideways, the mean is not the direction of any edge
+    large = large[most & (net >= (AGREEING_SHARE if (net >= AGREEING_SHARE).any() else AGREEING_SHARE / 2))]
     if not len(large):
         return mean * float(area.sum()), float(shares.max())
     best = large[np.argmax((sums[large] * np.conj(mean)).real)]
     return complex(sums[best]), float(shares.max())
 
 
-def _longest_arrow(
+def _fit_arrow(
     triangles: FloatArray, rim: FloatArray, points: FloatArray, along: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Tail and head of an arrow of this direction within a piece, about a point far from its outline."""
+    """Return the tail and head of an arrow inside a piece, centred at a point far from its outline."""
     centres = triangles.mean(axis=1)
     room, _ = cKDTree(rim).query(centres)
     at, inside = centres[np.argmax(room)], unary_union(polygons(triangles))

@@ -1,4 +1,4 @@
-"""Fewest pieces: those that fit along a seam are put together, and seams whose sides meet are closed."""
+"""Reduce the number of pieces: join pieces that fit along a seam, and close seams whose sides coincide."""
 
 from __future__ import annotations
 
@@ -11,22 +11,25 @@ from .._core import merge_regions, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import overlap_depths
 from ..surface import Ragged, Topology, complex_positions, connected_labels, coordinates, topology_of
-from .constants import FITS, LEAST_HINGE, MOST_HINGES
-from .seam_pairs import Sides, partners_of
+from .seam_pairs import Sides, find_partners
+
+FIT_TOLERANCE = 1e-5  # largest gap between two sides that coincide, over the extent of their pieces
+LEAST_HINGE = 0.2  # smallest length of a joint, over the width of the narrower piece along it
+MOST_HINGES = 8  # number of sides of a seam, longest first, along which two pieces are tried
 
 
 @dataclass(frozen=True, eq=False)
 class CutSurface:
-    """A surface cut along its seams, and its map; both in millimetres, without collapsed faces.
+    """A surface cut along its seams, and its map, both in millimetres and without collapsed faces.
 
     Attributes
     ----------
     surface, flat : (#v, 3) and (#v, 2) float64
     F : (#f, 3) int64
     vertices : (#v,) int64
-        Rows of the map that was given.
+        Rows of the given map.
     origin : (#v,) int64
-        Vertices of the surface that was given.
+        Vertices of the given surface.
     inner : (#f, 3) bool, or None
         Whether the side from corner k to k + 1 is a diagonal of a polygon; None if there are no polygons.
     """
@@ -40,7 +43,7 @@ class CutSurface:
 
     @cached_property
     def topology(self) -> Topology:
-        """Of the cut surface."""
+        """Connectivity of the cut surface."""
         return topology_of(self.F, self.vertices)
 
     @cached_property
@@ -50,30 +53,30 @@ class CutSurface:
         return np.asarray(np.unique(connected_labels(ends, len(self.flat)), return_inverse=True)[1])
 
 
-def with_fewest_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
-    """The surface with pieces joined where they fit without lying over each other.
+def join_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
+    """Join pieces that fit along a seam without overlaps, and close seams whose sides coincide in the map.
 
-    Seams are closed where both sides lie on each other in the map: so a hole in a plane stays a hole. The
-    edges `kept` (#G, 2), by vertices of the surface that was given, stay seams.
+    As a consequence, a hole in a plate stays a hole. The edges `kept` (#G, 2), given by vertices of the
+    original surface, stay seams.
     """
     if not cut.topology.loops:
         return cut
-    rim, partner, joinable = _sides(cut, kept)
-    return _closed(_assembled(cut, rim, partner, joinable), rim, partner, joinable)
+    rim, partner, joinable = _find_sides(cut, kept)
+    return _close_seams(_assemble_pieces(cut, rim, partner, joinable), rim, partner, joinable)
 
 
-def _sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolArray]:
-    """The sides of all outlines, their partners, and which of them may be joined to these."""
+def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolArray]:
+    """Return the sides of all outlines, their partners, and whether each may be joined to its partner."""
     rim = Sides.of(cut.topology.loops)
-    partner, twisted = partners_of(rim, cut.surface, cut.piece)
+    partner, twisted = find_partners(rim, cut.surface, cut.piece)
     n = int(cut.origin.max()) + 1
     ends = np.sort(np.column_stack((cut.origin[rim.start], cut.origin[rim.end])), axis=1)
     asked = np.isin(ends @ [n, 1], np.sort(kept[(kept < n).all(axis=1)], axis=1) @ [n, 1])
     return rim, partner, (partner >= 0) & ~twisted & ~asked
 
 
-def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
-    """The map in which pieces are put together along common seams, the longest ones first."""
+def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+    """Join pieces in the map along common seams, longest first."""
     piece = cut.piece
     one = np.flatnonzero(joinable)
     one = one[piece[rim.start[one]] < piece[rim.start[partner[one]]]]
@@ -82,19 +85,19 @@ def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArr
     z, of = complex_positions(cut.flat), piece[cut.F[:, 0]]
     order = np.argsort(of, kind="stable")
     faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
-    extent = _extents(z, piece)
+    extent = _measure_extents(z, piece)
     other = partner[one]
     here, there = (
         z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
     )
     pairs = np.column_stack((piece[rim.start[one]], piece[rim.start[other]]))
-    hinges = _hinges(here, there, pairs, extent, _vertices_of_each(z, piece))
+    hinges = _find_hinges(here, there, pairs, extent, _group_vertices(z, piece))
     if not len(hinges.pairs):
         return cut
     triangles = z[cut.F[order]]
     much = np.full(len(hinges.pairs), np.inf)
     _, turn, shift = merge_regions(
-        triangles, overlap_depths(triangles, extent[of[order]], FITS), faces.start,
+        triangles, overlap_depths(triangles, extent[of[order]], FIT_TOLERANCE), faces.start,
         hinges.pairs, hinges.turn, hinges.shift, much, np.ones(len(much)),
     )  # fmt: skip
     return replace(cut, flat=coordinates(turn[piece] * z + shift[piece]))
@@ -102,13 +105,13 @@ def _assembled(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArr
 
 @dataclass(frozen=True, eq=False)
 class _Hinges:
-    """Where pieces may be joined, the longest ones first.
+    """Places at which two pieces may be joined, longest first.
 
     Attributes
     ----------
     pairs : (#h, 2) int64
     turn, shift : (#h,) complex128
-        The motion that brings the second piece to the first.
+        The rotation and translation that move the second piece to the first.
     """
 
     pairs: IntArray
@@ -116,10 +119,10 @@ class _Hinges:
     shift: ComplexArray
 
 
-def _hinges(
+def _find_hinges(
     here: ComplexArray, there: ComplexArray, pairs: IntArray, extent: FloatArray, places: list[ComplexArray]
 ) -> _Hinges:
-    """Hinges from the sides that two pieces have in common: (2, #s) where each piece has their ends."""
+    """Find the hinges of pairs of pieces, given the ends (2, #s) of their common sides in both pieces."""
     turn = (here[1] - here[0]) * (there[1] - there[0]).conj()
     turn /= np.maximum(np.abs(turn), np.finfo(float).tiny)
     shift = here.mean(axis=0) - turn * there.mean(axis=0)
@@ -131,7 +134,7 @@ def _hinges(
         a, b = pairs[rows[0]].tolist()
         tried = rows[:MOST_HINGES]
         missed = np.abs(turn[tried, None, None] * there[:, rows] + shift[tried, None, None] - here[:, rows])
-        total = (length[rows] * (missed <= FITS * max(extent[a], extent[b])).all(axis=1)).sum(axis=1)
+        total = (length[rows] * (missed <= FIT_TOLERANCE * max(extent[a], extent[b])).all(axis=1)).sum(axis=1)
         along = [
             np.ptp((places[i][:, None] * side.conj()).real, axis=0)
             for i, side in (
@@ -145,12 +148,12 @@ def _hinges(
     return _Hinges(pairs[best], turn[best], shift[best])
 
 
-def _closed(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
-    """The surface without the seams whose two sides lie on each other."""
+def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+    """Close the seams whose two sides coincide."""
     z, one = complex_positions(cut.flat), np.flatnonzero(joinable)
-    other, extent = partner[one], _extents(z, cut.piece)[cut.piece[rim.start[one]]]
+    other, extent = partner[one], _measure_extents(z, cut.piece)[cut.piece[rim.start[one]]]
     ends = np.stack((rim.start[one], rim.end[one])), np.stack((rim.end[other], rim.start[other]))
-    met = (np.abs(z[ends[0]] - z[ends[1]]) <= FITS * extent).all(axis=0)
+    met = (np.abs(z[ends[0]] - z[ends[1]]) <= FIT_TOLERANCE * extent).all(axis=0)
     if not met.any():
         return cut
     same = np.column_stack([rows[:, met].ravel() for rows in ends])
@@ -162,14 +165,14 @@ def _closed(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray)
     )
 
 
-def _vertices_of_each(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
-    """The vertices of each piece."""
+def _group_vertices(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
+    """Return the vertices of each piece."""
     order = np.argsort(piece, kind="stable")
     return np.split(z[order], np.searchsorted(piece[order], np.arange(1, int(piece.max()) + 1)))
 
 
-def narrowest_turns_of(z: ComplexArray, piece: IntArray) -> ComplexArray:
-    """The turn of each piece by which its least rectangle lies across."""
+def find_narrowest_turns(z: ComplexArray, piece: IntArray) -> ComplexArray:
+    """Return the rotation of each piece that makes its smallest bounding rectangle horizontal."""
     order = np.argsort(piece, kind="stable")
     pieces = Ragged(np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
     turn = narrowest_turns(z[order], pieces.start)
@@ -178,8 +181,8 @@ def narrowest_turns_of(z: ComplexArray, piece: IntArray) -> ComplexArray:
     return np.where(wide >= high, turn, 1j * turn)
 
 
-def _extents(z: ComplexArray, piece: IntArray) -> FloatArray:
-    """The larger one of width and height, of each piece."""
+def _measure_extents(z: ComplexArray, piece: IntArray) -> FloatArray:
+    """Return the larger of width and height for each piece."""
     low, high = np.full((2, int(piece.max()) + 1), np.inf), np.full((2, int(piece.max()) + 1), -np.inf)
     for k, x in enumerate((z.real, z.imag)):
         np.minimum.at(low[k], piece, x)

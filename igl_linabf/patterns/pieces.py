@@ -1,4 +1,4 @@
-"""The pieces of a pattern: outlines at true scale, with the seams, folds and grain that belong to them."""
+"""The pieces of a pattern: outlines at true scale, with their seams, folds and grain arrows."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ from ..surface import (
     signed_double_areas,
     vertex_array,
 )
-from .constants import MOST_MARGINS
-from .grain_arrows import arrows_of, directions_of
-from .joined_pieces import CutSurface, with_fewest_pieces
-from .seam_pairs import PatternSeam, seams_of
+from .grain_arrows import find_directions, place_arrows
+from .joined_pieces import CutSurface, join_pieces
+from .seam_pairs import PatternSeam, pair_seams
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
-DEFAULT_UNITS = "mm"  # of a surface whose file does not say
+DEFAULT_UNITS = "mm"  # unit of a surface whose file does not state one
+MOST_MARGINS = 0.64  # largest share of the square around all pieces that margins may cover
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """The outlines of a flattened surface at true scale, in millimetres, y upwards.
+    """The outlines of a flattened surface at true scale, in millimetres, with y pointing up.
 
     Attributes
     ----------
     size : (float, float)
-        Width and height of the whole.
+        Width and height of all pieces together.
     outlines : tuple of (n, 2) float64
-        Closed lines, the material on their left; a hole is one more.
+        Closed lines with the material on their left, including the outlines of holes.
     piece : (#outlines,) int64
-        The piece that each is of.
+        Piece of each outline.
     seams : tuple of PatternSeam
     folds : (#folds, 2, 2) float64
-        Creases within pieces.
+        Edges with a crease inside a piece.
     grain : (#pieces, 2, 2) float64
-        From where to where each piece's arrow points.
+        Tail and head of the arrow of each piece.
     error : float
-        Largest change of an edge's length, as a share of it.
+        Largest relative change of the length of an edge.
     units : str
-        That lengths on the surface were taken to be in.
+        Unit of length of the surface.
     """
 
     size: tuple[float, float]
@@ -66,7 +66,7 @@ class Pattern:
 
     @property
     def pieces(self) -> int:
-        """Their number."""
+        """Number of pieces."""
         return len(self.grain)
 
     def __str__(self) -> str:
@@ -77,9 +77,9 @@ class Pattern:
             rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
         width, height = self.size
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
-        said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
+        summary = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
         change = f"edges change by {self.error:.2%} at most"
-        return f"{aligned(rows)}\n{said}; {change}; the surface is in {self.units}"
+        return f"{aligned(rows)}\n{summary}; {change}; the surface is in {self.units}"
 
 
 def pattern_of(
@@ -91,12 +91,12 @@ def pattern_of(
     grain: ArrayLike,
     up: ArrayLike | None = None,
 ) -> Pattern:
-    """The pattern of a surface; arguments as in `write_pattern`."""
+    """Build the pattern of a surface. The arguments are as in `write_pattern`."""
     units = units or DEFAULT_UNITS
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
     upwards = None if up is None else direction_in_space(up, "up")
-    cut, arrows = laid_out(V, F, atlas, MILLIMETRES[units], direction_in_space(grain, "grain"), upwards)
+    cut, arrows = lay_out(V, F, atlas, MILLIMETRES[units], direction_in_space(grain, "grain"), upwards)
     topology, piece = cut.topology, cut.piece
     loops = topology.loops
     length, flat_length = (
@@ -107,15 +107,15 @@ def pattern_of(
         size=(float(cut.flat[:, 0].max()), float(cut.flat[:, 1].max())),
         outlines=tuple(cut.flat[loop] for loop in loops),
         piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
-        seams=seams_of(cut.surface, cut.flat, loops, piece),
-        folds=cut.flat[_creases(cut.surface, topology, cut.inner, crease)],
-        grain=arrows_of(cut, loops, piece, arrows),
+        seams=pair_seams(cut.surface, cut.flat, loops, piece),
+        folds=cut.flat[_find_creases(cut.surface, topology, cut.inner, crease)],
+        grain=place_arrows(cut, loops, piece, arrows),
         error=float(np.max(np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1), initial=0)),
         units=units,
     )
 
 
-def laid_out(
+def lay_out(
     V: ArrayLike,
     F: ArrayLike,
     atlas: Atlas | ArrayLike,
@@ -123,24 +123,24 @@ def laid_out(
     grain: FloatArray,
     up: FloatArray | None = None,
 ) -> tuple[CutSurface, ComplexArray]:
-    """The surface in as few pieces as can be, turned and side by side; and where the grain points on each."""
-    cut = _cut_surface(V, F, atlas, unit)
+    """Join, rotate and arrange the pieces; also return the direction of the grain on each piece."""
+    cut = _build_cut_surface(V, F, atlas, unit)
     if isinstance(atlas, Atlas):
-        cut = with_fewest_pieces(cut, atlas.given_seams)
-    pointing = directions_of(cut, grain)
-    turn = pointing.upright_turn if up is None else 1j * directions_of(cut, up).towards.conj()
-    return _turned(cut, turn), pointing.towards * turn
+        cut = join_pieces(cut, atlas.given_seams)
+    pointing = find_directions(cut, grain)
+    turn = pointing.upright_turn if up is None else 1j * find_directions(cut, up).towards.conj()
+    return _rotate_and_pack(cut, turn), pointing.towards * turn
 
 
-def _cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
-    """The surface and its map in millimetres, of which `unit` are one of V's."""
+def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
+    """Return the surface and its map in millimetres, where `unit` is the unit of V in millimetres."""
     points = vertex_array(V)
     split: Triangles | None
     if isinstance(atlas, Atlas):
         TC, FTC, origin, split = atlas.flat, atlas.triangles, atlas.origin, atlas.split
         if origin.max() >= len(points):
             raise MeshError(
-                f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
+                f"the atlas refers to vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
             )
     else:
         split, origin = Polygons.of(F).split(points), np.arange(len(points))
@@ -158,14 +158,16 @@ def _cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: flo
     area = signed_double_areas(complex_positions(flat), faces.T)
     if not np.abs(area).sum() > 0:
         raise MeshError("uv has no area: pass the map of V and F")
-    if isinstance(atlas, Atlas) and atlas.repairs:  # faces run as they were given, also if they were turned
+    if (
+        isinstance(atlas, Atlas) and atlas.repairs
+    ):  # faces keep their given orientation, even if `unwrap` reversed them
         faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
     flat = flat * np.sqrt(on_surface / np.abs(area).sum())
     return CutSurface(surface, flat, faces, used, origin[used], None if split is None else split.inner[solid])
 
 
-def _turned(cut: CutSurface, turn: ComplexArray) -> CutSurface:
-    """The pieces turned, and laid side by side above and right of 0."""
+def _rotate_and_pack(cut: CutSurface, turn: ComplexArray) -> CutSurface:
+    """Rotate the pieces, and place them side by side at coordinates from 0 on."""
     z, piece = complex_positions(cut.flat) * turn[cut.piece], cut.piece
     flat, of = coordinates(z), piece[cut.F[:, 0]]
     number, local = len(turn), np.empty(len(piece), dtype=np.int64)
@@ -180,8 +182,10 @@ def _turned(cut: CutSurface, turn: ComplexArray) -> CutSurface:
     return replace(cut, flat=made - made.min(axis=0))
 
 
-def _creases(surface: FloatArray, topology: Topology, inner: BoolArray | None, crease: float) -> IntArray:
-    """Edges inside of pieces along which the faces meet at `crease` degrees or more; no diagonals."""
+def _find_creases(
+    surface: FloatArray, topology: Topology, inner: BoolArray | None, crease: float
+) -> IntArray:
+    """Return the edges inside pieces with a dihedral angle of at least `crease` degrees, except diagonals."""
     first, second = topology.sides
     inside = np.flatnonzero(second >= 0)
     if inner is not None:

@@ -1,4 +1,4 @@
-"""Which sides of the outlines belong together: the runs that lie on the same edges of the surface."""
+"""Pair the sides of outlines that lie on the same edges of the surface, and group them into seams."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from .._types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class PatternSeam:
-    """Two stretches of outline that are joined.
+    """A seam: two stretches of outline that are joined.
 
     Attributes
     ----------
     number : int
-        As it is written on both.
+        Number written on both sides.
     pieces : (int, int)
     lengths : (float, float)
-        Of both sides in the pattern, in millimetres.
+        Lengths of both sides in the pattern, in millimetres.
     length : float
-        On the surface.
+        Length on the surface, in millimetres.
     sides : two (n, 2) float64
-        Their points, in the order in which they are joined. The material is on the left of the first.
+        Points of both sides, in the order in which they are joined. The material is on the left of the first
+        side.
     twisted : bool
-        Whether it is on the left of the second, too: that side is joined upside down, as a Moebius band's.
+        Whether the material is also on the left of the second side, as on a Moebius strip.
     """
 
     number: int
@@ -38,7 +39,7 @@ class PatternSeam:
 
     @property
     def change(self) -> float:
-        """How much longer the first side is than the second, as a share of the surface's length."""
+        """The difference of the lengths of both sides, relative to the length on the surface."""
         return (self.lengths[0] - self.lengths[1]) / self.length
 
 
@@ -49,9 +50,9 @@ class Sides:
     Attributes
     ----------
     start, end : (#S,) int64
-        Vertices of each, the material on its left.
+        Vertices at the ends of each side. The material is on its left.
     after, before : (#S,) int64
-        The next side of its outline, and the last.
+        The next and the previous side of the same outline.
     """
 
     start: IntArray
@@ -61,6 +62,7 @@ class Sides:
 
     @classmethod
     def of(cls, loops: tuple[IntArray, ...]) -> Sides:
+        """Return the sides of closed loops of vertices."""
         start, size = np.concatenate(loops), np.array([len(loop) for loop in loops])
         behind = np.cumsum(size)
         after = np.arange(1, len(start) + 1)
@@ -68,31 +70,31 @@ class Sides:
         return cls(start, start[after], after, np.argsort(after))
 
     def lengths(self, points: FloatArray) -> FloatArray:
-        """(#S,) float64, of vertices at these points."""
+        """Return the length of each side, (#S,), with the vertices at the given points."""
         return np.asarray(np.linalg.norm(points[self.start] - points[self.end], axis=1))
 
 
-def seams_of(
+def pair_seams(
     surface: FloatArray, flat: FloatArray, loops: tuple[IntArray, ...], piece: IntArray
 ) -> tuple[PatternSeam, ...]:
-    """The seams of a pattern.
+    """Return the seams of a pattern.
 
     Parameters
     ----------
     surface, flat : (#v, 3) and (#v, 2) float64
-        Positions of the vertices. Those at a seam have copies, in one position of the surface.
+        Positions of the vertices. Copies of a vertex at a seam have the same position on the surface.
     loops : tuple of (n,) int64
-        The outlines, the material on their left.
+        Outlines, with the material on their left.
     piece : (#v,) int64
-        Of each vertex.
+        Piece of each vertex.
     """
     if not loops:
         return ()
     sides = Sides.of(loops)
-    partner, twisted = partners_of(sides, surface, piece)
+    partner, twisted = find_partners(sides, surface, piece)
     length, flat_length = sides.lengths(surface), sides.lengths(flat)
     seams = list[PatternSeam]()
-    for one in _runs(sides, partner, _continued(sides, partner, twisted)):
+    for one in _trace_runs(sides, partner, _find_continued_sides(sides, partner, twisted)):
         other, same_way = partner[one], bool(twisted[one[0]])
         tail, head = (sides.start, sides.end) if same_way else (sides.end, sides.start)
         seams.append(
@@ -111,22 +113,22 @@ def seams_of(
     return tuple(seams)
 
 
-def partners_of(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
-    """For each side the one on the same edge of the surface, or -1; and whether both run the same way.
+def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
+    """Return the partner of each side on the same edge of the surface, or -1, and whether it is twisted.
 
-    They do where a one-sided surface was cut.
+    Twisted partners have the same direction, which happens only where a one-sided surface was cut.
     """
     _, place = np.unique(surface, axis=0, return_inverse=True)
     tail, head = place.ravel()[sides.start], place.ravel()[sides.end]
     n = int(place.max()) + 1
     own, opposite = tail * n + head, head * n + tail
-    # the first of a piece goes with its first the other way around
+    # pair sides of opposite direction in the order of their pieces
     order = np.lexsort((piece[sides.start], own))
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order)) - np.searchsorted(own[order], own[order])
     at = np.minimum(np.searchsorted(own[order], opposite) + rank, len(order) - 1)
     partner = np.where(own[order][at] == opposite, order[at], -1)
-    alone = order[partner[order] < 0]  # still in order, so that those of one direction are neighbours
+    alone = order[partner[order] < 0]  # sorted, so that sides of the same direction are neighbours
     same = own[alone[1:]] == own[alone[:-1]]
     pairs = np.flatnonzero(same & ~np.append(False, same[:-1]))
     one, other = alone[pairs], alone[pairs + 1]
@@ -136,16 +138,16 @@ def partners_of(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[Int
     return partner, twisted
 
 
-def _continued(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
-    """Sides whose seam goes on along the next: also the partners of the two follow each other."""
+def _find_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
+    """Return whether the seam of each side continues along the next side of the outline."""
     after = sides.after
     here = (partner >= 0) & (partner[after] >= 0) & (twisted == twisted[after])
     there = np.where(twisted, after[partner] == partner[after], after[partner[after]] == partner)
-    return np.asarray(here & there & (partner != after))  # around a tip the other side begins
+    return np.asarray(here & there & (partner != after))  # the other side begins at a tip
 
 
-def _runs(sides: Sides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
-    """The sides of each seam in order, on one of its two sides."""
+def _trace_runs(sides: Sides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
+    """Yield the sides along one of the two stretches of each seam, in order."""
     done = np.zeros(len(partner), dtype=bool)
     for first in np.flatnonzero(partner >= 0).tolist():
         if done[first]:

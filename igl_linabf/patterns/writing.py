@@ -1,4 +1,4 @@
-"""Write patterns: laid out on a sheet, in millimetres; SVG by svgwrite, DXF by ezdxf, PDF by matplotlib."""
+"""Draw patterns on a sheet in millimetres, and write it with svgwrite, ezdxf or matplotlib."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
 from ..io import import_optional, replacing
-from .constants import BAR_LENGTHS, LINE_WIDTH, MARGIN
 from .pieces import MILLIMETRES, Pattern, pattern_of
 
-PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}
+MARGIN = 10.0  # mm around the pieces and around the printed area of a page; also the overlap of pages
+LINE_WIDTH = 0.25  # mm
+BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, mm
+
+PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}  # mm
 EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 
 OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
@@ -30,7 +33,7 @@ Units = Literal["mm", "cm", "m", "in", "ft", "um"]
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """A line through points (n, 2)."""
+    """A polyline through points (n, 2)."""
 
     layer: str
     points: FloatArray
@@ -39,7 +42,7 @@ class Stroke:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A text with its middle at a place."""
+    """A text that is centred at a point."""
 
     layer: str
     text: str
@@ -49,7 +52,7 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """All there is to draw; the lower left corner is at 0, 0."""
+    """Everything to draw, with the lower left corner at (0, 0)."""
 
     width: float
     height: float
@@ -71,13 +74,13 @@ def write_pattern(
 ) -> Pattern:
     """Write the pieces of a flattened surface at true scale, to be cut out and joined.
 
-    Each seam has one number on both of its sides, at a notch in their middle. Creases are dashed fold
-    lines. An arrow on each piece shows the grain, and a bar below has a known length. A PDF is tiled
+    Both sides of a seam have the same number, at a notch in the middle of each side. Creases are dashed fold
+    lines. An arrow on each piece shows the grain, and a scale bar is drawn below the pieces. A PDF is tiled
     into pages, which overlap by a centimetre.
 
-    Pieces of an `Atlas` that fit along a seam are one piece, and a slit whose sides lie on each other is
-    none: a hole in a plate stays a hole. Seams that were given to `unwrap` stay. All pieces are turned so
-    that their arrows point up.
+    Pieces of an `Atlas` that fit along a seam are joined, and slits whose sides coincide are closed, so that
+    a hole in a plate stays a hole. Seams that were given to `unwrap` are kept. All pieces are rotated so that
+    their arrows point up.
 
     Parameters
     ----------
@@ -86,36 +89,36 @@ def write_pattern(
     V : (#V, 3) float
     F : (#F, 3) int, or polygons
     atlas : Atlas, or (#V, 2) float
-        What `unwrap` made of V and F, or a flat map. `method="isometric"` keeps lengths best.
+        The result of `unwrap` for V and F, or a flat map. `method="isometric"` preserves lengths best.
     units : {"mm", "cm", "m", "in", "ft", "um"}, optional
-        Of V; by default "mm". A file may say it: `read_file(path).units`. `units` of the pattern is what was
-        taken.
+        Unit of length of V; by default "mm". `read_file(path).units` is the unit stated in a file.
+        The pattern's attribute `units` is the unit that was used.
     crease : float
-        Degrees between neighbouring faces from which their edge is a fold line.
+        Smallest angle between neighbouring faces at a fold line, in degrees.
     grain : (3,) float
-        Direction in space along which the arrows point. On a piece on which it points nowhere, the arrow
-        lies along the piece.
+        Direction in space along which the arrows point. On pieces that are perpendicular to it, the arrow is
+        parallel to the long side.
     up : (3,) float, optional
-        Direction in space that points up on the pieces; by default that of the grain. If it points nowhere
-        on any piece, they lie across; a single flat piece has its sides upright.
+        Direction in space that points up on the pieces; by default the direction of the grain. If all pieces
+        are perpendicular to it, their long sides are horizontal. A single flat piece has upright sides.
     paper : {"A4", "A3", "A0", "letter"}
-        Of a PDF.
+        Paper size of a PDF.
 
     Returns
     -------
     Pattern
-        The lines that were drawn. `print(pattern)` lists both lengths of each seam.
+        The drawn lines. `print(pattern)` lists the lengths of both sides of each seam.
 
     Raises
     ------
     MeshError
-        The suffix is unknown, or the arrays do not fit together.
+        The suffix is unknown, or the arrays do not match.
     ValueError
-        `units`, `grain`, `up` or `paper` is none of the above.
+        `units`, `grain`, `up` or `paper` has an invalid value.
     ImportError
-        The package that writes this format is missing; the text names the pip command.
+        The package that writes this format is missing; the message has the pip command.
     OSError
-        The file cannot be written. In that case nothing is left behind.
+        The file cannot be written. In that case no file is left behind.
 
     Examples
     --------
@@ -131,7 +134,7 @@ def write_pattern(
     """
     path = Path(path)
     if path.suffix.lower() not in WRITERS:
-        raise MeshError(f"{path} is no pattern file: use one that ends in {', '.join(WRITERS)}")
+        raise MeshError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
     pattern = pattern_of(V, F, atlas, units, crease, grain, up)
@@ -141,14 +144,17 @@ def write_pattern(
 
 @contextmanager
 def writing_pattern(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
-    """Write a pattern; the file takes its place when the block succeeds. The suffix chooses the format."""
+    """Write a pattern under a temporary name; the file is renamed if the block succeeds.
+
+    The suffix selects the format.
+    """
     with replacing(path) as temporary:
-        WRITERS[Path(path).suffix.lower()](temporary, _sheet_of(pattern), PAPERS[paper])
+        WRITERS[Path(path).suffix.lower()](temporary, _build_sheet(pattern), PAPERS[paper])
         yield
 
 
-def _sheet_of(pattern: Pattern) -> Sheet:
-    """Outlines, marked seams, folds, arrows, names, and a bar of a known length below."""
+def _build_sheet(pattern: Pattern) -> Sheet:
+    """Draw outlines, seam marks, folds, arrows, names, and the scale bar below them."""
     width, height = pattern.size
     text = float(np.clip(max(width, height) / 60, 0.5, 5.0))
     foot = 4 * text + MARGIN
@@ -157,14 +163,16 @@ def _sheet_of(pattern: Pattern) -> Sheet:
     strokes += [Stroke(FOLD, fold + shift) for fold in pattern.folds]
     labels = []
     for seam in pattern.seams:
-        small = float(np.clip(0.4 * min(seam.lengths), 0.3 * text, text))  # that neighbours do not touch
+        small = float(
+            np.clip(0.4 * min(seam.lengths), 0.3 * text, text)
+        )  # so that neighbouring labels do not touch
         for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
-            at, normal = _midpoint(side)
+            at, normal = _find_midpoint(side)
             notch = np.array([at, at + 0.8 * small * towards * normal])
             strokes.append(Stroke(SEAM, notch + shift))
             labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
     for i, (tail, head) in enumerate(pattern.grain):
-        strokes += [Stroke(GRAIN, line + shift) for line in _arrow(tail, head, text)]
+        strokes += [Stroke(GRAIN, line + shift) for line in _draw_arrow(tail, head, text)]
         labels.append(Label(TEXT, f"piece {i}", 0.4 * tail + 0.6 * head + shift + [0, 1.5 * text], text))
     bar = float(
         max(
@@ -181,8 +189,8 @@ def _sheet_of(pattern: Pattern) -> Sheet:
     return Sheet(whole, height + foot + 2 * MARGIN, tuple(strokes), tuple(labels))
 
 
-def _midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The point in the middle of a line, by length, and the unit normal to its left there."""
+def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the midpoint of a line by length, and the unit normal to its left there."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     reached = np.cumsum(step)
     k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
@@ -191,7 +199,8 @@ def _midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
     return line[k] + share * (line[k + 1] - line[k]), np.array([-along[1], along[0]])
 
 
-def _arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
+def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
+    """Return the shaft and the barb of an arrow."""
     along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
     aside = np.array([-along[1], along[0]])
     barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
@@ -204,10 +213,10 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
         path,
         size=(f"{sheet.width!r}mm", f"{sheet.height!r}mm"),
         viewBox=f"0 0 {sheet.width!r} {sheet.height!r}",
-        debug=False,  # its checks of each number take longer than the rest
+        debug=False,  # its checks of each number would dominate the time
     )
 
-    def downwards(points: FloatArray) -> list[tuple[float, float]]:
+    def flip_y(points: FloatArray) -> list[tuple[float, float]]:
         return [(x, sheet.height - y) for x, y in points.tolist()]
 
     for layer, colour in COLOURS.items():
@@ -216,12 +225,12 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
             if stroke.layer == layer:
                 shape = drawing.polygon if stroke.closed else drawing.polyline
                 dashes = {"stroke_dasharray": "3,2"} if layer in DASHED else {}
-                group.add(shape(downwards(stroke.points), **dashes))
+                group.add(shape(flip_y(stroke.points), **dashes))
         drawing.add(group)
         texts = drawing.g(fill=colour, text_anchor="middle", font_family="sans-serif")
         for label in sheet.labels:
             if label.layer == layer:
-                (x, y), size = downwards(label.at[None])[0], label.height
+                (x, y), size = flip_y(label.at[None])[0], label.height
                 texts.add(drawing.text(label.text, insert=(x, y + 0.35 * size), font_size=size))
         drawing.add(texts)
     drawing.save()
@@ -245,24 +254,24 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
-    """One page where the sheet fits on it, else tiles that overlap, with their row and column.
+    """Write one page if the sheet fits, otherwise overlapping tiles that are labelled by row and column.
 
-    Pages lie across where fewer of them do.
+    The paper is in landscape format if this needs fewer pages.
     """
     figures = import_optional("matplotlib.figure", EXTRA)
     pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
-    paper = min((paper, paper[::-1]), key=lambda size: int(np.prod(_tiles(sheet, size))))
-    free, (columns, rows) = np.array(paper) - 2 * MARGIN, _tiles(sheet, paper)
+    paper = min((paper, paper[::-1]), key=lambda size: int(np.prod(_count_tiles(sheet, size))))
+    free, (columns, rows) = np.array(paper) - 2 * MARGIN, _count_tiles(sheet, paper)
     with pages.PdfPages(path, metadata={"Creator": "igl_linabf", "CreationDate": None}) as file:
         for row in range(rows):
             for column in range(columns):
                 corner = np.array([column, rows - 1 - row]) * (free - MARGIN)
                 name = f"row {row + 1} of {rows}, column {column + 1} of {columns}"
-                file.savefig(_page(figures, sheet, corner, free, paper, name))
+                file.savefig(_draw_page(figures, sheet, corner, free, paper, name))
 
 
-def _tiles(sheet: Sheet, paper: tuple[float, float]) -> tuple[int, int]:
-    """The columns and rows of pages of this size that a sheet takes."""
+def _count_tiles(sheet: Sheet, paper: tuple[float, float]) -> tuple[int, int]:
+    """Return the numbers of columns and rows of pages that a sheet needs."""
     columns, rows = (
         max(1, int(np.ceil((size - MARGIN) / (room - 3 * MARGIN) - 1e-9)))
         for size, room in zip((sheet.width, sheet.height), paper, strict=True)
@@ -270,10 +279,10 @@ def _tiles(sheet: Sheet, paper: tuple[float, float]) -> tuple[int, int]:
     return columns, rows
 
 
-def _page(
+def _draw_page(
     module: Any, sheet: Sheet, corner: FloatArray, free: FloatArray, paper: tuple[float, float], name: str
 ) -> Any:
-    """A page of the sheet whose frame has its lower left corner at `corner`."""
+    """Draw the page of the sheet whose frame has its lower left corner at `corner`."""
     figure = module.Figure(figsize=(paper[0] / MILLIMETRES["in"], paper[1] / MILLIMETRES["in"]))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()

@@ -1,7 +1,7 @@
-"""Pictures and an interactive window, with pyvista.
+"""Pictures and an interactive window of a surface and its flat map, atlas or grid, with pyvista.
 
-In: a surface and its flat map, an atlas or a grid. Out: pyvista plotters. `pictures` has the functions that
-draw, `window` the interactive viewer. `scene` has what both use: textures, colour scales, cameras, lines.
+`pictures` has the functions that draw, `window` the interactive viewer, and `scene` the textures, colour
+scales, cameras and lines of both.
 """
 
 try:
@@ -10,8 +10,8 @@ except ImportError as error:
     raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
 
 from .displays import has_display
+from .map_cache import Shown
 from .pictures import plot_checkerboard, plot_compare, plot_distortion, plot_grid, plot_uv
-from .reused_maps import Shown
 from .scene import DARK, LIGHT, SEAM, WARNING, checker_texture, colour_scale, fit
 from .window import MARK, Viewer, view
 

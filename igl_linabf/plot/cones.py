@@ -1,4 +1,4 @@
-"""Cones as spheres, and both sides of a seam in one colour."""
+"""Draw cones as spheres, and both sides of a seam in the same colour."""
 
 from colorsys import hsv_to_rgb
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
 from ..surface import connected_labels
-from .constants import HUE_STEP, MARKER_RADIUS
+from .constants import MARKER_RADIUS
 
+HUE_STEP = 0.618  # difference of hue between consecutive arcs, over the full circle: the golden ratio
 CONE = "#e09f1f"
 
 
@@ -23,9 +24,9 @@ class SeamSides:
     Attributes
     ----------
     arc : (#E,) int64
-        The arc of each seam edge: from one cone, end or branch to the next.
+        Arc of each seam edge. An arc runs from one cone, end or branch point to the next.
     side : (#S, 2, 2) float64
-        Ends of the edges' sides in the map.
+        Ends of both sides of the seam edges in the map.
     arc_of_side : (#S,) int64
     """
 
@@ -34,12 +35,12 @@ class SeamSides:
     arc_of_side: IntArray
 
 
-def seam_sides(atlas: Atlas) -> SeamSides:
-    """Both sides of each seam edge, and which arc they are of."""
+def find_seam_sides(atlas: Atlas) -> SeamSides:
+    """Return both sides of each seam edge, and their arcs."""
     seams = np.sort(atlas.seams, axis=1)
     n = int(max(atlas.origin.max(initial=0), seams.max(initial=0))) + 1
     keys, number = np.unique(seams @ [n, 1], return_inverse=True)
-    arc = _arcs(seams, atlas.cones, n)
+    arc = _number_arcs(seams, atlas.cones, n)
     corner = atlas.triangles
     F = atlas.origin[corner]
     ends = np.stack((corner, np.roll(corner, -1, axis=1)), axis=-1).reshape(-1, 2)
@@ -51,8 +52,8 @@ def seam_sides(atlas: Atlas) -> SeamSides:
     return SeamSides(arc, atlas.flat[ends[there]], arc[first[at[there]]])
 
 
-def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
-    """Number the seam's edges by arcs: they go on through vertices of two edges that are no cones."""
+def _number_arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
+    """Number the seam edges by arc. Arcs continue through vertices with two seam edges, except cones."""
     end, edge = seams.ravel(), np.repeat(np.arange(len(seams)), 2)
     through = np.bincount(end, minlength=n) == 2
     through[cones] = False
@@ -61,15 +62,15 @@ def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
     return np.unique(connected_labels(pair, len(seams)), return_inverse=True)[1]
 
 
-def colours_of(arcs: IntArray) -> NDArray[np.uint8]:
-    """The colour of each arc, (#arcs, 3) from 0 to 255; other arcs have other colours."""
+def choose_arc_colours(arcs: IntArray) -> NDArray[np.uint8]:
+    """Return the colour of the arc of each edge, (#E, 3) from 0 to 255."""
     each = [
         hsv_to_rgb(i * HUE_STEP % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)
     ]
     return (255 * np.array(each).reshape(-1, 3)).astype(np.uint8)[arcs]
 
 
-def add_balls(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
+def add_cones(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
     """Add a sphere at each cone."""
     if len(centres):
         ball = pv.Sphere(radius=MARKER_RADIUS * diagonal, theta_resolution=16, phi_resolution=16)

@@ -1,4 +1,4 @@
-"""Whether a window can be opened."""
+"""Check whether a window can be opened."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or write a p
 
 
 def has_display() -> bool:
-    """Whether there is a display to open a window on; without one, VTK may end the process.
+    """Return True if there is a display to open a window on. Without one, VTK may end the process.
 
     Returns
     -------
     bool
-        Judged from environment variables; the display itself is not opened.
+        Determined from environment variables; the display itself is not opened.
 
     Examples
     --------

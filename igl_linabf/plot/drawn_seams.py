@@ -1,4 +1,4 @@
-"""Seams drawn by clicks: from vertex to vertex along the shortest path of edges."""
+"""Seams drawn by clicks, along shortest paths of edges from vertex to vertex."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,12 +9,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from .._types import FloatArray, IntArray
-from .reused_maps import Pairs
+from .map_cache import Pairs
 
 
 @dataclass
 class DrawnSeams:
-    """Paths of edges on a surface, and the vertex at which the present one goes on.
+    """Drawn paths of edges on a surface, and the vertex at which the current path continues.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class DrawnSeams:
     paths : list of (#p,) int64
         The vertices of each path.
     end : int or None
-        The vertex from which the next click draws; None begins a new seam.
+        The vertex at which the next click continues; None if it starts a new seam.
     active : bool
         Whether clicks draw seams.
     """
@@ -35,7 +35,7 @@ class DrawnSeams:
 
     @cached_property
     def _graph(self) -> csr_array:
-        """The lengths of the edges; built at the first seam that is drawn."""
+        """The graph of edge lengths, built for the first drawn seam."""
         ends = igl.edges(self.F)
         lengths = np.linalg.norm(self.V[ends[:, 0]] - self.V[ends[:, 1]], axis=1)
         n = len(self.V)
@@ -43,15 +43,15 @@ class DrawnSeams:
 
     @property
     def edges(self) -> Pairs:
-        """Every edge that was drawn, once."""
+        """All drawn edges, each once."""
         pairs = [np.column_stack((path[:-1], path[1:])) for path in self.paths]
         if not pairs:
             return ()
         every = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
         return tuple((int(a), int(b)) for a, b in every)
 
-    def to(self, vertex: int) -> None:
-        """Begin at a vertex, or go on to it; clicking the end again ends the seam."""
+    def add_vertex(self, vertex: int) -> None:
+        """Start a seam at a vertex, or extend the current seam to it; the last vertex again ends the seam."""
         if self.end is None:
             self.end = vertex
         elif vertex == self.end:
@@ -60,15 +60,15 @@ class DrawnSeams:
             _, before = dijkstra(self._graph, directed=False, indices=self.end, return_predecessors=True)
             path = [vertex]
             while path[-1] != self.end:
-                if before[path[-1]] < 0:  # in another piece
+                if before[path[-1]] < 0:  # in another component
                     break
                 path.append(int(before[path[-1]]))
             else:
                 self.paths.append(np.array(path[::-1], dtype=np.int64))
             self.end = vertex
 
-    def back(self) -> None:
-        """Take the last path away."""
+    def undo(self) -> None:
+        """Remove the last path."""
         if self.paths:
             self.end = int(self.paths.pop()[0])
         else:

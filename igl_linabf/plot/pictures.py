@@ -1,7 +1,7 @@
-"""Pictures of a surface and its flat map: checkerboards, distortion, grids. Needs pyvista.
+"""Pictures of a surface and its flat map: checkerboards, distortion, grids.
 
-All functions add to a pyvista `Plotter`, yours or a new one, and return it. With `show=True` they
-also show it; `screenshot=` then saves the picture, as in `Plotter.show`.
+All functions add to a given or a new pyvista `Plotter`, and return it. With `show=True` they also show it. In
+that case `screenshot` saves the picture, as in `Plotter.show`.
 """
 
 from __future__ import annotations
@@ -19,21 +19,22 @@ from ..errors import MeshError
 from ..measures import Measure, quality
 from ..remesh import QuadGrid
 from ..surface import vertex_array
-from .constants import CAPTION_SIZE
 from .scene import (
     DARK,
     LIGHT,
     Scene,
-    add_cut,
     add_flat,
+    add_seams,
     add_surface,
-    board,
-    distortions,
-    face_the_camera,
-    flat_scene,
-    look_at_the_plane,
-    scene_of,
+    build_board_options,
+    build_distortion_options,
+    build_flat_scene,
+    build_scene,
+    face_camera,
+    look_at_plane,
 )
+
+CAPTION_SIZE = 14  # font size of captions, points
 
 
 def plot_checkerboard(
@@ -57,15 +58,15 @@ def plot_checkerboard(
     uv : (#V, 2) float, or Atlas
         The map, or the result of `unwrap(V, F)`. Flipped faces are red.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none. Cones of an
-        atlas are spheres, and the seam between them has a colour for each arc.
+        Edges of F to draw as dark lines; by default the seams of the atlas. `[]` draws no seams. Cones of an
+        atlas are drawn as spheres, and the arcs of the seam between them in different colours.
     frequency : float
-        Squares of the checkerboard along the longer side of the map. An atlas with a `period` has two
-        squares a period instead.
+        Number of squares of the checkerboard along the longer side of the map. An atlas with a `period` has
+        two squares per period instead.
     texture : pyvista.Texture, optional
         A texture instead of the checkerboard, repeated every two squares.
     plotter : pyvista.Plotter, optional
-        Plotter to add to, in its active renderer; by default a new one.
+        Plotter whose active renderer is added to; by default a new plotter.
     show : bool
         Also show the plotter.
     screenshot : str or bool
@@ -80,7 +81,7 @@ def plot_checkerboard(
     Raises
     ------
     MeshError
-        The arrays do not fit together, or a seam is not an edge of F.
+        The arrays do not match, or a seam is not an edge of F.
 
     Examples
     --------
@@ -92,8 +93,8 @@ def plot_checkerboard(
     (200, 300, 3)
     >>> plotter.close()
     """
-    colours = {**board(frequency, texture), **kwargs}
-    return _plot_surface(scene_of(V, F, uv, seams), colours, plotter, show, screenshot)
+    colours = {**build_board_options(frequency, texture), **kwargs}
+    return _plot_surface(build_scene(V, F, uv, seams), colours, plotter, show, screenshot)
 
 
 def plot_uv(
@@ -108,18 +109,18 @@ def plot_uv(
     screenshot: str | bool = False,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Add the flat map with its boundary to a plotter, flipped triangles in red.
+    """Add the flat map with its boundary to a plotter, with flipped triangles in red.
 
     Parameters
     ----------
     uv : (#V, 2) float, or Atlas
-        The map. For an atlas its `TC`, or the atlas itself: then both sides of a seam through cones
-        have one colour.
+        The map; for an atlas its `TC`, or the atlas itself. With the atlas itself, both sides of a seam
+        through cones have the same colour.
     F : (#F, 3) int
         Triangles; `atlas.FTC` for an atlas.
     scalars : (#F,) or (#V,) float, optional
-        Values to show as colours instead of the checkerboard; `cmap`, `clim`, `log_scale` and
-        `scalar_bar_args` are as in `Plotter.add_mesh`.
+        Values to show as colours instead of the checkerboard. `cmap`, `clim`, `log_scale` and
+        `scalar_bar_args` are passed to `Plotter.add_mesh`.
     frequency, texture, plotter, show, screenshot, **kwargs : see `plot_checkerboard`
         As in `plot_checkerboard`.
 
@@ -130,7 +131,7 @@ def plot_uv(
     Raises
     ------
     MeshError
-        The arrays do not fit together.
+        The arrays do not match.
 
     Examples
     --------
@@ -142,10 +143,14 @@ def plot_uv(
     [19, 3]
     >>> plotter.close()
     """
-    drawn = flat_scene(uv, F)
+    drawn = build_flat_scene(uv, F)
     uv, F = (uv.flat, uv.triangles) if isinstance(uv, Atlas) else (uv, F)
-    target, _ = _target(plotter)
-    colours = board(frequency, texture) if scalars is None else {"scalars": _used_scalars(scalars, uv, F)}
+    target, _ = _get_plotter(plotter)
+    colours = (
+        build_board_options(frequency, texture)
+        if scalars is None
+        else {"scalars": _select_scalars(scalars, uv, F)}
+    )
     add_flat(target, drawn, **{**colours, **kwargs})
     return _show(target, show, screenshot)
 
@@ -169,13 +174,13 @@ def plot_distortion(
     V, F, uv : see `plot_checkerboard`
         As in `plot_checkerboard`.
     measure : {"angle", "conformal", "stretch", "area"}
-        As in `igl_linabf.distortion`. Angles and stretch have a logarithmic scale, areas a
-        diverging one around 0. Flipped and collapsed triangles are red.
+        As in `igl_linabf.distortion`. Angles and stretch have a logarithmic colour scale, areas a
+        diverging colour scale around 0. Flipped and collapsed triangles are red.
     seams, plotter, show, screenshot : see `plot_checkerboard`
         As in `plot_checkerboard`.
     **kwargs
-        Options of `Plotter.add_mesh`. `clim`, `cmap` and `log_scale` change the colour scale, which
-        by default runs from the 2nd to the 98th percentile.
+        Options of `Plotter.add_mesh`. `clim`, `cmap` and `log_scale` change the colour scale. By default it
+        extends from the 2nd to the 98th percentile.
 
     Returns
     -------
@@ -184,7 +189,7 @@ def plot_distortion(
     Raises
     ------
     MeshError
-        The arrays do not fit together, are not finite, or a face has no area.
+        The arrays do not match or are not finite, or a face has no area.
 
     Examples
     --------
@@ -196,8 +201,8 @@ def plot_distortion(
     True
     >>> plotter.close()
     """
-    drawn = scene_of(V, F, uv, seams)
-    (colours,) = distortions([drawn], measure)
+    drawn = build_scene(V, F, uv, seams)
+    (colours,) = build_distortion_options([drawn], measure)
     return _plot_surface(drawn, {**colours, **kwargs}, plotter, show, screenshot)
 
 
@@ -215,9 +220,9 @@ def plot_grid(
     Parameters
     ----------
     grid : QuadGrid
-        From `igl_linabf.quad_grid`.
+        Result of `igl_linabf.quad_grid`.
     flat : bool
-        Draw the grid in the flat map, instead of on the surface.
+        Draw the grid in the flat map instead of on the surface.
     plotter, show, screenshot, **kwargs : see `plot_checkerboard`
         As in `plot_checkerboard`.
 
@@ -235,7 +240,7 @@ def plot_grid(
     True
     >>> plotter.close()
     """
-    target, alone = _target(plotter)
+    target, alone = _get_plotter(plotter)
     points = np.insert(grid.uv, 2, 0.0, axis=1) if flat else grid.V
     options = {"show_edges": True, "edge_color": "black", "lighting": not flat}
     for chosen, colour in ((grid.whole, LIGHT), (~grid.whole, DARK)):
@@ -244,10 +249,10 @@ def plot_grid(
             cells = pv.PolyData.from_irregular_faces(points, faces)
             target.add_mesh(cells, color=colour, **options, **kwargs)
     if flat:
-        look_at_the_plane(target)
+        look_at_plane(target)
     elif alone:
         fans = [(face[0], face[i], face[i + 1]) for face in grid.faces for i in range(1, len(face) - 1)]
-        face_the_camera(target, grid.V, np.array(fans))
+        face_camera(target, grid.V, np.array(fans))
     return _show(target, show, screenshot)
 
 
@@ -266,27 +271,27 @@ def plot_compare(
     show: bool = True,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Show flat maps of one surface in rows: the surface with a checkerboard, and the map beside it.
+    """Show flat maps of one surface in rows, each with the textured surface and the map beside it.
 
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
     maps : mapping of name to (#V, 2) float, or to Atlas
-        One row each, with its name, F/3nt and number of flipped triangles. Each map is rotated,
-        scaled and moved to fit the first one, so that the checkerboards can be compared; atlases
-        are not.
+        Maps by name. Each row has the name, F/3nt and the number of flipped triangles. All maps except
+        atlases are rotated, scaled and translated to fit the first one, so that the checkerboards can be
+        compared.
     measure : {"angle", "conformal", "stretch", "area"}, optional
-        Show this distortion, with one colour scale for all, instead of the checkerboard.
+        Distortion to show instead of the checkerboard, with the same colour scale for all maps.
     seams, frequency, texture : see `plot_checkerboard`
         As in `plot_checkerboard`.
     off_screen : bool, optional
-        Open no window; by default `pyvista.OFF_SCREEN`.
+        If True, do not open a window; by default `pyvista.OFF_SCREEN`.
     window_size : (int, int), optional
         Width and height in pixels.
     screenshot : str or bool
         Where to save the picture when it is shown.
     show : bool
-        False returns the plotter without showing it.
+        If False, return the plotter without showing it.
     **kwargs
         Options of `pyvista.Plotter`: `theme`, `notebook`, `title`, ...
 
@@ -297,7 +302,7 @@ def plot_compare(
     Raises
     ------
     MeshError
-        `maps` is empty, or the arrays do not fit together.
+        `maps` is empty, or the arrays do not match.
 
     Examples
     --------
@@ -312,21 +317,25 @@ def plot_compare(
     """
     if not maps:
         raise MeshError("maps is empty: give at least one flat map with its name")
-    scenes = [scene_of(V, F, uv, seams) for uv in maps.values()]
+    scenes = [build_scene(V, F, uv, seams) for uv in maps.values()]
     single = [i for i, uv in enumerate(maps.values()) if not isinstance(uv, Atlas)]
     for i in single[1:]:
-        scenes[i] = scenes[i].fitted(scenes[single[0]])
+        scenes[i] = scenes[i].fit_map(scenes[single[0]])
     options = {"window_size": list(window_size or (1400, 700 * len(maps))), "border": False, **kwargs}
-    with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
+    with pv.vtk_verbosity("error"):  # VTK warns without a display, and continues
         plotter = pv.Plotter(shape=(len(maps), 2), off_screen=off_screen, **options)
-        board_colours = board(frequency, texture)
-        colours = [board_colours] * len(maps) if measure is None else distortions(scenes, measure)
+        board_colours = build_board_options(frequency, texture)
+        colours = (
+            [board_colours] * len(maps) if measure is None else build_distortion_options(scenes, measure)
+        )
         for row, (name, drawn) in enumerate(zip(maps, scenes, strict=True)):
             measured = quality(drawn.V, drawn.F, drawn.uv)
             plotter.subplot(row, 0)
-            add_surface(plotter, drawn, **colours[row], show_scalar_bar=False)  # one a row, beside the map
-            add_cut(plotter, drawn)
-            face_the_camera(plotter, drawn.V, drawn.F)
+            add_surface(
+                plotter, drawn, **colours[row], show_scalar_bar=False
+            )  # each row has one, beside the map
+            add_seams(plotter, drawn)
+            face_camera(plotter, drawn.V, drawn.F)
             caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
             plotter.add_text(caption, font_size=CAPTION_SIZE)
             plotter.subplot(row, 1)
@@ -337,34 +346,35 @@ def plot_compare(
 def _plot_surface(
     drawn: Scene, colours: dict[str, Any], plotter: pv.Plotter | None, show: bool, screenshot: str | bool
 ) -> pv.Plotter:
-    """The surface with its seams, in the caller's plotter or in a new one."""
-    target, alone = _target(plotter)
+    """Add the surface with its seams to the given plotter or a new one."""
+    target, alone = _get_plotter(plotter)
     add_surface(target, drawn, **colours)
-    add_cut(target, drawn)
+    add_seams(target, drawn)
     if alone:
-        face_the_camera(target, drawn.V, drawn.F)
+        face_camera(target, drawn.V, drawn.F)
     return _show(target, show, screenshot)
 
 
-def _used_scalars(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
-    """The scalars; if they are by vertex, of the vertices that a face uses."""
+def _select_scalars(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
+    """Return the scalars as an array; values at vertices are restricted to vertices of faces."""
     values = np.asarray(scalars, dtype=np.float64).ravel()
     n = len(vertex_array(uv, 2, "uv"))
     return values[np.unique(np.asarray(F))] if len(values) == n != len(np.asarray(F)) else values
 
 
-def _target(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
-    """The plotter to add to, and whether it is a new one."""
+def _get_plotter(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
+    """Return the plotter to add to, and whether it is new."""
     if plotter is not None:
         return plotter, False
-    with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
+    with pv.vtk_verbosity("error"):  # VTK warns without a display, and continues
         return pv.Plotter(), True
 
 
 def _show(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
+    """Show the plotter if requested, and return it."""
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)
-        # a notebook draws what a cell ends with, and would draw this a second time
+        # otherwise a notebook would display the plotter a second time, as the value of the cell
         plotter._repr_png_ = lambda: None
     return plotter

@@ -1,4 +1,4 @@
-"""Parts of the pictures: textures, colour scales, cameras, lines. Needs pyvista."""
+"""Parts of the pictures: textures, colour scales, cameras, lines."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
-from .cones import SeamSides, add_balls, colours_of, seam_sides
-from .constants import SCALAR_BAR_HEIGHT
+from .cones import SeamSides, add_cones, choose_arc_colours, find_seam_sides
 
+SCALAR_BAR_HEIGHT = 0.12  # height of a scalar bar, over the height of the window
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
-FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed its language
+LABEL_FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK 9.6 changed the format language
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +34,13 @@ class Scene:
     F : (#F, 3) int64
     uv : (#v, 2) float64
     seams : (#E, 2, 3) float64
-        Ends of the seams' edges on the surface.
+        Ends of the seam edges on the surface.
     cones : (#C, 3) float64
         Positions of the cones.
     sides : SeamSides or None
-        The sides of the seam of an atlas with cones.
+        Both sides of the seam, for an atlas with cones.
     period : float or None
-        That of the texture for which an atlas is made.
+        Period of the texture that the atlas is made for.
     """
 
     V: FloatArray
@@ -53,74 +53,74 @@ class Scene:
 
     @property
     def flipped(self) -> BoolArray:
-        """(#F,) bool: flipped or collapsed."""
+        """Whether each face is flipped or collapsed in the map, (#F,)."""
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
     @property
     def flat(self) -> Scene:
-        """The map as a surface in the plane z = 0."""
-        return replace(flat_scene(self.uv, self.F), sides=self.sides, period=self.period)
+        """The scene of the map as a surface in the plane z = 0."""
+        return replace(build_flat_scene(self.uv, self.F), sides=self.sides, period=self.period)
 
-    def fitted(self, onto: Scene) -> Scene:
-        """The scene with its map rotated, scaled and moved to fit another one."""
+    def fit_map(self, onto: Scene) -> Scene:
+        """Return the scene with its map rotated, scaled and translated to fit the map of another scene."""
         return replace(self, uv=fit(self.uv, onto.uv), period=None)
 
 
-def scene_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
-    """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
+def build_scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
+    """Build the scene of a surface and its map or atlas, by default with the seams of the atlas."""
     points = vertex_array(V)
     if isinstance(uv, Atlas):
-        return _atlas_scene(points, F, uv, seams)
+        return _build_atlas_scene(points, F, uv, seams)
     faces, map_ = face_array(F), map_array(uv, len(points))
-    lines = points[_ends(() if seams is None else seams, faces, len(points))]
+    lines = points[_find_seam_edges(() if seams is None else seams, faces, len(points))]
     vertices, faces = compact(faces, len(points))
     return Scene(points[vertices], faces, map_[vertices], lines)
 
 
-def _atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
+def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
     given = face_array(F) if atlas.split is None else atlas.split.F
     if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
         raise MeshError(
-            f"the atlas is of {len(atlas.FTC)} faces, F has {len(given)}: pass the unwrapped V and F"
+            f"the atlas has {len(atlas.FTC)} faces, and F has {len(given)}: pass the unwrapped V and F"
         )
-    edges = atlas.seams if seams is None else _ends(seams, given, len(points))
+    edges = atlas.seams if seams is None else _find_seam_edges(seams, given, len(points))
     vertices, faces = compact(atlas.drawn, len(atlas.TC))
     at = points[atlas.origin[vertices]]
     drawn = Scene(at, faces, atlas.flat[vertices], points[edges], period=atlas.period)
     if len(atlas.cones) and seams is None:
-        drawn = replace(drawn, cones=points[atlas.cones], sides=seam_sides(atlas))
+        drawn = replace(drawn, cones=points[atlas.cones], sides=find_seam_sides(atlas))
     return drawn
 
 
-def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
-    """The vertices of the seams' edges, (#E, 2)."""
+def _find_seam_edges(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
+    """Return the vertices of the seam edges, (#E, 2)."""
     f, k = np.nonzero(seam_mask(seams, F, n))
     return np.unique(np.sort(np.column_stack((F[f, k], F[f, (k + 1) % 3])), axis=1), axis=0)
 
 
-def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
-    """The map as a surface in the plane z = 0."""
+def build_flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
+    """Build the scene of a map as a surface in the plane z = 0."""
     if isinstance(uv, Atlas):
-        flat = replace(flat_scene(uv.flat, uv.drawn), period=uv.period)
-        return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
-    return scene_of(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
+        flat = replace(build_flat_scene(uv.flat, uv.drawn), period=uv.period)
+        return replace(flat, sides=find_seam_sides(uv)) if len(uv.cones) else flat
+    return build_scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
 
-def board(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
-    """Options of `add_surface` for a checkerboard, or for another texture."""
+def build_board_options(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
+    """Return the options of `add_surface` for a checkerboard, or for another texture."""
     texture = checker_texture() if texture is None else texture
     return {"frequency": frequency, "texture": texture, "smooth_shading": True}
 
 
-def distortions(scenes: Iterable[Scene], measure: Measure) -> list[dict[str, Any]]:
-    """Options of `add_surface` for the distortion of each scene, with one colour scale for all."""
+def build_distortion_options(scenes: Iterable[Scene], measure: Measure) -> list[dict[str, Any]]:
+    """Return the options of `add_surface` for the distortion of each scene, with a common colour scale."""
     values = [distortion(one.V, one.F, one.uv, measure) for one in scenes]
     scale = colour_scale(values, measure)
     return [{"scalars": of, **scale} for of in values]
 
 
 def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) -> pv.Texture:
-    """A repeating checkerboard of two by two squares.
+    """Return a repeating checkerboard of two by two squares.
 
     Parameters
     ----------
@@ -146,10 +146,10 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
 
 
 def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the faces: flipped ones in the warning colour, the others as the options say.
+    """Add the faces to a plotter, with flipped faces in the warning colour.
 
-    The options are those of `Plotter.add_mesh`, with `scalars` by vertex or by face, and `frequency`,
-    the number of squares for `texture`.
+    The options are the same as for `Plotter.add_mesh`. `scalars` are values at vertices or faces, and
+    `frequency` is the number of squares for `texture`.
     """
     flipped = drawn.flipped
     surface = pv.PolyData.from_regular_faces(drawn.V, drawn.F[~flipped])
@@ -159,7 +159,7 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         if len(values) not in (len(drawn.V), len(drawn.F)):
             raise MeshError(
                 f"scalars has {len(values)} values for {len(drawn.V)} vertices and {len(drawn.F)} faces: "
-                "pass one a vertex or one a face"
+                "pass one per vertex or one per face"
             )
         by_face = len(values) == len(drawn.F)
         if options.get("log_scale") and options.get("clim") is not None:
@@ -167,10 +167,10 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         options["scalars"] = values[~flipped] if by_face else values
         options["preference"] = "cell" if by_face else "point"
         if options.get("lighting", True):
-            options.setdefault("ambient", 0.2)  # shadows must not pass for low values
+            options.setdefault("ambient", 0.2)  # shadows must not be mistaken for low values
     elif options.get("texture") is not None:
         corner, size = drawn.uv.min(axis=0), np.ptp(drawn.uv, axis=0).max()
-        # `frequency` squares along the longer side; a texture is two squares wide
+        # the texture has two squares, and the longer side of the map `frequency` squares
         surface.active_texture_coordinates = (
             (drawn.uv - corner) * (frequency / 2 / size) if drawn.period is None else drawn.uv / drawn.period
         )
@@ -182,7 +182,7 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
 
 
 def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the flat map with its boundary, flipped faces on top, and point the camera at it."""
+    """Add the flat map with its boundary and its flipped faces on top, and point the camera at it."""
     bar = "scalars" in options and options.get("show_scalar_bar", True)
     add_surface(plotter, drawn, **{"lighting": False, **options})
     edges, *_ = igl.boundary_facets(drawn.F)
@@ -195,11 +195,11 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
         plotter.add_mesh(marked, color=WARNING, lighting=False)
         plotter.add_mesh(marked, style="wireframe", color=WARNING, lighting=False, line_width=3)
-    look_at_the_plane(plotter, bar)
+    look_at_plane(plotter, bar)
 
 
-def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
-    """Point the camera at the plane so that the map fills the window, above a scalar bar."""
+def look_at_plane(plotter: pv.Plotter, bar: bool = False) -> None:
+    """Point the camera at the plane so that the map fills the window, above an optional scalar bar."""
     camera = plotter.camera
     camera.tight(padding=0.08, view="xy", adjust_render_window=False)
     if bar:
@@ -209,40 +209,40 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
     _step_back(plotter, 2 * camera.parallel_scale)
 
 
-def add_cut(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the seams on the surface; with cones, arc by arc in a colour, and the cones as spheres."""
+def add_seams(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
+    """Add the seams and the cones on the surface; if there are cones, each arc has its own colour."""
     add_lines(plotter, drawn.seams, None if drawn.sides is None else drawn.sides.arc, **options)
-    add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
+    add_cones(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
 
 
 def add_lines(plotter: pv.Plotter, segments: FloatArray, arcs: IntArray | None, **options: Any) -> None:
-    """Add lines, (#E, 2, 3): dark, or in the colours of their arcs."""
+    """Add line segments, (#E, 2, 3), in a dark colour or in the colours of their arcs."""
     if len(segments):
         lines = pv.line_segments_from_points(segments.reshape(-1, 3))
         look: dict[str, Any] = {"color": SEAM, "line_width": 5}
         if arcs is not None:
-            lines.cell_data["colour"] = colours_of(arcs)
+            lines.cell_data["colour"] = choose_arc_colours(arcs)
             look = {"scalars": "colour", "rgb": True, "line_width": 6}
         plotter.add_mesh(lines, **{**look, "render_lines_as_tubes": True, "lighting": False, **options})
 
 
 def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, Any]:
-    """`cmap`, `clim`, `log_scale` and `scalar_bar_args` for a distortion of one map, or of several.
+    """Return the colour scale of a distortion: `cmap`, `clim`, `log_scale` and `scalar_bar_args`.
 
-    The limits are the 2nd and the 98th percentile, so that a few triangles do not take up the whole
-    scale. Areas have a diverging colour map with 0 in the middle.
+    The limits are the 2nd and the 98th percentile, so that a few outliers do not dominate the scale. Areas
+    have a diverging colour map with 0 in the middle.
 
     Parameters
     ----------
     values : iterable of (#F,) float
-        The distortion of each map. All maps share the scale.
+        Distortion of each map. All maps share the scale.
     measure : {"angle", "conformal", "stretch", "area"}
-        What is measured.
+        The measure of distortion.
 
     Returns
     -------
     dict
-        Keywords of `Plotter.add_mesh`.
+        Keyword arguments of `Plotter.add_mesh`.
 
     Examples
     --------
@@ -265,9 +265,9 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
         "clim": clim,
         "log_scale": measure in ("angle", "stretch"),
         "scalar_bar_args": {
-            "title": f"{title}\n",  # away from the labels
+            "title": f"{title}\n",  # a blank line above the labels
             "n_labels": 3,
-            "fmt": FORMAT,
+            "fmt": LABEL_FORMAT,
             "unconstrained_font_size": True,
             "title_font_size": 20,
             "label_font_size": 18,
@@ -280,12 +280,12 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
 
 
 def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
-    """The map rotated, scaled and moved to fit another one best, in the least-squares sense.
+    """Rotate, scale and translate a map to fit another one in the least-squares sense.
 
     Parameters
     ----------
     uv, onto : (#V, 2) float
-        The map and the one to fit. NaN rows are ignored; they stay NaN.
+        The map, and the map to fit. Rows with NaN are ignored and stay NaN.
 
     Returns
     -------
@@ -304,8 +304,8 @@ def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
     return np.column_stack((moved.real, moved.imag))
 
 
-def face_the_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> None:
-    """Look along the coordinate axis of least extent, from the side that more area faces.
+def face_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> None:
+    """Look along the coordinate axis with the smallest extent, at the side that shows more front faces.
 
     y points up, unless the picture would be much higher than wide.
     """
@@ -326,7 +326,7 @@ def face_the_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) ->
 
 
 def _step_back(plotter: pv.Plotter, distance: float) -> None:
-    """`tight` leaves the camera close to the middle, where it would cut the surface open."""
+    """Move the camera away from its focal point, because `tight` leaves it inside the surface."""
     camera = plotter.camera
     camera.position = np.array(camera.focal_point) - distance * np.array(camera.direction)
     plotter.reset_camera_clipping_range()

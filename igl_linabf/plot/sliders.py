@@ -1,4 +1,4 @@
-"""The sliders below the window's two sides."""
+"""The sliders of the window."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..measures import MEASURES
-from .constants import MAX_SLIDER_ITERATIONS, MAX_SLIDER_TRADE, SLIDER_LETTERS
 
 if TYPE_CHECKING:
     from .window import Viewer
 
+MAX_SLIDER_ITERATIONS = 8  # largest value of the slider of iterations
+MAX_SLIDER_TRADE = 60.0  # largest value of the slider of trade
+SLIDER_LETTERS = 0.1  # height of the letters, over the height of the row
+
 
 def add_sliders(viewer: Viewer) -> None:
-    """Method, iterations, trade and colouring, in the window's lowest row."""
+    """Add the sliders for method, iterations, trade and colours to the lowest row of the window."""
     viewer.plotter.subplot(1, 0)
     colours = ("board", *MEASURES)
 
@@ -29,37 +32,49 @@ def add_sliders(viewer: Viewer) -> None:
         viewer.look.measure = None if name == "board" else next(m for m in MEASURES if m == name)
         viewer.draw()
 
-    _choice(viewer, 0, viewer.methods, viewer.method, method)
-    _number(viewer, 1, "iterations, 0: auto", MAX_SLIDER_ITERATIONS, viewer.iterations, iterate)
-    _number(viewer, 2, "trade", MAX_SLIDER_TRADE, 6.0, viewer.set_trade)
-    _choice(viewer, 3, colours, viewer.look.measure or colours[0], colour)
+    _add_choice(viewer, 0, viewer.methods, viewer.method, method)
+    _add_number(viewer, 1, "iterations, 0: auto", MAX_SLIDER_ITERATIONS, viewer.iterations, iterate)
+    _add_number(viewer, 2, "trade", MAX_SLIDER_TRADE, 6.0, viewer.set_trade)
+    _add_choice(viewer, 3, colours, viewer.look.measure or colours[0], colour)
 
 
-def _look(i: int) -> dict[str, Any]:
-    """How the i-th slider looks, and its ends in shares of the row."""
+def _build_slider_options(i: int) -> dict[str, Any]:
+    """Return the style of the i-th slider, and its ends as shares of the row."""
     ends = {"pointa": (0.015 + 0.1 * i, 0.45), "pointb": (0.095 + 0.1 * i, 0.45)}
     return {"style": "modern", "interaction_event": "end", **ends}
 
 
-def _choice(viewer: Viewer, i: int, names: Sequence[str], now: str, chosen: Callable[[str], None]) -> None:
+def _add_choice(
+    viewer: Viewer, i: int, names: Sequence[str], now: str, chosen: Callable[[str], None]
+) -> None:
     slider = viewer.plotter.add_text_slider_widget(
-        _changed(viewer, now, chosen), list(names), value=list(names).index(now), **_look(i)
+        _call_on_change(viewer, now, chosen),
+        list(names),
+        value=list(names).index(now),
+        **_build_slider_options(i),
     )
     slider.GetRepresentation().SetTitleHeight(SLIDER_LETTERS)
 
 
-def _number(
+def _add_number(
     viewer: Viewer, i: int, title: str, most: float, now: float, chosen: Callable[[float], None]
 ) -> None:
     titled = {"title": title, "fmt": "%.0f", "title_height": SLIDER_LETTERS}
     slider = viewer.plotter.add_slider_widget(
-        _changed(viewer, float(now), chosen), (0, most), value=now, **titled, **_look(i)
+        _call_on_change(viewer, float(now), chosen),
+        (0, most),
+        value=now,
+        **titled,
+        **_build_slider_options(i),
     )
     slider.GetRepresentation().SetLabelHeight(SLIDER_LETTERS)
 
 
-def _changed(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]
-    """Calls `chosen` with each value that is another one: pyvista calls at once with the first, too."""
+def _call_on_change(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]
+    """Return a callback that calls `chosen` for each new value.
+
+    pyvista also calls back with the initial value, which is ignored.
+    """
     last = [now]
 
     def call(value: object) -> None:

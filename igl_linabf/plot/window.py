@@ -1,7 +1,7 @@
-"""A window with the surface and its flat map side by side. Needs pyvista.
+"""A window with the surface and its flat map side by side.
 
-A click on either side marks the same point on both, or draws a seam. The sliders and keys below change the
-method, its iterations, the trade of seam length for stretch, and the colours.
+A click on either side marks the same point on both, or draws a seam. Sliders and keys change the method, its
+iterations, the trade of seam length for stretch, and the colours.
 """
 
 from __future__ import annotations
@@ -24,22 +24,34 @@ from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
-from .constants import CLICK_MOVES, MARKER_RADIUS, PANEL_HEIGHT, SEAM_END_RADIUS
+from .constants import MARKER_RADIUS
 from .displays import NO_DISPLAY, has_display
 from .drawn_seams import DrawnSeams
-from .picking import hit_at
-from .reused_maps import MapRequest, ReusedMaps, Shown
-from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
+from .map_cache import MapCache, MapRequest, Shown
+from .picking import pick_face
+from .scene import (
+    SEAM,
+    add_flat,
+    add_seams,
+    add_surface,
+    build_board_options,
+    build_distortion_options,
+    face_camera,
+)
 from .sliders import add_sliders
 
-NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
+PANEL_HEIGHT = 130  # height of the row with sliders and help, pixels
+CLICK_MOVES = 4  # largest distance between press and release of a click, pixels
+SEAM_END_RADIUS = 0.009  # radius of spheres at the ends of seams, over the diagonal of the surface
+
+METHOD_NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
 HELP = (
     """\
 click  marks a point on both
 s      draws seams by clicks;
        its end again: ends it
-z      takes a click back""",
+z      undoes a click""",
     """\
 m    igl.lscm, linABF, ABF
 ] [  more, fewer iterations
@@ -55,16 +67,16 @@ q    quit""",
 
 @dataclass
 class Look:
-    """What the window shows of a map.
+    """The display options of the window.
 
     Attributes
     ----------
     frequency : float
-        Squares of the checkerboard along the longer side of the map.
+        Number of squares of the checkerboard along the longer side of the map.
     measure : {"angle", "conformal", "stretch", "area"} or None
-        The distortion that is shown instead of the checkerboard.
+        Distortion shown instead of the checkerboard.
     seams, help : bool
-        Whether the seams, and the help, are shown.
+        Whether the seams and the help are shown.
     """
 
     frequency: float
@@ -79,24 +91,24 @@ class Viewer:
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
-        Any oriented manifold surface; anything but a disk (with or without holes) is unwrapped.
+        Any oriented manifold surface. Surfaces other than disks (with or without holes) are unwrapped.
     method : {"linabf", "lscm", "abf"} or another method of `flatten`
-        The first method shown.
+        Method of the first map.
     frequency : float
-        Squares of the checkerboard along the longer side of the map.
+        Number of squares of the checkerboard along the longer side of the map.
     measure : {"angle", "conformal", "stretch", "area"}, optional
         Distortion to show instead of the checkerboard.
     boundary : {"free", "circle", "circles", "rectangle"}
-        Of the maps of methods that can shape it, as in `flatten`.
+        Shape of the boundary, for methods that support it, as in `flatten`.
     cones : int or "auto", optional
-        How many cones each component gets, as in `unwrap`, by the methods that can. With seams of another
-        trade, or drawn ones, there are none.
+        Number of cones in each component, for methods that support cones, as in `unwrap`. There are no cones
+        after the trade was changed or seams were drawn.
     off_screen : bool
-        Open no window.
+        If True, do not open a window.
     window_size : (int, int)
-        Width and height in pixels; the lowest 130 are for the sliders and the help.
+        Width and height in pixels, including 130 pixels for the sliders and the help.
     save_as : path
-        What saved files are called, before their number: igl_linabf-1.png, igl_linabf-1.obj.
+        Prefix of the names of saved files, such as igl_linabf-1.png and igl_linabf-1.obj.
     **options
         Options of `pyvista.Plotter`.
 
@@ -104,15 +116,15 @@ class Viewer:
     ----------
     plotter : pyvista.Plotter
     iterations : int
-        Iterations of linABF; 0 is its default, "auto".
+        Number of iterations of linABF; 0 stands for its default, "auto".
     trade : float or None
-        Of seam length for stretch; None leaves a disk uncut.
+        Trade of seam length for stretch; None leaves a disk uncut.
     picked : (int, (3,) float64) or None
         Face and barycentric coordinates of the marked point.
     drawn : DrawnSeams
-        The seams that were drawn.
+        The drawn seams.
     look : Look
-        Checkerboard or distortion, seams, help.
+        The display options.
     """
 
     def __init__(
@@ -132,11 +144,11 @@ class Viewer:
     ) -> None:
         if method not in METHODS:
             raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
-        self.methods = list(dict.fromkeys((*NAMES, method)))
+        self.methods = list(dict.fromkeys((*METHOD_NAMES, method)))
         self.method, self.iterations, self.look = method, 0, Look(frequency, measure)
         self.trade: float | None = None
         self.picked: tuple[int, FloatArray] | None = None
-        self._maps = ReusedMaps(vertex_array(V), face_array(F), boundary, cones)
+        self._maps = MapCache(vertex_array(V), face_array(F), boundary, cones)
         self.drawn = DrawnSeams(self._maps.V, self._maps.F)
         self._save_as, self._message = Path(save_as), ""
         self._pressed: tuple[int, int] = (0, 0)
@@ -153,11 +165,11 @@ class Viewer:
             raise OSError(NO_DISPLAY)
         self.draw()
         self.plotter.subplot(0, 0)
-        face_the_camera(self.plotter, shown.drawn.V, shown.drawn.F)
+        face_camera(self.plotter, shown.drawn.V, shown.drawn.F)
         self.plotter.camera.zoom(0.92)  # below the caption
         if not off_screen:
             add_sliders(self)
-            self._listen()
+            self._connect_events()
 
     @property
     def drawing(self) -> bool:
@@ -166,24 +178,28 @@ class Viewer:
 
     @property
     def shown(self) -> Shown:
-        """The map of what is set at present, computed on first use."""
+        """The map for the current settings, computed at its first use."""
         iterations = self.iterations if self.method == "linabf" else 0
-        return self._maps.map_for(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
+        return self._maps.get(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
 
     def draw(self) -> None:
-        """Redraw both sides; the camera of the surface stays."""
+        """Redraw both sides without moving the camera of the surface."""
         drawn = self.shown.drawn
         look = self.look
-        colours = board(look.frequency) if look.measure is None else distortions([drawn], look.measure)[0]
-        self.plotter.suppress_rendering = True  # each addition would render
+        colours = (
+            build_board_options(look.frequency)
+            if look.measure is None
+            else build_distortion_options([drawn], look.measure)[0]
+        )
+        self.plotter.suppress_rendering = True  # otherwise each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
-        for side in (0, 1):  # the sliders stay
+        for side in (0, 1):  # keep the sliders
             self.plotter.renderers[side].clear_actors()
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
         if self.look.seams:
-            add_cut(self.plotter, drawn, reset_camera=False)
+            add_seams(self.plotter, drawn, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
         add_flat(self.plotter, drawn.flat, **colours)
@@ -197,34 +213,35 @@ class Viewer:
                 viewport=True,
                 name=f"help {i}",
             )
-        self._mark()
+        self._draw_marks()
         self.plotter.suppress_rendering = False
 
     @property
     def caption(self) -> str:
         """The caption of the window."""
-        q, name = self.shown.quality, NAMES.get(self.method, self.method)
+        q, name = self.shown.quality, METHOD_NAMES.get(self.method, self.method)
         if self.method == "linabf" and self.iterations:
             name += f", {self.iterations} iteration{'s' * (self.iterations > 1)}"
-        said = f"{name}: F/3nt {q.angle_distortion:.3g}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped"
+        text = f"{name}: F/3nt {q.angle_distortion:.3g}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped"
         if self.shown.charts > 1:
-            said += f", {self.shown.charts} charts"
+            text += f", {self.shown.charts} charts"
         if self.picked is not None:
             face, weights = self.picked
             drawn = self.shown.drawn
             u, v = weights @ drawn.uv[drawn.F[face]]
             x, y, z = weights @ self._maps.V[self._maps.F[face]]
-            said += f"\nface {face}: ({x:.4g}, {y:.4g}, {z:.4g}) -> ({u:.4g}, {v:.4g})"
+            text += f"\nface {face}: ({x:.4g}, {y:.4g}, {z:.4g}) -> ({u:.4g}, {v:.4g})"
         if self.drawing:
-            said += "\ndrawing a seam: click vertices; s ends, z takes back"
-        return f"{said}\n{self._message}" if self._message else said
+            text += "\ndrawing a seam: click vertices; s ends the seam, z undoes a click"
+        return f"{text}\n{self._message}" if self._message else text
 
     def next_method(self) -> None:
+        """Show the map of the next method."""
         self.method = self.methods[(self.methods.index(self.method) + 1) % len(self.methods)]
         self.draw()
 
     def iterate(self, more: int) -> None:
-        """Change the iterations of linABF by `more`; below 1, its default."""
+        """Increase the iterations of linABF by `more`; below 1, use its default."""
         self.method, self.iterations = "linabf", max(0, self.iterations + more)
         self.draw()
 
@@ -234,42 +251,45 @@ class Viewer:
         self.draw()
 
     def next_measure(self) -> None:
+        """Show the next distortion, or the checkerboard."""
         every = (None, *MEASURES)
         self.look.measure = every[(every.index(self.look.measure) + 1) % len(every)]
         self.draw()
 
     def toggle_seams(self) -> None:
+        """Show or hide the seams."""
         self.look.seams = not self.look.seams
         self.draw()
 
     def toggle_help(self) -> None:
+        """Show or hide the help."""
         self.look.help = not self.look.help
         self.draw()
 
     def set_trade(self, trade: float | None) -> None:
-        """Find seams anew, with this trade of their length for stretch; None leaves a disk uncut."""
+        """Find seams with another trade of seam length for stretch; None leaves a disk uncut."""
         self.trade = trade
         self.draw()
 
     def toggle_drawing(self) -> None:
-        """Clicks draw seams, or mark points again."""
+        """Switch between clicks that draw seams and clicks that mark points."""
         self.drawn.active, self.drawn.end = not self.drawing, None
         self.draw()
 
     def take_back(self) -> None:
-        """Take the last click of a drawn seam back."""
-        self.drawn.back()
+        """Undo the last click of a drawn seam."""
+        self.drawn.undo()
         self.draw()
 
     def save_picture(self) -> Path:
-        """Save both sides as a PNG that does not replace a file; its path."""
+        """Save both sides as a PNG with a new name, and return its path."""
         path = self._free_path(".png")
         with replacing(path) as temporary:
             self.plotter.screenshot(temporary)
         return self._report_saved(path)
 
     def save_mesh(self) -> Path:
-        """Save the surface with its map as an OBJ that does not replace a file; its path."""
+        """Save the surface with its map as an OBJ with a new name, and return its path."""
         path = self._free_path(".obj")
         write_mesh(path, self._maps.V, self._maps.F, unit_square(self.shown.uv), self.shown.corners)
         return self._report_saved(path)
@@ -285,34 +305,34 @@ class Viewer:
         return path
 
     def pick(self, x: int, y: int) -> None:
-        """Mark the point under a pixel on both sides, or draw a seam to the vertex nearest to it.
+        """Mark the point under a pixel on both sides, or draw a seam to the nearest vertex.
 
-        Pixels count from the lower left.
+        Pixels are counted from the lower left corner.
         """
         if y < PANEL_HEIGHT:
             return
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
-        hit = hit_at(self.plotter.renderers[side], drawn.flat.V if side else drawn.V, drawn.F, x, y)
+        hit = pick_face(self.plotter.renderers[side], drawn.flat.V if side else drawn.V, drawn.F, x, y)
         if hit is not None:
             face, weights = hit
             if self.drawing:
-                self.drawn.to(int(self._maps.F[face, np.argmax(weights)]))
+                self.drawn.add_vertex(int(self._maps.F[face, np.argmax(weights)]))
             else:
                 self.picked = face, weights
             self.draw()
 
-    def _mark(self) -> None:
-        """The point that is picked, and the vertex at which the seam goes on."""
+    def _draw_marks(self) -> None:
+        """Draw the marked point, and the vertex at which the current seam continues."""
         drawn = self.shown.drawn
         if self.picked is not None:
             face, weights = self.picked
             for side, points in enumerate((drawn.V, drawn.flat.V)):
-                self._ball(side, points, weights @ points[drawn.F[face]], MARKER_RADIUS, MARK, "mark")
+                self._add_ball(side, points, weights @ points[drawn.F[face]], MARKER_RADIUS, MARK, "mark")
         if self.drawing and self.drawn.end is not None:
-            self._ball(0, self._maps.V, self._maps.V[self.drawn.end], SEAM_END_RADIUS, SEAM, "end")
+            self._add_ball(0, self._maps.V, self._maps.V[self.drawn.end], SEAM_END_RADIUS, SEAM, "end")
 
-    def _ball(
+    def _add_ball(
         self, side: int, points: FloatArray, at: FloatArray, share: float, colour: str, name: str
     ) -> None:
         self.plotter.subplot(0, side)
@@ -320,7 +340,7 @@ class Viewer:
         self.plotter.add_mesh(ball, color=colour, lighting=False, name=name, reset_camera=False)
         self.plotter.renderer.reset_camera_clipping_range()
 
-    def _listen(self) -> None:
+    def _connect_events(self) -> None:
         keys = {
             "m": self.next_method,
             "bracketright": lambda: self.iterate(1),
@@ -342,7 +362,7 @@ class Viewer:
         interactor.style.add_observer("EndInteractionEvent", self._release)
 
     def act(self, action: Callable[[], object]) -> None:
-        """Run an action of a key or slider, and show what has changed; an error is a line in the caption."""
+        """Run the action of a key or slider, and render; an error is shown in the caption."""
         try:
             action()
         except (MeshError, OSError) as error:
@@ -375,13 +395,13 @@ def view(
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
-        Any oriented manifold surface; anything but a disk (with or without holes) is unwrapped.
+        Any oriented manifold surface. Surfaces other than disks (with or without holes) are unwrapped.
     method : str
-        The first method shown, as in `flatten`.
+        Method of the first map, as in `flatten`.
     screenshot : str or bool
         Where to save the last picture.
     off_screen : bool, optional
-        Open no window; by default `pyvista.OFF_SCREEN`.
+        If True, do not open a window; by default `pyvista.OFF_SCREEN`.
     title : str
         Title of the window.
     **options

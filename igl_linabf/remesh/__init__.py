@@ -1,8 +1,6 @@
-"""Quadrangular remeshing from a flat map.
+"""Remesh a surface into a quad-dominant grid along the iso-lines of its flat map.
 
-In: a surface and a map of it without flips. Out: a `QuadGrid` of polygons on the surface, bounded by the
-lines u = i spacing, v = j spacing; whole cells are quadrangles. The triangles are cut along these lines, and
-the parts in a cell are merged.
+The triangles are cut along these lines, and the parts in each cell are merged. Whole cells are quadrangles.
 """
 
 from .grid import QuadGrid, quad_grid

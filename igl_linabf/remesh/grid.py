@@ -1,4 +1,4 @@
-"""Quadrangular remeshing: the surface cut along the iso-lines of its flat map."""
+"""Quadrangular remeshing of a surface along the iso-lines of its flat map."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..measures import change_of
 from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
-from .constants import DEFAULT_CELLS, MAX_CELLS, ROUNDING
+from .constants import ROUNDING
 from .slicing import Fragments, slice_along_integers, slice_region
+
+DEFAULT_CELLS = 1000  # default number of cells
+MAX_CELLS = 10_000_000  # largest number of cells; exceeded if the spacing is in the wrong unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,16 +26,16 @@ class QuadGrid:
     Attributes
     ----------
     V : (#P, 3) float64
-        Vertices, on the surface.
+        Vertices on the surface.
     uv : (#P, 2) float64
         The same vertices in the flat map.
     faces : tuple of int64 arrays
-        Polygons, oriented like the surface's faces: one for each cell of the grid, or for each part
-        of a cell that the boundary cuts into several.
+        Polygons with the orientation of the surface. Each is a cell of the grid, or a part of a cell that is
+        divided by the boundary.
     whole : (#faces,) bool
-        Which polygons are whole cells: quadrangles that are squares in the map.
+        Whether each polygon is a whole cell, which is a square in the map.
     spacing : float
-        Distance between iso-lines in the map.
+        Distance between neighbouring iso-lines in the map.
     """
 
     V: FloatArray
@@ -49,22 +52,22 @@ class QuadGrid:
 
 
 def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None = None) -> QuadGrid:
-    """Remesh a surface by the iso-lines u = i spacing, v = j spacing of its flat map.
+    """Remesh a surface along the iso-lines u = i spacing, v = j spacing of its flat map.
 
-    Each cell inside the map becomes a quadrangle. Its angles are right angles as far as the map is
-    conformal. Cells at the boundary are clipped to polygons, so the grid covers the surface. A cell
-    with a hole inside is cut in two. Edges are straight, even if the surface is curved there.
+    Each cell inside the map becomes a quadrangle, with right angles if the map is conformal. Cells at the
+    boundary are clipped to polygons, so that the grid covers the surface. A cell with a hole inside is cut in
+    two. Edges are straight, even if the surface is curved.
 
     Parameters
     ----------
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles of any number of charts; the grid ends at their boundaries.
+        Oriented triangles of any number of charts. The grid ends at their boundaries.
     uv : (#V, 2) float
-        The map, without flipped triangles; it may overlap itself.
+        The map. It may overlap itself, but must not have flipped triangles.
     spacing : float, optional
-        Distance between lines, in uv; by default such that there are about 1000 cells.
+        Distance between lines in the units of `uv`; by default it gives about 1000 cells.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     ------
     MeshError
         The surface is not an oriented manifold, the map has flipped triangles or winds more than
-        once around a vertex, or `spacing` is not positive or would make over ten million cells.
+        once around a vertex, or `spacing` is not positive or gives more than ten million cells.
 
     Examples
     --------
@@ -101,7 +104,7 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
         spacing = float(np.sqrt(area / DEFAULT_CELLS))
     if not is_number(spacing, 0, np.finfo(float).max, above=True):
         raise MeshError(f"spacing is {spacing!r}: give a positive distance between lines in uv")
-    crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
+    crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # number of crossings of edges and lines
     cells = max(area / spacing**2, crossed)
     if cells > MAX_CELLS:
         raise MeshError(f"spacing {spacing:g} would make {cells:.2g} cells: give more distance between lines")
@@ -115,25 +118,26 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
             fragments = slice_region(fragments, region, axis, float((low + high)[axis] / 2))
         loops = _trace_loops(fragments)
         if len(np.unique(loops.region)) == regions:
-            break  # a hole too small for double precision
+            break  # the hole is too small for double precision
     return _assemble_grid(fragments, loops, spacing, topology.characteristic)
 
 
 @dataclass(frozen=True, eq=False)
 class _Loops:
-    """The regions' boundary loops.
+    """The boundary loops of the regions.
 
     Attributes
     ----------
     region : (#L,) int64
-        The region of each loop.
+        Region of each loop.
     vertices : list of int64 arrays
+        Vertices of each loop.
     borders : (#B, 2) int64
-        The edges between different regions, and the edges of the surface's boundary.
+        Edges between different regions, and boundary edges of the surface.
     rim : (#R, 2) int64
-        The edges of the surface's boundary, directed.
+        Directed boundary edges of the surface.
     holes : dict of int to int64 array
-        One hole's loop of each region that is not a disk.
+        The loop of one hole for each region that is not a disk.
     """
 
     region: IntArray
@@ -144,7 +148,7 @@ class _Loops:
 
 
 def _trace_loops(fragments: Fragments) -> _Loops:
-    """Merge the fragments of a cell to regions, relabel them by region, and trace the regions' loops."""
+    """Merge the fragments of each cell to connected regions, relabel them, and trace their loops."""
     F = fragments.F
     beside, side = igl.triangle_triangle_adjacency(F)
     same = (beside >= 0) & (fragments.label[beside] == fragments.label[:, None])
@@ -155,7 +159,7 @@ def _trace_loops(fragments: Fragments) -> _Loops:
     number[t, k] = np.arange(len(t))
     ahead_t, ahead_k = t.copy(), (k + 1) % 3
     going = np.flatnonzero(same[ahead_t, ahead_k])
-    while len(going):  # through the region's fan around the half-edge's head
+    while len(going):  # rotate around the head of each half-edge, within its region
         i, j = ahead_t[going], ahead_k[going]
         ahead_t[going], ahead_k[going] = beside[i, j], (side[i, j] + 1) % 3
         going = going[same[ahead_t[going], ahead_k[going]]]
@@ -165,11 +169,11 @@ def _trace_loops(fragments: Fragments) -> _Loops:
     loops = [tails[walk] for walk in walks]
     sides = np.column_stack((tails, heads))
     borders, rim = np.unique(np.sort(sides, axis=1), axis=0), sides[beside[t, k] < 0]
-    return _Loops(region, loops, borders, rim, _holes(fragments.x, region, loops))
+    return _Loops(region, loops, borders, rim, _find_holes(fragments.x, region, loops))
 
 
-def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
-    """One loop of each region with several loops, but not the one that encloses the largest area."""
+def _find_holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
+    """Return one loop of each region with several loops, except the outer one with the largest area."""
     several = np.flatnonzero(np.bincount(region)[region] > 1)
     enclosed = {}
     for i in several.tolist():
@@ -179,7 +183,7 @@ def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, 
 
 
 def _assemble_grid(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
-    """The grid without the vertices at which no lines meet and the boundary does not turn."""
+    """Build the grid, without vertices at which no lines meet and the boundary is straight."""
     x, V = fragments.x, fragments.V
     degree = np.bincount(loops.borders.ravel(), minlength=len(x))
     kept = degree > 2
@@ -199,15 +203,16 @@ def _assemble_grid(fragments: Fragments, loops: _Loops, spacing: float, euler: i
     polygons, whole = [], []
     for region, loop in zip(loops.region.tolist(), loops.vertices, strict=True):
         polygon = number[loop[kept[loop]]]
-        if len(polygon) > 2:  # a cell of no width, where the boundary runs along a line, has two
+        if len(polygon) > 2:  # degenerate cells between the boundary and a line have two vertices
             polygons.append(polygon)
             whole.append(len(polygon) == 4 and abs(cell_area[region] - 1) < 1e-6)
     grid = QuadGrid(V[kept], x[kept] * spacing, tuple(polygons), np.array(whole, dtype=bool), spacing)
-    if _euler_characteristic(grid) != euler:
+    if _compute_euler_characteristic(grid) != euler:
         raise MeshError(f"spacing {spacing:g} is too large for the surface: give a smaller spacing")
     return grid
 
 
-def _euler_characteristic(grid: QuadGrid) -> int:
+def _compute_euler_characteristic(grid: QuadGrid) -> int:
+    """Return V - E + F."""
     sides = np.concatenate([np.column_stack((face, np.roll(face, -1))) for face in grid.faces])
     return len(grid.V) - len(np.unique(np.sort(sides, axis=1), axis=0)) + len(grid.faces)

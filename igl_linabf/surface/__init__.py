@@ -1,8 +1,8 @@
-"""Surfaces: the caller's arrays, checked once, with their connectivity and areas.
+"""Validated surfaces: the caller's arrays with their connectivity and areas.
 
-In: the caller's V, F, maps and pins. Out: a `Submesh`, any surface or a part of one; a `Mesh`, one disk with
-or without holes; their `Topology`, components, areas. `clean` makes any triangles such a surface.
-Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
+A `Submesh` is any surface or a part of one; a `Mesh` is a single disk with or without holes. Both provide
+their `Topology`, components and areas. `clean` turns an arbitrary set of triangles into such a surface.
+The genus follows from the Euler-Poincare formula: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from .._core import NEXT, PREV, cycles, sum_by
@@ -23,10 +23,11 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .constants import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO
 from .disks import Disks, sound_disks
 from .mesh import Mesh, PlanarFaces, loop_through, planar_mesh, planar_mesh_of
 from .plane import (
+    HOPELESS_AREA_RATIO,
+    SAFE_AREA_RATIO,
     area_scale_ratio,
     bounded_ratio,
     centred,

@@ -1,4 +1,4 @@
-"""Areas of faces in space, and the scalar products of their sides, for cotangents."""
+"""Areas of faces in space, and the scalar products of their sides for the cotangents of angles."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 
 
 def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Twice the area of each face and the scalar products of the sides at its corners.
+    """Return twice the area of each face and the scalar products of the two sides at each corner.
 
     Raises
     ------
     MeshError
-        A face is so thin that its area may be rounding error, or the coordinates are so large or
-        small that fourth powers of lengths overflow or underflow.
+        The area of a face is not larger than its rounding error, or the coordinates are so large or
+        so small that fourth powers of lengths overflow or underflow.
     """
     largest = max(V.max(), -V.min())
     if not SMALLEST_COORDINATE < largest < LARGEST_COORDINATE:
@@ -36,9 +36,9 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
 
 
 def without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
-    """The faces that `measure` refuses for their area; coordinates are within its range.
+    """Return the faces whose area is at most `times` the rounding error of an area.
 
-    Also those of up to some `times` as much.
+    With `times` 1 they are the faces that `measure` rejects. The coordinates must be within its range.
     """
     if not len(F):
         return np.zeros(0, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Checks of the caller's arrays, and their conversion to one form."""
+"""Validation of the caller's arrays, and their conversion to canonical dtypes and shapes."""
 
 from typing import TypeGuard
 
@@ -8,14 +8,16 @@ from numpy.typing import ArrayLike
 from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .constants import LARGEST_COORDINATE, MOST_VERTICES
+from .constants import LARGEST_COORDINATE
 
-Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
+MOST_VERTICES = 2**31  # largest vertex count that is inferred from face indices alone
+
+Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,) and their positions (#P, 2), #P >= 2
 
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
-    """`V` as a C-ordered (#V, columns) float64 array."""
-    array = _checked_array(
+    """Return `V` as a C-ordered (#V, columns) float64 array."""
+    array = _convert_array(
         V, "biuf", f"{name} is not an array of real numbers: pass #V by {columns} coordinates"
     )
     if array.ndim != 2 or array.shape[1] != columns or len(array) == 0:
@@ -27,7 +29,7 @@ def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
 
 
 def map_array(uv: ArrayLike, n: int) -> FloatArray:
-    """A flat map of `n` vertices as a C-ordered (#V, 2) float64 array."""
+    """Return a flat map of `n` vertices as a C-ordered (#V, 2) float64 array."""
     map_ = vertex_array(uv, 2, "uv")
     if len(map_) != n:
         raise MeshError(f"uv has {len(map_)} rows for {n} vertices: pass one row a vertex")
@@ -35,9 +37,9 @@ def map_array(uv: ArrayLike, n: int) -> FloatArray:
 
 
 def face_array(F: ArrayLike) -> IntArray:
-    """`F` as a C-ordered (#F, 3) int64 array."""
-    array = _checked_array(
-        F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices, of polygons their triangles"
+    """Return `F` as a C-ordered (#F, 3) int64 array."""
+    array = _convert_array(
+        F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices (split polygons into triangles)"
     )
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         hint = "split polygons into triangles" if array.shape[1:] == (4,) else "pass #F by 3 vertex indices"
@@ -55,7 +57,7 @@ def face_array(F: ArrayLike) -> IntArray:
 
 
 def check_indices(F: IntArray, n: int) -> None:
-    """Raise where `F` refers to vertices outside 0 .. n - 1."""
+    """Raise a `MeshError` if `F` refers to vertices outside 0 .. n - 1."""
     low, high = int(F.min()), int(F.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((F < 0) | (n <= F)).any(axis=1))
@@ -67,7 +69,7 @@ def check_indices(F: IntArray, n: int) -> None:
 
 
 def count_vertices(F: IntArray) -> int:
-    """One more than the largest index of faces, where no positions tell how many vertices there are."""
+    """Return the number of vertices that the faces imply without positions: the largest index + 1."""
     bad = np.flatnonzero((F >= MOST_VERTICES).any(axis=1))
     if len(bad):
         raise MeshError(
@@ -78,7 +80,7 @@ def count_vertices(F: IntArray) -> int:
 
 
 def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Check the indices of `F`; return the vertices in use and `F` numbered by them."""
+    """Check the indices of `F`; return the vertices in use, and `F` renumbered to index them."""
     used, sound = used_vertices(F, n)
     if not sound:
         check_indices(F, n)
@@ -92,12 +94,12 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
 
 
 def distinct_corners(F: IntArray) -> BoolArray:
-    """Which triangles have three vertices; the others have one twice."""
+    """Return a mask of the triangles whose three vertices are distinct."""
     return np.asarray((F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0]))
 
 
 def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
-    """Raise if a coordinate is NaN or infinite."""
+    """Raise a `MeshError` if a coordinate is NaN or infinite."""
     finite = np.isfinite(V)
     if not finite.all():
         bad = np.flatnonzero(~finite.all(axis=1))
@@ -108,28 +110,31 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
 
 
 def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
-    """Whether pins constrain the shape of a map: more than two, which no move of the whole map meets."""
+    """Return True if pins constrain the shape of a map.
+
+    A similarity transform of the whole map satisfies two pins, but in general not three or more.
+    """
     return pinned is not None and len(pinned[0]) > 2
 
 
 def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
-    """Check pins as `igl.lscm` takes them, two or more vertices `b` and their positions `bc`.
+    """Check pins in the form that `igl.lscm` takes: two or more vertices `b` and their positions `bc`.
 
-    `vertices` are those in use among the caller's `n_given`. `b` has the caller's indices; the
-    returned ones are positions in `vertices`.
+    `vertices` are the vertices in use among the caller's `n_given`. `b` contains the caller's indices; the
+    returned indices are positions in `vertices`.
 
     Raises
     ------
     MeshError
-        There are fewer than two pins, a vertex is pinned twice, out of range or on no face, or all are at
-        the same position.
+        There are fewer than two pins, a pinned vertex is repeated, out of range or not part of a face, or
+        all pins have the same position.
     """
     if b is None and bc is None:
         return None
     if b is None or bc is None:
         missing = "b" if b is None else "bc"
         raise MeshError(f"{missing} is missing: give the pinned vertices b and their positions bc together")
-    index = _checked_array(b, "iu", "b is not an array of integers: pass the indices of two or more vertices")
+    index = _convert_array(b, "iu", "b is not an array of integers: pass the indices of two or more vertices")
     if index.ndim == 2 and 1 in index.shape:
         index = index.ravel()
     if index.ndim != 1 or len(index) < 2:
@@ -153,28 +158,28 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
         raise MeshError(
             f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"
         )
-    return _positions_in(index, vertices, "pinned vertices", "pin"), place
+    return _find_positions(index, vertices, "pinned vertices", "pin"), place
 
 
 def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
-    """Check the caller's indices of some vertices; returns their places among the `vertices` in use.
+    """Check vertex indices given by the caller, and return their positions in `vertices`, the used vertices.
 
     Raises
     ------
     MeshError
-        They are no one-dimensional array of integers, are out of range, or belong to no face.
+        The indices are not a one-dimensional array of integers, are out of range, or belong to no face.
     """
-    index = _checked_array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
+    index = _convert_array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
     if index.ndim != 1 or not index.size:
         raise MeshError(f"{name} has the shape {index.shape}: give a list of vertices")
     if index.min() < 0 or index.max() >= n_given:
         raise MeshError(
             f"{name} {some(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
         )
-    return _positions_in(index, vertices, name, "give")
+    return _find_positions(index, vertices, name, "give")
 
 
-def _positions_in(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
+def _find_positions(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
     index = index.astype(np.int64)
     new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
     lost = vertices[new] != index
@@ -184,20 +189,20 @@ def _positions_in(index: np.ndarray, vertices: IntArray, name: str, do: str) -> 
 
 
 def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
-    """Check the seams and write them as a mask of sides, (#F, 3).
+    """Check the seams, and return them as a mask of sides, (#F, 3).
 
-    If a mask is to stay `as_marked`, an edge may be a seam for some of its faces only.
+    A mask that marks one side of an edge is extended to all sides of that edge, unless `as_marked` is True.
     """
     try:
         array = np.asarray(seams)
     except ValueError:
-        raise MeshError("seams is no array: pass (#E, 2) vertex indices, or a (#F, 3) mask") from None
+        raise MeshError("seams is not an array: pass (#E, 2) vertex indices, or a (#F, 3) mask") from None
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
-            raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
+            raise MeshError("seams has the shape (#F, 3) but is not a mask: pass booleans, or zeros and ones")
         if as_marked:
             return array.astype(bool)
-        keys = _side_keys(F, n)  # of an edge, one side or both may be marked
+        keys = _side_keys(F, n)  # the mask may mark one side of an edge or both
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
@@ -216,19 +221,19 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
     bad = np.flatnonzero(~np.isin(_edge_keys(pairs, n), _side_keys(F, n)))
     if len(bad):
         raise MeshError(
-            f"seam edges {some(bad)} are no edges of the mesh (edge {bad[0]} is "
+            f"seam edges {some(bad)} are not edges of the mesh (edge {bad[0]} is "
             f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
         )
-    return sides_along(pairs, F, n)
+    return mark_sides(pairs, F, n)
 
 
-def sides_along(edges: IntArray, F: IntArray, n: int) -> BoolArray:
-    """Mask (#F, 3) of the sides, from corner k to k + 1, that lie on the given edges (#E, 2)."""
+def mark_sides(edges: IntArray, F: IntArray, n: int) -> BoolArray:
+    """Return a mask (#F, 3) of the sides, from corner k to k + 1, that lie on the given edges (#E, 2)."""
     at_edge = np.zeros(n, dtype=bool)
     at_edge[edges] = True
     corner = at_edge[F]
     sides = corner & corner[:, [1, 2, 0]]
-    face, k = np.nonzero(sides)  # few, as the edges are
+    face, k = np.nonzero(sides)  # compare keys only where both ends belong to one of the edges
     sides[face, k] = np.isin(
         _edge_keys(np.stack((F[face, k], F[face, (k + 1) % 3]), axis=1), n), _edge_keys(edges, n)
     )
@@ -236,7 +241,7 @@ def sides_along(edges: IntArray, F: IntArray, n: int) -> BoolArray:
 
 
 def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
-    """Coordinates of the caller's `n_given` vertices; NaN for those not among `vertices`."""
+    """Return coordinates for the caller's `n_given` vertices, with NaN for vertices not in `vertices`."""
     if len(vertices) == n_given:
         return uv
     full = np.full((n_given, uv.shape[1]), np.nan)
@@ -249,12 +254,12 @@ def _side_keys(F: IntArray, n: int) -> IntArray:
 
 
 def _edge_keys(ends: IntArray, n: int) -> IntArray:
-    """One number for each edge in either direction, its two vertices along the last axis."""
+    """Return one number per edge, independent of its direction; the last axis holds the two end vertices."""
     a, b = ends[..., 0], ends[..., 1]
     return np.asarray(np.minimum(a, b) * n + np.maximum(a, b))
 
 
-def _checked_array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
+def _convert_array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
     try:
         array = np.asarray(values)
     except (TypeError, ValueError):

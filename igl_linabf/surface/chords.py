@@ -1,4 +1,4 @@
-"""Chords: edges inside the mesh that join two boundary vertices. Ears are cut off by them."""
+"""Chords: interior edges that join two boundary vertices and therefore cut off a part of the mesh."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .topology import NEXT, PREV, Topology
 
 
 def chords_of(topology: Topology) -> IntArray:
-    """Numbers of the edges inside the mesh whose two ends are boundary vertices."""
+    """Return the indices of the interior edges whose two ends are boundary vertices."""
     at_boundary = ~topology.interior[topology.edges]
     return np.flatnonzero(at_boundary.all(axis=1) & (topology.sides[1] >= 0))
 
 
 def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
-    """Split each chord, an edge inside the mesh that joins two boundary vertices, at its midpoint.
+    """Split each chord, an interior edge that joins two boundary vertices, at its midpoint.
 
-    A chord cuts off a part of the mesh: mostly an ear, a boundary vertex with one face. No map has the
-    boundary of such a part on a straight line, as that of `boundary="rectangle"` often asks for. With the
-    chords split, there is one. The surface keeps its shape.
+    A chord cuts off a part of the mesh, usually an ear, which is a boundary vertex with a single face. A map
+    without flips cannot place the boundary of that part on a straight line, which `boundary="rectangle"`
+    often requires. Splitting the chords makes such a map possible. The shape of the surface does not change.
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
     Returns
     -------
     V : (#V + #chords, 3) float64
-        The given vertices, then the midpoints.
+        The given vertices, followed by the midpoints.
     F : (#F + 2 #chords, 3) int64
 
     Raises
     ------
     MeshError
-        The surface is no oriented manifold.
+        The surface is not an oriented manifold.
 
     Examples
     --------
@@ -52,14 +52,14 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
     surface = Submesh.checked_manifold(V, F)
     positions, topology, number = np.asarray(V, dtype=np.float64), surface.topology, surface.n_given
     chords = chords_of(topology)
-    middle = np.full(topology.corner.shape, -1)  # of the side opposite to each corner
+    middle = np.full(topology.corner.shape, -1)  # midpoint of the side opposite to each corner
     for side in topology.sides[:, chords]:
         middle.ravel()[side] = number + np.arange(len(chords))
     ends = surface.vertices[topology.edges[chords]]
     faces = surface.vertices[topology.corner].T
     parts = [faces[(middle < 0).all(axis=0)]]
     for split in range(1, 4):
-        # turned so that the sides opposite to corners 0 .. split - 1 are split
+        # rotate the corners so that the sides opposite to corners 0 .. split - 1 are split
         for turn in ([0, 1, 2], NEXT, PREV)[: 1 if split == 3 else 3]:
             here = middle[turn]
             chosen = ((here >= 0).sum(axis=0) == split) & (here[:split] >= 0).all(axis=0)
@@ -68,7 +68,7 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
 
 
 def _split_triangles(a: IntArray, b: IntArray, c: IntArray, *middle: IntArray) -> list[IntArray]:
-    """Triangles a b c with the midpoints of the sides opposite to a, to b, and to c, as far as given."""
+    """Split triangles a b c at the given midpoints of the sides opposite to a, then b, then c."""
     if len(middle) == 1:
         (p,) = middle
         parts = [(p, c, a), (p, a, b)]

@@ -1,4 +1,4 @@
-"""Several disks side by side: one mesh of many components, checked and measured in one go."""
+"""Batches of disks: many small meshes concatenated into one, which is checked and measured at once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,17 +17,18 @@ Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
 @dataclass(frozen=True, eq=False)
 class Disks:
-    """Disks without holes side by side, numbered one after the other.
+    """A batch of disks without holes, concatenated into one mesh.
 
     Attributes
     ----------
     topology : Topology
-        Of all; loop i is the boundary of disk i.
+        Connectivity of all disks; loop i is the boundary of disk i.
     double_area : (#F,) float64
+        Twice the area of each face.
     dot : (3, #F) float64
-        As a `Mesh` has them.
+        Scalar product of the two sides that meet at each corner.
     vertices, faces : Ragged
-        Those of each disk.
+        The vertices and faces of each disk.
     """
 
     topology: Topology
@@ -41,32 +42,32 @@ class Disks:
 
     @cached_property
     def area(self) -> FloatArray:
-        """Of each disk."""
+        """Area of each disk."""
         return np.asarray(self.faces.sum(self.double_area)) / 2
 
     @cached_property
     def rim(self) -> tuple[IntArray, Ragged]:
-        """The vertices of all boundary loops, and which are whose."""
+        """The vertices of all boundary loops, and their division into disks."""
         loops = self.topology.loops
         return np.concatenate(loops), Ragged.of_sizes([len(loop) for loop in loops])
 
 
 def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
-    """Those meshes that are sound disks without holes, side by side, and which of `meshes` they are.
+    """Concatenate the meshes that are valid disks without holes; return them and their indices in `meshes`.
 
-    Of another mesh, `planar_mesh` raises what is wrong with it.
+    For any other mesh, `planar_mesh` raises an error that describes its defects.
     """
     places = np.arange(len(meshes))
     while len(places):
-        disks, good = _side_by_side([meshes[i] for i in places.tolist()])
+        disks, good = _concatenate_disks([meshes[i] for i in places.tolist()])
         if disks is not None:
             return disks, places
         places = places[good]
     return None, places
 
 
-def _side_by_side(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
-    """All meshes side by side if all are sound disks; else None, and which of them may be."""
+def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
+    """Concatenate the meshes if all are valid disks, otherwise return None; also mark the possible disks."""
     vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
     faces = Ragged.of_sizes([len(F) for _, F in meshes])
     F = np.concatenate([F for _, F in meshes])
@@ -81,24 +82,24 @@ def _side_by_side(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     V = np.concatenate([V for V, _ in meshes])
     lost = np.bincount(corner.ravel(), minlength=len(V)) == 0
     with np.errstate(invalid="ignore"):
-        largest = Ragged(3 * vertices.start).max(np.abs(V).ravel())  # that is NaN where a coordinate is
+        largest = Ragged(3 * vertices.start).max(np.abs(V).ravel())  # NaN if any coordinate is NaN
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
     double_area, dot, least = products(V, corner)
     thin = ~(double_area > least)
-    topology, sound = _topologies(corner, vertices, faces)
+    topology, sound = _build_topology(corner, vertices, faces)
     good = sound & ~faces.any(thin)
     if topology is None or not good.all():
         return None, good
     return Disks(topology, double_area, dot, vertices, faces), good
 
 
-def _topologies(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topology | None, BoolArray]:
-    """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
+def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topology | None, BoolArray]:
+    """Build the connectivity if all meshes are disks, otherwise return None; also mark the possible disks."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = undirected(corner, n)
-    of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
+    of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # sorted by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:
         _, crowded, turned = nonmanifold_edges(corner, edges)
@@ -109,9 +110,9 @@ def _topologies(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topo
     if not good.all():
         return None, good
     rim = Ragged.of_sizes(sizes)
-    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
+    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # loops per disk
     pairs = sides.T[sides[1] >= 0]
-    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division
+    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # half-edges to faces: % m, but faster
     label = connected_labels(pairs, m)
     good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
     good &= faces.min(label) == faces.max(label)

@@ -1,4 +1,4 @@
-"""The checked mesh of one disk, with or without holes."""
+"""The validated mesh of a single disk, with or without holes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .topology import KeptTopology, Topology, check_planar, planar_topology, wit
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A checked mesh without unreferenced vertices.
+    """A validated mesh without unreferenced vertices.
 
     Attributes
     ----------
@@ -28,10 +28,12 @@ class Mesh:
     double_area : (#F,) float64
         Twice the area of each face; none is zero.
     dot : (3, #F) float64
-        Scalar product of the two sides that meet at each corner, so that
+        Scalar product of the two sides that meet at each corner;
         `dot / double_area` is the cotangent of its angle.
     vertices : (#V,) int64
-        The caller's indices of these vertices. The caller has `n_given` vertices.
+        The caller's indices of these vertices.
+    n_given : int
+        Number of vertices of the caller's mesh.
     """
 
     V: FloatArray
@@ -43,7 +45,7 @@ class Mesh:
 
     @property
     def faces(self) -> IntArray:
-        """The triangles as igl takes them, (#F, 3)."""
+        """The triangles in igl's layout, (#F, 3)."""
         return np.ascontiguousarray(self.topology.corner.T)
 
     @property
@@ -52,7 +54,7 @@ class Mesh:
 
 
 def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
-    """Check that `(V, F)` is one disk, with or without holes, and return it as a `Mesh`.
+    """Check that `(V, F)` is a single disk, with or without holes, and return it as a `Mesh`.
 
     Parameters
     ----------
@@ -61,26 +63,26 @@ def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     F : (#F, 3) array of any integer dtype, or of integral floats
         Oriented triangles.
     outer : int, optional
-        A vertex of the outer boundary loop; by default the longest loop is the outer one.
+        A vertex of the outer boundary loop; by default the outer loop is the longest one.
 
     Raises
     ------
     MeshError
-        The arrays are malformed, a face is degenerate, the surface is not one oriented manifold
-        piece with a boundary and without handles, or `outer` is not on a boundary loop.
+        The arrays are malformed, a face is degenerate, the surface is not a connected oriented manifold
+        with a boundary and without handles, or `outer` is not on a boundary loop.
 
     Warns
     -----
     MeshWarning
-        Some vertices belong to no face: they are left out.
+        Some vertices belong to no face and are left out.
     """
     surface = Submesh.checked(V, F)
     mesh = planar_mesh_of(surface, outer)
-    _warn_of_unused(mesh)
+    _warn_about_unused_vertices(mesh)
     return mesh
 
 
-def _warn_of_unused(mesh: Mesh) -> None:
+def _warn_about_unused_vertices(mesh: Mesh) -> None:
     if len(mesh.vertices) < mesh.n_given:
         unused = np.setdiff1d(np.arange(mesh.n_given), mesh.vertices)
         warnings.warn(
@@ -91,15 +93,15 @@ def _warn_of_unused(mesh: Mesh) -> None:
 
 
 def planar_mesh_of(surface: Submesh, outer: int | None = None) -> Mesh:
-    """`planar_mesh` of a surface whose arrays are checked."""
+    """Same as `planar_mesh`, for a surface whose arrays have been checked."""
     check_planar(surface.topology, surface.vertices)
-    return _measured_mesh(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
+    return _build_mesh(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
 
 
-def _measured_mesh(
+def _build_mesh(
     V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None
 ) -> Mesh:
-    """The mesh with its outer loop first."""
+    """Build a mesh whose outer loop comes first."""
     first = 0
     if outer is not None:
         first = loop_through(topology, outer, vertices)
@@ -117,12 +119,12 @@ def _measured_mesh(
 
 @dataclass(frozen=True, eq=False)
 class PlanarFaces:
-    """Triangles that are one disk, with or without holes, wherever their vertices are.
+    """The faces of a single disk, with or without holes, without vertex positions.
 
     Attributes
     ----------
     F : (#F, 3) int64
-        With the caller's indices.
+        Triangles in the caller's indices.
     topology : KeptTopology
     vertices : (#V,) int64
         The caller's indices of the vertices.
@@ -134,13 +136,13 @@ class PlanarFaces:
 
     @classmethod
     def of(cls, F: ArrayLike) -> PlanarFaces:
-        """Check the triangles; raises as `planar_mesh` where it concerns them."""
+        """Check the triangles, with the errors of `planar_mesh` that concern faces."""
         faces = face_array(F)
         vertices, numbered = compact(faces, count_vertices(faces))
         return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
 
     def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:
-        """The mesh with vertices at these positions; raises and warns as `planar_mesh`."""
+        """Return the mesh with these vertex positions, with the errors and warnings of `planar_mesh`."""
         positions = vertex_array(V)
         n_given = len(positions)
         if n_given <= self.vertices[-1]:
@@ -148,13 +150,13 @@ class PlanarFaces:
         if len(self.vertices) < n_given:
             positions = positions[self.vertices]
         check_finite(positions, self.vertices)
-        mesh = _measured_mesh(positions, self.topology, self.vertices, n_given, outer)
-        _warn_of_unused(mesh)
+        mesh = _build_mesh(positions, self.topology, self.vertices, n_given, outer)
+        _warn_about_unused_vertices(mesh)
         return mesh
 
 
 def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:
-    """The boundary loop through one of the caller's vertices."""
+    """Return the index of the boundary loop through `vertex`, one of the caller's indices."""
     try:
         index = operator.index(vertex)  # type: ignore[arg-type]
     except TypeError:

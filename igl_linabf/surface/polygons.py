@@ -1,4 +1,4 @@
-"""Faces of any number of corners, and the triangles they are made of."""
+"""Polygonal faces, and their triangulations."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .constants import LARGEST_SEARCHED_POLYGON
 from .ragged import Ragged
-from .triangulation import triangulated
+from .triangulation import triangulate_polygons
 
 Kind = TypeVar("Kind", bound=np.generic)
-Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or one array a face where their sizes differ
+Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or one array per face if their sizes differ
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Polygons, corner after corner.
+    """Polygons with any numbers of corners, in one flat array.
 
     Attributes
     ----------
     corners : (#C,) int64
-        The vertices at the corners of all polygons.
+        The vertices at the corners of all polygons, one polygon after another.
     sizes : (#F,) int64
-        How many corners each polygon has.
+        Number of corners of each polygon.
     """
 
     corners: IntArray
@@ -37,32 +37,32 @@ class Polygons:
 
     @classmethod
     def of(cls, F: ArrayLike) -> Polygons:
-        """Faces as the caller has them: an array (#F, k), or a list of lists of different lengths.
+        """Convert the caller's faces: an array (#F, k), or a list of lists of different lengths.
 
         Raises
         ------
         MeshError
-            A face has less than three corners, or one that is no integer.
+            A face has fewer than three corners, or an entry that is not an integer.
         """
         rows: Any
         try:
             rows = np.asarray(F)
-        except ValueError:  # of different lengths
-            rows = _rows_of_faces(F)
+        except ValueError:  # the rows have different lengths
+            rows = _convert_rows(F)
         if not isinstance(rows, list) and (rows.ndim != 2 or rows.dtype == object):
-            rows = _rows_of_faces(F)
+            rows = _convert_rows(F)
         if len(rows) == 0:
-            raise MeshError("F has no faces: pass (#F, k) vertex indices, or one list of them a face")
+            raise MeshError("F has no faces: pass (#F, k) vertex indices, or one list of indices per face")
         sizes = np.array([len(row) for row in rows], dtype=np.int64) if isinstance(rows, list) else None
         if sizes is None:
             sizes = np.full(len(rows), rows.shape[1], dtype=np.int64)
         few = np.flatnonzero(sizes < 3)
         if len(few):
-            raise MeshError(f"faces {some(few)} have less than three corners: remove them")
+            raise MeshError(f"faces {some(few)} have fewer than three corners: remove them")
         flat = np.concatenate(rows) if isinstance(rows, list) else rows.ravel()
-        if not (flat.dtype.kind in "iuf" and _of_integers(flat)):
-            bad = [i for i, row in enumerate(rows) if not _of_integers(np.asarray(row))]
-            raise MeshError(f"faces {some(bad)} have entries that are no vertex indices: pass integers")
+        if not (flat.dtype.kind in "iuf" and _is_integral(flat)):
+            bad = [i for i, row in enumerate(rows) if not _is_integral(np.asarray(row))]
+            raise MeshError(f"faces {some(bad)} have entries that are not vertex indices: pass integers")
         return cls(flat.astype(np.int64), sizes)
 
     @classmethod
@@ -74,7 +74,7 @@ class Polygons:
 
     @cached_property
     def starts(self) -> IntArray:
-        """Where the corners of each polygon begin, (#F,)."""
+        """Index of the first corner of each polygon, (#F,)."""
         return np.asarray(np.cumsum(self.sizes) - self.sizes)
 
     @cached_property
@@ -84,35 +84,37 @@ class Polygons:
 
     @cached_property
     def following(self) -> IntArray:
-        """The next corner of the same polygon, (#C,)."""
+        """Index of the next corner of the same polygon, (#C,)."""
         return Ragged.of_sizes(self.sizes).following
 
     @property
     def shaped(self) -> Faces:
-        """The vertices of each polygon: (#F, k) if all have k corners, else a tuple of arrays."""
+        """The vertices of each polygon: (#F, k) if all have k corners, otherwise a tuple of arrays."""
         return self.shape(self.corners)
 
     def shape(self, values: NDArray[Kind]) -> NDArray[Kind] | tuple[NDArray[Kind], ...]:
-        """Values at the corners, in the shape of the faces."""
+        """Reshape values at the corners to the shape of the faces."""
         if len(self) and (self.sizes == self.sizes[0]).all():
             return values.reshape(len(self), -1)
         return tuple(np.split(values, self.starts[1:])) if len(self) else values.reshape(0, 3)
 
-    def texture_of(self, FTC: ArrayLike) -> Polygons:  # as everywhere
-        """The rows of texture coordinates at the corners, as the caller has them.
+    def texture_of(self, FTC: ArrayLike) -> Polygons:
+        """Convert the caller's `FTC`, the rows of texture coordinates at the corners.
 
         Raises
         ------
         MeshError
-            They are malformed, or not in the shape of these polygons.
+            `FTC` is malformed, or does not have the shape of these polygons.
         """
         texture = Polygons.of(FTC)
         if len(texture) != len(self) or (texture.sizes != self.sizes).any():
-            raise MeshError(f"FTC has {len(texture)} rows for {len(self)} faces, or others: pass F's shape")
+            raise MeshError(
+                f"FTC has {len(texture)} rows for {len(self)} faces, or rows of other lengths: pass F's shape"
+            )
         return texture
 
     def check(self, n: int) -> None:
-        """Raise where a polygon names a vertex outside 0 .. n - 1."""
+        """Raise a `MeshError` if a polygon refers to a vertex outside 0 .. n - 1."""
         bad = self.outside(n)
         if len(bad):
             first = self.corners[self.owner == bad[0]].tolist()
@@ -122,50 +124,50 @@ class Polygons:
             )
 
     def outside(self, n: int) -> IntArray:
-        """The polygons that name a vertex outside 0 .. n - 1."""
+        """Return the polygons that refer to a vertex outside 0 .. n - 1."""
         wrong = (self.corners < 0) | (self.corners >= n)
         return np.unique(self.owner[wrong]) if wrong.any() else np.zeros(0, dtype=np.int64)
 
     def groups(self) -> Iterator[tuple[IntArray, IntArray]]:
-        """For each number of corners k: polygons, and the places of their corners, (p, k)."""
+        """Yield, for each number of corners k, the polygons (p,) and the indices of their corners (p, k)."""
         for k in np.unique(self.sizes).tolist():
             rows = np.flatnonzero(self.sizes == k)
             yield rows, self.starts[rows, None] + np.arange(k)
 
     def split(self, V: FloatArray) -> Triangles:
-        """The triangles of the polygons; concave ones are not turned over where that can be avoided."""
-        kept = self._without_repeats()
-        own = np.arange(len(self.corners)) if kept is self else np.flatnonzero(~self._repeats)
+        """Triangulate the polygons, without reversed triangles where possible."""
+        kept = self._remove_repeats()
+        own = np.arange(len(self.corners)) if kept is self else np.flatnonzero(~self._is_repeat)
         made: list[tuple[IntArray, IntArray, BoolArray]] = []
         for rows, at in kept.groups():
-            if at.shape[1] < 3:  # of no area, but each face keeps its row
+            if at.shape[1] < 3:  # no area, but each face keeps a row
                 local = np.tile(np.arange(at.shape[1])[[0, -1, -1]], (len(rows), 1, 1))
             else:
-                local = triangulated(V[kept.corners[at]])
-            made.append(_triangles_of_group(rows, at, local))
+                local = triangulate_polygons(V[kept.corners[at]])
+            made.append(_flatten_group(rows, at, local))
         face, place, inner = (np.concatenate(parts) for parts in zip(*made, strict=True))
         order = np.argsort(face, kind="stable")
         done = Triangles(self, self.corners[own[place]], face, own[place], inner).rows(order)
-        return done if not inner.any() else _without_double_edges(done, kept, own, V)
+        return done if not inner.any() else _retriangulate_double_edges(done, kept, own, V)
 
-    def _without_repeats(self) -> Polygons:
-        """Without corners at the vertex of the one before."""
-        again = self._repeats
+    def _remove_repeats(self) -> Polygons:
+        """Return the polygons without repeated corners, see `_is_repeat`."""
+        again = self._is_repeat
         if not again.any():
             return self
         sizes = self.sizes - np.bincount(self.owner[again], minlength=len(self))
         return Polygons(self.corners[~again], sizes)
 
     @cached_property
-    def _repeats(self) -> BoolArray:
-        """Corners at the vertex of the next one; of a polygon in one point, all but the last."""
+    def _is_repeat(self) -> BoolArray:
+        """Corners with the same vertex as the next corner; all but the last for a polygon with one vertex."""
         again = self.corners == self.corners[self.following]
         whole = np.flatnonzero(np.bincount(self.owner[again], minlength=len(self)) == self.sizes)
         again[self.starts[whole]] = False
         return np.asarray(again)
 
     def spread(self, values: IntArray) -> IntArray:
-        """Values at the corners; where one is -1, that of the next corner, which is at the same vertex."""
+        """Replace values of -1 at the corners by the value of the next corner, which has the same vertex."""
         values = values.copy()
         waiting = np.flatnonzero(values < 0)
         while len(waiting):
@@ -179,19 +181,19 @@ class Polygons:
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """The triangles of polygons; those of one polygon follow each other.
+    """A triangulation of polygons, in the order of the polygons.
 
     Attributes
     ----------
     polygons : Polygons
     F : (#T, 3) int64
-        Vertices.
+        Vertices of the triangles.
     face : (#T,) int64
-        The polygon of each.
+        The polygon that contains each triangle.
     place : (#T, 3) int64
-        The corner of `polygons.corners` that each corner is.
+        Index in `polygons.corners` of each corner.
     inner : (#T, 3) bool
-        Whether the side from corner k to k + 1 is a diagonal, which no file has.
+        Whether the side from corner k to k + 1 is a diagonal of the polygon rather than one of its edges.
     """
 
     polygons: Polygons
@@ -201,20 +203,18 @@ class Triangles:
     inner: BoolArray
 
     def rows(self, rows: IntArray) -> Triangles:
-        """Some of them, in another order."""
+        """Select triangles by row."""
         return Triangles(self.polygons, self.F[rows], self.face[rows], self.place[rows], self.inner[rows])
 
     def at_corners(self, values: IntArray) -> IntArray:
-        """Values at the triangles' corners, (#T, 3), as values at the polygons' corners, (#C,)."""
+        """Convert values at the triangles' corners, (#T, 3), to values at the polygons' corners, (#C,)."""
         known = np.full(len(self.polygons.corners), -1)
-        known[self.place[::-1].ravel()] = values[::-1].ravel()  # the first triangle of a polygon says
+        known[self.place[::-1].ravel()] = values[::-1].ravel()  # the first triangle at a corner wins
         return self.polygons.spread(known)
 
 
-def _triangles_of_group(
-    rows: IntArray, at: IntArray, local: IntArray
-) -> tuple[IntArray, IntArray, BoolArray]:
-    """Polygon, corners' places, and which sides are diagonals, of triangles (P, t, 3) over k corners."""
+def _flatten_group(rows: IntArray, at: IntArray, local: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+    """Flatten the local triangles (P, t, 3) of k-gons to polygon, corner indices, and mask of diagonals."""
     k = at.shape[1]
     step = (local[..., [1, 2, 0]] - local) % k
     place = at[np.arange(len(rows))[:, None, None], local]
@@ -222,8 +222,11 @@ def _triangles_of_group(
     return np.repeat(rows, local.shape[1]), place.reshape(-1, 3), inner
 
 
-def _without_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) -> Triangles:
-    """Polygons whose diagonals are edges of others, as the two faces of a card may be, get other ones."""
+def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) -> Triangles:
+    """Triangulate again the polygons that have a diagonal which is an edge or diagonal of another polygon.
+
+    The two sides of a flat card, for example, may share a diagonal.
+    """
     n = len(V)
 
     def keys(i: IntArray, j: IntArray) -> IntArray:
@@ -234,7 +237,7 @@ def _without_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: Flo
     diagonal, face = keys(done.F[t, k], done.F[t, (k + 1) % 3]), done.face[t]
     order = np.lexsort((face, diagonal))
     diagonal, face = diagonal[order], face[order]
-    first = np.searchsorted(diagonal, diagonal)  # the polygon with the lowest number keeps its own
+    first = np.searchsorted(diagonal, diagonal)  # the polygon with the lowest index keeps its diagonal
     late = np.unique(face[(face != face[first]) | np.isin(diagonal, edges)])
     if not len(late):
         return done
@@ -245,8 +248,8 @@ def _without_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: Flo
         rows, at = rows[chosen], at[chosen]
         if len(rows) and 3 < at.shape[1] <= LARGEST_SEARCHED_POLYGON:
             v = kept.corners[at]
-            local = triangulated(V[v], np.isin(keys(v[:, :, None], v[:, None]), taken))
-            owner, place, inner = _triangles_of_group(rows, at, local)
+            local = triangulate_polygons(V[v], np.isin(keys(v[:, :, None], v[:, None]), taken))
+            owner, place, inner = _flatten_group(rows, at, local)
             parts.append(
                 Triangles(done.polygons, done.polygons.corners[own[place]], owner, own[place], inner)
             )
@@ -257,18 +260,18 @@ def _without_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: Flo
     return Triangles(done.polygons, F, owner, place, inner).rows(np.argsort(owner, kind="stable"))
 
 
-def _of_integers(row: np.ndarray) -> bool:
+def _is_integral(row: np.ndarray) -> bool:
     if row.dtype.kind == "f":
         return bool((row == np.round(row)).all())
     return row.dtype.kind in "iu" or row.size == 0
 
 
-def _rows_of_faces(F: ArrayLike) -> list[np.ndarray]:
+def _convert_rows(F: ArrayLike) -> list[np.ndarray]:
     try:
         rows = [np.asarray(row) for row in F]  # type: ignore[union-attr]
     except (TypeError, ValueError):
-        raise MeshError("F is no list of faces: pass one list of vertex indices a face") from None
-    bad = [i for i, row in enumerate(rows) if row.ndim != 1 or not _of_integers(row)]
+        raise MeshError("F is not a list of faces: pass one list of vertex indices per face") from None
+    bad = [i for i, row in enumerate(rows) if row.ndim != 1 or not _is_integral(row)]
     if bad:
-        raise MeshError(f"faces {some(bad)} have entries that are no vertex indices: pass integers")
+        raise MeshError(f"faces {some(bad)} have entries that are not vertex indices: pass integers")
     return [row.astype(np.int64) for row in rows]

@@ -1,4 +1,4 @@
-"""Ragged arrays: rows of different lengths, one after another in one flat array."""
+"""Ragged arrays: rows of different lengths, stored one after another in a flat array."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from .._types import Array, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Ragged:
-    """The rows of a flat array: row i is its elements `start[i]` to `start[i + 1]` along the last axis.
+    """A division of a flat array into rows: row i is `values[..., start[i]:start[i + 1]]`.
 
-    Several meshes side by side have such arrays, with a row a mesh. A row may be empty.
+    It describes, for example, the vertices or faces of several concatenated meshes. Rows may be empty.
 
     Attributes
     ----------
     start : (#rows + 1,) int64
+        Index of the first element of each row, followed by the number of elements.
 
     Examples
     --------
@@ -32,7 +33,7 @@ class Ragged:
 
     @classmethod
     def of_sizes(cls, sizes: Sequence[int] | IntArray) -> Ragged:
-        """Rows of these lengths."""
+        """Create rows of the given lengths."""
         start = np.zeros(len(sizes) + 1, dtype=np.int64)
         np.cumsum(sizes, out=start[1:])
         return cls(start)
@@ -42,19 +43,19 @@ class Ragged:
 
     @cached_property
     def sizes(self) -> IntArray:
-        """(#rows,) int64."""
+        """Length of each row, (#rows,) int64."""
         return np.diff(self.start)
 
     @cached_property
     def following(self) -> IntArray:
-        """The index of the next element of the same row, for each; the first one follows the last."""
+        """Index of the next element of the same row, cyclically."""
         after = np.arange(1, self.start[-1] + 1)
         filled = self.sizes > 0
         after[self.start[1:][filled] - 1] = self.start[:-1][filled]
         return after
 
     def reduce(self, ufunc: np.ufunc, values: Array) -> Array:
-        """The reduction of each row; 0 of an empty one."""
+        """Reduce each row with `ufunc`; the result of an empty row is 0."""
         if len(self) and self.sizes.all():
             return np.asarray(ufunc.reduceat(values, self.start[:-1], axis=-1))
         made = np.zeros((*values.shape[:-1], len(self)), dtype=values.dtype)
@@ -69,18 +70,18 @@ class Ragged:
     any = partialmethod(reduce, np.logical_or)
 
     def repeat(self, values: Array) -> Array:
-        """One value a row, at all elements of the row."""
+        """Repeat one value per row for all elements of the row."""
         return np.repeat(values, self.sizes, axis=-1)
 
     def split(self, values: Array) -> list[Array]:
-        """The rows."""
+        """Return the rows as a list."""
         start = self.start.tolist()
         return list(map(values.__getitem__, map(slice, start, start[1:])))
 
     def cumsum(self, values: Array) -> Array:
-        """The running sums of each row for itself, as if there were no others."""
+        """Return the cumulative sums of each row."""
         made = np.empty_like(values)
-        # rows of about one length side by side in one table; a sum over all would carry rounding along
+        # one table per power of two of row lengths; a cumulative sum over all rows would propagate rounding
         width = np.ceil(np.log2(np.maximum(self.sizes, 1))).astype(np.int64)
         for w in np.unique(width):
             chosen = np.flatnonzero((width == w) & (self.sizes > 0))
@@ -95,6 +96,6 @@ class Ragged:
 
 
 def index_and_rank(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Each index `count` times, and the rank of each time: of 2, 0, 1 these are 0 0 2 and 0 1 0."""
+    """Repeat each index `count` times, and number the repetitions: [2, 0, 1] gives [0, 0, 2], [0, 1, 0]."""
     index = np.repeat(np.arange(len(count)), count)
     return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)

@@ -1,4 +1,4 @@
-"""Connectivity of a triangle mesh: half-edges, boundary loops, components, the virtual-vertex map."""
+"""Connectivity of a triangle mesh: half-edges, boundary loops and components."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .ragged import Ragged
 
 
 def vertex_components(F: IntArray, n: int) -> IntArray:
-    """The component of each of the vertices 0 .. n - 1; one of no face is a component of its own."""
+    """Label the component of each vertex 0 .. n - 1; an unreferenced vertex is a component by itself."""
     return connected_labels(np.concatenate((F[:, :2], F[:, ::2])), n)
 
 
 def face_components(F: IntArray, n: int) -> IntArray:
-    """The component of each face, numbered from 0; faces that share a vertex are in the same one."""
+    """Label the component of each face, numbered from 0; faces that share a vertex are connected."""
     label = vertex_components(F, n)[F[:, 0]]
     used = np.zeros(n, dtype=np.int64)
     used[label] = 1
@@ -39,7 +39,7 @@ def face_components(F: IntArray, n: int) -> IntArray:
 
 
 def centres(of: IntArray, points: FloatArray) -> FloatArray:
-    """The mean of the points (#P, dim) of each group, `of` being the group of each."""
+    """Return the mean of the points (#P, dim) in each group, where `of` is the group of each point."""
     total = np.stack([sum_by(of, x, int(of.max()) + 1) for x in points.T], axis=1)
     return np.asarray(total / np.bincount(of)[:, None])
 
@@ -49,26 +49,26 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """Connectivity of an oriented manifold surface in which every vertex has a face.
+    """The connectivity of an oriented manifold surface without unreferenced vertices.
 
-    Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of
-    triangle `t` opposite to its corner `k`, from corner k + 1 to corner k + 2.
+    Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of triangle `t` opposite to
+    its corner `k`, from corner k + 1 to corner k + 2.
 
     Attributes
     ----------
     n : int
         Number of vertices.
     corner : (3, #F) int64
-        Vertices of the corners, `F` transposed.
+        Vertices of the corners: `F` transposed.
     edges : (#E, 2) int64
         End vertices of each edge, in the direction of its first half-edge.
     sides : (2, #E) int64
-        Its two half-edges, numbered k #F + t; -1 for the missing one on the boundary.
+        The two half-edges of each edge, numbered k #F + t; -1 for the missing half-edge of a boundary edge.
     loops : tuple of int64 arrays
-        Boundary loops, the mesh on their left. The first is the outer one, by default the one with
-        the most edges.
+        Boundary loops, with the mesh on their left. The first loop is the outer one, by default the loop
+        with the most edges.
     n_outer : int
-        Of how many pieces side by side the first loops are the outer ones.
+        Number of outer loops, which come first in `loops`: one for each disk in a batch of disks.
     """
 
     n: int
@@ -80,12 +80,12 @@ class Topology:
 
     @property
     def holes(self) -> tuple[IntArray, ...]:
-        """The loops that are no outer ones."""
+        """The boundary loops except the outer loops."""
         return self.loops[self.n_outer :]
 
     @cached_property
     def rims(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the outer loops, one loop after another, and where each begins; the end is last."""
+        """Vertices of the outer loops, one loop after another, and the start of each loop plus the end."""
         outer = self.loops[: self.n_outer]
         return np.concatenate(outer), np.cumsum([0, *map(len, outer)])
 
@@ -101,14 +101,14 @@ class Topology:
 
     @property
     def is_planar(self) -> bool:
-        """Whether it is one disk, with or without holes."""
-        # In one piece across edges, with a characteristic of 2 - loops, it has no handle: taken apart
-        # at vertices where fans meet, it would have a larger one than the 2 - 2 genus - loops of a piece.
+        """Whether the surface is a single disk, with or without holes."""
+        # An edge-connected surface of characteristic 2 - loops has no handles. Vertices where several fans
+        # meet only lower its characteristic, which is at most 2 - 2 genus - loops.
         loops, n_faces = len(self.loops), len(self.corner[0])
         return loops > 0 and self.characteristic == 2 - loops and is_connected(self.sides, n_faces)
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """What `make` computes from the connectivity alone; a `KeptTopology` computes it once a name."""
+        """Return `make()`, which depends on the connectivity only; a `KeptTopology` caches it by `name`."""
         return make()
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
@@ -121,27 +121,27 @@ class Topology:
 
     @cached_property
     def inside(self) -> IntArray:
-        """The edges with two faces."""
+        """Indices of the interior edges, which have two faces."""
         return np.flatnonzero(self.sides[1] >= 0)
 
     @cached_property
     def edges_inside(self) -> IntArray:
-        """Their end vertices, (#I, 2)."""
+        """End vertices of the interior edges, (#I, 2)."""
         return self.edges[self.inside] if self.loops else self.edges
 
     @cached_property
     def sides_inside(self) -> IntArray:
-        """Their half-edges, (2, #I)."""
+        """Half-edges of the interior edges, (2, #I)."""
         return np.ascontiguousarray(self.sides[:, self.inside]) if self.loops else self.sides
 
     @cached_property
     def faces_inside(self) -> IntArray:
-        """Their faces, (#I, 2)."""
+        """Faces of the interior edges, (#I, 2)."""
         return np.ascontiguousarray((self.sides_inside % len(self.corner[0])).T)
 
     @cached_property
     def interior(self) -> BoolArray:
-        """(#V,) bool: the interior vertices."""
+        """Mask of the interior vertices, (#V,)."""
         inside = np.ones(self.n, dtype=bool)
         if self.loops:
             inside[np.concatenate(self.loops)] = False
@@ -150,7 +150,7 @@ class Topology:
 
 @dataclass(frozen=True, eq=False)
 class KeptTopology(Topology):
-    """A topology of many calls: what follows from it is computed in the first one."""
+    """A topology that is used in many calls, and caches results that depend on it alone."""
 
     _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
 
@@ -171,14 +171,14 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     Parameters
     ----------
     F : (#F, 3) int64
-        Triangles over `0 .. len(vertices) - 1`, each used.
+        Triangles that use all of the vertices `0 .. len(vertices) - 1`.
     vertices : (#V,) int64
-        The caller's indices of these vertices, for the messages.
+        The caller's indices of these vertices, for error messages.
 
     Raises
     ------
     MeshError
-        An edge has more than two faces, or two of opposite orientation; or two fans of faces meet
+        An edge has more than two faces, or two faces of opposite orientation; or two fans of faces meet
         in a boundary vertex.
     """
     made = sound_topology(F, vertices)
@@ -188,7 +188,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
-    """As `topology_of`; None if an edge has more than two faces, or two of opposite orientation."""
+    """Same as `topology_of`, but return None if an edge has more than two or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     edges, sides, sound = undirected(corner, n)
@@ -203,19 +203,20 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
 
 
 def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """As `topology_of`; raises also where fans of faces meet in a vertex otherwise."""
+    """Same as `topology_of`, but also reject interior vertices where several fans of faces meet."""
     topology = topology_of(F, vertices)
     check_fans(F, topology.sides, vertices)
     return topology
 
 
 def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Connectivity of a mesh that is one disk, or a disk with holes; parameters as in `topology_of`.
+    """Same as `topology_of`, for a mesh that must be a single disk, with or without holes.
 
     Raises
     ------
     MeshError
-        As `topology_of`, and: several components; a vertex where fans meet; no boundary; handles.
+        In addition to `topology_of`: the mesh has several components, a vertex where several fans meet, no
+        boundary, or handles.
     """
     topology = topology_of(F, vertices)
     check_planar(topology, vertices)
@@ -223,13 +224,16 @@ def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def with_outer_loop(topology: Topology, outer: int) -> Topology:
-    """The topology with another outer loop, `topology.loops[outer]`."""
+    """Return the topology with `topology.loops[outer]` as its outer loop."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
     return replace(topology, loops=loops)
 
 
 def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
-    """The edge of each half-edge, (3 #F,); which edges have more than two, and which two of one direction."""
+    """Return the edge of each half-edge, (3 #F,), and two masks of nonmanifold edges.
+
+    The masks are of the edges with more than two half-edges, and with two half-edges of the same direction.
+    """
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     n = int(corner.max()) + 1
     key, of_edge = (np.minimum(a, b) * n + np.maximum(a, b) for a, b in ((tail, head), edges.T))
@@ -239,7 +243,7 @@ def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, Bool
 
 
 def triangle_numbers(F: IntArray) -> tuple[IntArray, BoolArray]:
-    """The number of each face's triangle, by its vertices; and which faces have that of one before them."""
+    """Number the distinct vertex triples of faces; also return a mask of the faces that repeat one."""
     corners = np.sort(F, axis=1).T
     order = np.lexsort((corners[2], corners[0] * (int(F.max()) + 1) + corners[1]))
     ordered = corners[:, order]
@@ -250,7 +254,7 @@ def triangle_numbers(F: IntArray) -> tuple[IntArray, BoolArray]:
 
 
 def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
-    """The error for edges with more than two faces, or with two of opposite orientation."""
+    """Describe edges that have more than two faces, or two faces of opposite orientation."""
     edge, many, same_way = nonmanifold_edges(F.T, edges)
     crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
     triangle, twin = triangle_numbers(F)
@@ -278,7 +282,7 @@ def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> Mesh
 
 
 def check_planar(topology: Topology, vertices: IntArray) -> None:
-    """Raise if a mesh is not one disk, with or without holes; the text says what it is instead."""
+    """Raise a `MeshError` that describes the mesh unless it is a single disk, with or without holes."""
     if topology.is_planar:
         return
     loops, chi, genus, F = topology.loops, topology.characteristic, topology.genus, topology.corner.T
@@ -288,7 +292,7 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
         raise MeshError(
             f"the mesh has {len(first)} components, of {some(np.bincount(label[F[:, 0]]))} faces, with "
             f"vertices {some(first)}: "
-            "use igl_linabf.unwrap, which makes charts of all, or flatten them one by one"
+            "use igl_linabf.unwrap, which makes charts of all of them, or flatten them one by one"
         )
     check_fans(F, topology.sides, vertices)
     if not loops:
@@ -306,7 +310,7 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
 
 
 def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
-    """Raise if the faces around a vertex form more than one edge-connected fan."""
+    """Raise a `MeshError` if the faces around a vertex form more than one edge-connected fan."""
     number = fans_around(F.T, sides, len(vertices))
     bad = np.flatnonzero(number > 1)
     if len(bad):

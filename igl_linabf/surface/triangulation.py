@@ -1,95 +1,99 @@
-"""Polygons in space as triangles over their own corners.
+"""Triangulation of polygons in space without additional vertices.
 
-Ear clippers of other packages drop corners that lie on a straight line; here each corner keeps a triangle,
-so that neighbours stay joined there. If all triangles turn the same way as their simple polygon, they cover
-it exactly once: their signed areas sum to its area, and each point is covered as often as the boundary winds
-around it.
+Every corner belongs to a triangle, even if it lies on a straight line, because a neighbouring polygon may use
+it; ear clippers of other packages drop such corners. If all triangles have the orientation of their simple
+polygon, they cover it exactly once: their signed areas sum to its area, and each point is covered as often as
+the boundary winds around it.
 """
 
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from .constants import (
-    COST_OF_TAKEN_DIAGONAL,
-    COST_OF_TURNED_TRIANGLE,
-    COST_WITHOUT_AREA,
-    LARGEST_SEARCHED_POLYGON,
-    NEGLIGIBLE_POLYGON_AREA,
-    SEARCH_BATCH,
-)
+from .constants import LARGEST_SEARCHED_POLYGON
+
+SEARCH_BATCH = 4_000_000  # array elements that the optimal triangulation works on at a time: 32 MB
+NEGLIGIBLE_POLYGON_AREA = 1e-12  # double area that counts as 0, relative to the squared longest diagonal
+
+# Costs of a triangle; other triangles cost the sum of their cotangents.
+COST_WITHOUT_AREA = 1e6
+COST_OF_TAKEN_DIAGONAL = 100 * COST_WITHOUT_AREA  # the edge would have four faces
+COST_OF_TURNED_TRIANGLE = 1000 * COST_OF_TAKEN_DIAGONAL  # exceeds any sum of the other costs
 
 
-def triangulated(points: FloatArray, taken: BoolArray | None = None) -> IntArray:
-    """Triangles of polygons with equally many corners.
+def triangulate_polygons(points: FloatArray, taken: BoolArray | None = None) -> IntArray:
+    """Triangulate polygons that all have k corners.
 
     Parameters
     ----------
     points : (P, k, 3) float64
     taken : (P, k, k) bool, optional
-        Pairs of corners that had better not be joined.
+        Pairs of corners to avoid as diagonals.
 
     Returns
     -------
     triangles : (P, k - 2, 3) int64
-        Corners 0 .. k - 1, in the polygon's orientation.
+        Indices 0 .. k - 1 of corners, in the orientation of the polygon.
     """
     n, k, _ = points.shape
     if k == 3:
         return np.tile(np.arange(3), (n, 1, 1))
     if taken is None:
-        made, bad = _fans_of_first_corners(points)
+        made, bad = _triangulate_by_fans(points)
         if len(bad):
-            made[bad] = _triangulated_apart(points[bad], None)
+            made[bad] = _triangulate_with_costs(points[bad], None)
         return made
-    return _triangulated_apart(points, taken)
+    return _triangulate_with_costs(points, taken)
 
 
-def _triangulated_apart(points: FloatArray, taken: BoolArray | None) -> IntArray:
+def _triangulate_with_costs(points: FloatArray, taken: BoolArray | None) -> IntArray:
     n, k, _ = points.shape
     if k > LARGEST_SEARCHED_POLYGON:
         return np.stack([_clip_ears(polygon) for polygon in points])
     step = max(1, SEARCH_BATCH // k**2)
     parts = [
-        _least_cost_triangles(points[i : i + step], None if taken is None else taken[i : i + step])
+        _minimize_cost(points[i : i + step], None if taken is None else taken[i : i + step])
         for i in range(0, n, step)
     ]
     return np.concatenate(parts)
 
 
-def _fans_of_first_corners(points: FloatArray) -> tuple[IntArray, IntArray]:
-    """Fans around the first corners, as igl splits polygons, and the polygons that they turn or squash."""
+def _triangulate_by_fans(points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Triangulate by fans around the first corners, like igl; also return the polygons where that fails.
+
+    A fan fails if one of its triangles is reversed or has no area.
+    """
     k = points.shape[1]
     step = np.arange(1, k - 1)
     fan = np.column_stack((np.zeros(k - 2, dtype=np.int64), step, step + 1))
-    with np.errstate(all="ignore"):  # of coordinates that are not finite
+    with np.errstate(all="ignore"):  # coordinates may be NaN or infinite
         arm = points[:, 1:] - points[:, :1]
         cross = np.cross(arm[:, :-1], arm[:, 1:])
-        normal = cross.sum(axis=1)  # Newell's
+        normal = cross.sum(axis=1)  # Newell's method
         area = np.einsum("ptx,px->pt", cross, normal)
         flat = NEGLIGIBLE_POLYGON_AREA * (arm**2).sum(axis=2).max(axis=1) * np.linalg.norm(normal, axis=1)
         bad = ~(area > flat[:, None]).all(axis=1)
     return np.tile(fan, (len(points), 1, 1)), np.flatnonzero(bad)
 
 
-def _least_cost_triangles(points: FloatArray, taken: BoolArray | None) -> IntArray:
-    """The triangulation of least cost, by the least cost of each run of corners i .. j."""
+def _minimize_cost(points: FloatArray, taken: BoolArray | None) -> IntArray:
+    """Find the triangulations of least cost by dynamic programming over runs of corners i .. j."""
     n, k, _ = points.shape
-    points, normal = _normalised(points)
+    points, normal = _normalize(points)
     length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
     turn = np.cross(points[:, :, None], points[:, None])
-    area = np.einsum("pijx,px->pij", turn, normal)  # that of 0, i, j; it is antisymmetric
+    area = np.einsum("pijx,px->pij", turn, normal)  # of the triangle 0, i, j; antisymmetric
     flat = NEGLIGIBLE_POLYGON_AREA * length.max(axis=(1, 2))[:, None, None]
     best, middle = np.zeros((n, k, k)), np.zeros((n, k, k), dtype=np.int64)
     if taken is not None:
         best += COST_OF_TAKEN_DIAGONAL * taken
         step = np.arange(k)
-        best[:, step[:-1], step[1:]] = best[:, 0, -1] = 0.0  # the sides
+        best[:, step[:-1], step[1:]] = best[:, 0, -1] = 0.0  # the sides of the polygon
     for gap in range(2, k):
         i = np.arange(k - gap)[:, None]
         j, m = i + gap, i + np.arange(1, gap)
         double = area[:, i, m] + area[:, m, j] + area[:, j, i]
         sides = length[:, i, m] + length[:, m, j] + length[:, i, j]
-        # sides / area is the sum of cotangents: least for a Delaunay triangulation
+        # sides / area is the sum of cotangents, which a Delaunay triangulation minimizes
         cost = np.minimum(sides / np.maximum(double, np.maximum(flat, 1e-300)), COST_WITHOUT_AREA)
         cost[double < -flat] = COST_OF_TURNED_TRIANGLE
         cost += best[:, i, m] + best[:, m, j]
@@ -105,15 +109,15 @@ def _least_cost_triangles(points: FloatArray, taken: BoolArray | None) -> IntArr
         made[:, t] = np.column_stack((i, m, j))
         for start, end in ((i, m), (m, j)):
             low[every, count], high[every, count] = start, end
-            count += end - start >= 2  # else the next one takes its place
+            count += end - start >= 2  # otherwise the next run overwrites it
     return made
 
 
-def _normalised(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The polygons around the origin, of size one, and their unit normals (Newell)."""
+def _normalize(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Center the polygons, scale them to size one, and compute their unit normals by Newell's method."""
     points = np.where(np.isfinite(points), points, 0.0)
     far = np.abs(points).max(axis=(1, 2), keepdims=True)
-    points = points / np.where(far > 0, far, 1.0)  # sums of the largest numbers are beyond all
+    points = points / np.where(far > 0, far, 1.0)  # the mean of huge coordinates could overflow
     points = points - points.mean(axis=1, keepdims=True)
     size = np.abs(points).max(axis=(1, 2), keepdims=True)
     points = points / np.where(size > 0, size, 1.0)
@@ -123,13 +127,13 @@ def _normalised(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _clip_ears(polygon: FloatArray) -> IntArray:
-    """Ears of one polygon, the best shaped first."""
-    (points,), (normal,) = _normalised(polygon[None])
+    """Triangulate a polygon by clipping ears, the best-shaped ear first."""
+    (points,), (normal,) = _normalize(polygon[None])
     across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     flat = np.column_stack((points @ across, points @ np.cross(normal, across)))
     k = len(flat)
     before, after = np.roll(np.arange(k), 1), np.roll(np.arange(k), -1)
-    left, cost, blocked = np.ones(k, dtype=bool), np.empty(k), np.zeros(k, dtype=bool)
+    remaining, cost, blocked = np.ones(k, dtype=bool), np.empty(k), np.zeros(k, dtype=bool)
 
     def rate(i: int | IntArray) -> None:
         a, b, c = flat[before[i]], flat[i], flat[after[i]]
@@ -142,26 +146,26 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
     made = np.empty((k - 2, 3), dtype=np.int64)
     for t in range(k - 2):
         while True:
-            ear = int(np.argmin(np.where(blocked | ~left, np.inf, cost)))
-            stuck = blocked[ear] or not left[ear] or cost[ear] >= COST_OF_TURNED_TRIANGLE
-            if stuck or not _holds_another(flat, before[ear], ear, after[ear], left):
+            ear = int(np.argmin(np.where(blocked | ~remaining, np.inf, cost)))
+            stuck = blocked[ear] or not remaining[ear] or cost[ear] >= COST_OF_TURNED_TRIANGLE
+            if stuck or not _contains_corner(flat, before[ear], ear, after[ear], remaining):
                 break
             blocked[ear] = True
-        if stuck:  # it crosses itself: the ear that turns over least
-            ear = int(np.argmin(np.where(left, cost, np.inf)))
+        if stuck:  # the polygon crosses itself: clip the ear of least cost
+            ear = int(np.argmin(np.where(remaining, cost, np.inf)))
         i, j = before[ear], after[ear]
         made[t] = i, ear, j
-        left[ear], after[i], before[j] = False, j, i
+        remaining[ear], after[i], before[j] = False, j, i
         rate(i)
         rate(j)
         blocked[:] = False
     return made
 
 
-def _holds_another(flat: FloatArray, i: int, ear: int, j: int, left: BoolArray) -> bool:
-    """Whether a corner that is left lies in the ear, or on its new side."""
+def _contains_corner(flat: FloatArray, i: int, ear: int, j: int, remaining: BoolArray) -> bool:
+    """Return True if a remaining corner lies in the ear or on its new side."""
     a, b, c = flat[i], flat[ear], flat[j]
-    inside = left & (_double_area(a, b, flat) > 0) & (_double_area(b, c, flat) > 0)
+    inside = remaining & (_double_area(a, b, flat) > 0) & (_double_area(b, c, flat) > 0)
     inside &= _double_area(c, a, flat) >= 0
     inside[[i, ear, j]] = False
     places = np.flatnonzero(inside)

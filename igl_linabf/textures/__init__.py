@@ -1,7 +1,7 @@
-"""Textures: values on a surface as images on its atlas.
+"""Bake values on a surface, or images on old texture coordinates, into images of an atlas.
 
-In: a surface, its atlas, values at vertices or corners, or a function of the point; or images on old texture
-coordinates. Out: images whose texels hold what the surface has there, and round the charts what is nearest.
+Values are given at vertices or corners, or as a function of points. Texels around the charts get the nearest
+value.
 """
 
 from .baking import bake

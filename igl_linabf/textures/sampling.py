@@ -1,4 +1,4 @@
-"""Old images looked up at texture coordinates, as renderers do it."""
+"""Bilinear lookups in images at texture coordinates."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,16 +12,16 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """An image, and how it goes on beyond its borders.
+    """An image, and its continuation beyond the borders.
 
     Attributes
     ----------
     pixels : (#rows, #columns, k) float64
-        The upper row first.
+        The first row is the upper one.
     wrap : (Wrap, Wrap)
-        In u and in v.
+        Continuation in u and in v.
     matrix : ((3,), (3,)) of float
-        Makes of texture coordinates (u, v, 1), v upwards, those of the image.
+        Affine map from texture coordinates (u, v, 1), with v pointing up, to image coordinates.
     """
 
     pixels: FloatArray
@@ -29,21 +29,21 @@ class Picture:
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
     def at(self, uv: FloatArray) -> FloatArray:
-        """Bilinear lookups at texture coordinates (n, 2), v upwards: (n, k)."""
+        """Interpolate bilinearly at texture coordinates (n, 2), with v pointing up; return values (n, k)."""
         rows, columns = self.pixels.shape[:2]
         u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
         x, y = u * columns - 0.5, (1 - v) * rows - 0.5
         left, upper = np.floor(x), np.floor(y)
         across, down = (x - left)[:, None], (y - upper)[:, None]
-        i, j = (_inside(upper + k, rows, self.wrap[1]) for k in (0, 1))
-        a, b = (_inside(left + k, columns, self.wrap[0]) for k in (0, 1))
+        i, j = (_wrap_indices(upper + k, rows, self.wrap[1]) for k in (0, 1))
+        a, b = (_wrap_indices(left + k, columns, self.wrap[0]) for k in (0, 1))
         above = (1 - across) * self.pixels[i, a] + across * self.pixels[i, b]
         below = (1 - across) * self.pixels[j, a] + across * self.pixels[j, b]
         return np.asarray((1 - down) * above + down * below)
 
 
-def _inside(index: FloatArray, n: int, wrap: Wrap) -> IntArray:
-    """Indices of pixels, brought into the image."""
+def _wrap_indices(index: FloatArray, n: int, wrap: Wrap) -> IntArray:
+    """Wrap indices of pixels into the image."""
     if wrap == "clamp":
         index = np.clip(index, 0, n - 1)
     if wrap == "mirror":

@@ -1,4 +1,4 @@
-"""Tangent frames of maps, by which normal maps say directions: those of mikktspace, as most programs take."""
+"""Tangent frames of maps (mikktspace), the coordinate systems of normal maps."""
 
 from typing import NamedTuple
 
@@ -9,32 +9,32 @@ from ..surface import merge_coincident, unit_vectors
 
 
 class Frames(NamedTuple):
-    """Tangent, bitangent and normal at the corners of triangles, (#T, 3, 3) each."""
+    """Tangent, bitangent and normal at the corners of triangles, each (#T, 3, 3)."""
 
     tangent: FloatArray
     bitangent: FloatArray
     normal: FloatArray
 
 
-def tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> Frames:
-    """The frames of a map at corners.
+def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> Frames:
+    """Compute the tangent frames of a map at the corners of triangles.
 
-    At corners with the same position, normal and texture coordinates it is the mean of the triangles'
-    tangents by angle, of those that the map does not mirror and of the others apart.
+    Corners with the same position, normal and texture coordinates share the mean of the tangents of their
+    triangles, weighted by angle. Mirrored triangles are averaged separately.
 
     Parameters
     ----------
     points, normals : (#T, 3, 3) float64
     uv : (#T, 3, 2) float64
-        v upwards.
+        Texture coordinates, with v pointing up.
     """
     e, d = points[:, 1:] - points[:, :1], uv[:, 1:] - uv[:, :1]
     double_area = d[:, 0, 0] * d[:, 1, 1] - d[:, 0, 1] * d[:, 1, 0]
     sign = np.where(double_area < 0, -1.0, 1.0)
     along = sign[:, None] * (e[:, 0] * d[:, 1, 1:] - e[:, 1] * d[:, 0, 1:])
     own = (
-        unit_vectors(_tangential(np.repeat(along[:, None], 3, axis=1), normals))
-        * _angles(points, normals)[..., None]
+        unit_vectors(_project_to_tangent(np.repeat(along[:, None], 3, axis=1), normals))
+        * _compute_angles(points, normals)[..., None]
     )
     flat = np.column_stack((points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), sign.repeat(3)))
     same: IntArray = merge_coincident(flat, np.arange(len(flat)))
@@ -44,8 +44,8 @@ def tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> F
     return Frames(tangent, sign[:, None, None] * np.cross(normals, tangent), normals)
 
 
-def reexpressed(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
-    """Directions (n, 3) in old frames (n, 3 each), in new ones; as they are where a frame is none."""
+def change_frames(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
+    """Convert directions (n, 3) from old to new frames; keep directions whose frames are degenerate."""
     tangent, bitangent, normal = new
     there = np.einsum("nk,knd->nd", directions, np.stack(old))
     volume = _dot(np.cross(tangent, bitangent), normal)
@@ -58,15 +58,18 @@ def reexpressed(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the dot product of each pair of rows."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
-def _tangential(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """The part of vectors that is at right angles to normals of length one."""
+def _project_to_tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
+    """Project vectors to the planes perpendicular to unit normals."""
     return np.asarray(vectors - (vectors * normals).sum(axis=-1, keepdims=True) * normals)
 
 
-def _angles(points: FloatArray, normals: FloatArray) -> FloatArray:
-    """The angles of triangles at their corners (#T, 3), as seen along the normals there."""
-    ahead, back = (unit_vectors(_tangential(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1))
+def _compute_angles(points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the angles at the corners of triangles, (#T, 3), after projection along the normals."""
+    ahead, back = (
+        unit_vectors(_project_to_tangent(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1)
+    )
     return np.asarray(np.arccos(np.clip((ahead * back).sum(axis=-1), -1, 1)))

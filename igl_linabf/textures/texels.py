@@ -1,7 +1,7 @@
-"""The texels of a page that triangles cover, and those around them that a lookup may ask for.
+"""Rasterise triangles: find the texels that they cover, and the nearby texels that a bilinear lookup uses.
 
-Coordinates are in texels: the centre of texel (row, column) lies at x = column, y = row. So row k of a page
-holds v = (k + 1/2) / height. A page's size is its width and its height.
+Coordinates are in texels. The centre of texel (row, column) is at x = column, y = row, so that row k of a
+page is at v = (k + 1/2) / height. The size of a page is its width and height.
 """
 
 from dataclasses import dataclass
@@ -13,31 +13,29 @@ import scipy
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, index_and_rank
 
-# Texels by which triangles are taken as larger, so that their sides are covered. With less, rounding leaves
-# gaps between neighbours; with more, texels beside a triangle show it. tests/textures/test_baking.py.
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # enlargement of triangles in texels, which closes gaps between neighbours
 
 Size = tuple[int, int]  # width and height
 
 
 class Source(IntEnum):
-    """What stands for the texel that another one copies, where there is none."""
+    """Markers in an array of source texels, for texels without a source."""
 
-    FREE = -1  # none is known near
-    OUTSIDE = -2  # the rim around a page
+    FREE = -1  # not reached yet
+    OUTSIDE = -2  # outside the page
 
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """Some texels, and the point of the surface that each shows.
+    """A set of texels, and the point of the surface that each texel shows.
 
     Attributes
     ----------
     index : (#P,) int64
-        Row times width plus column; each once.
+        Row times width plus column, without duplicates.
     face : (#P,) int64
     weights : (#P, 3) float64
-        Barycentric coordinates in that face.
+        Barycentric coordinates in the face.
     """
 
     index: IntArray
@@ -45,7 +43,7 @@ class Texels:
     weights: FloatArray
 
     def values(self, corners: FloatArray) -> FloatArray:
-        """Values at the corners (#F, 3, k), interpolated."""
+        """Interpolate values at the corners, (#F, 3, k)."""
         made = self.weights[:, :1] * corners[self.face, 0]
         for k in (1, 2):
             made += self.weights[:, k : k + 1] * corners[self.face, k]
@@ -53,7 +51,7 @@ class Texels:
 
 
 def covered(triangles: FloatArray, size: Size) -> Texels:
-    """The texels whose centres lie in triangles (#F, 3, 2); of two triangles, in the later one."""
+    """Return the texels whose centres lie in triangles (#F, 3, 2); later triangles take precedence."""
     x, y = triangles[..., 0], triangles[..., 1]
     width, height = size
     bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, height).astype(np.int64)
@@ -66,7 +64,7 @@ def covered(triangles: FloatArray, size: Size) -> Texels:
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (row - y[face, k]) / rise[face]
         slack = ROUNDING / np.maximum(np.abs(rise), ROUNDING)[face]
-        meets = (t >= -slack) & (t <= 1 + slack)  # a level side is met by its neighbours
+        meets = (t >= -slack) & (t <= 1 + slack)  # horizontal sides are covered by their neighbours
         at = x[face, k] + np.clip(np.where(meets, t, 0.0), 0, 1) * (x[:, NEXT[k]] - x[:, k])[face]
         np.minimum(left, np.where(meets, at, np.inf), out=left)
         np.maximum(right, np.where(meets, at, -np.inf), out=right)
@@ -82,21 +80,23 @@ def covered(triangles: FloatArray, size: Size) -> Texels:
     index = np.flatnonzero(latest >= 0)
     face = face[latest[index]]
     row, column = np.divmod(index, width)
-    return Texels(index, face, _barycentric(x, y, face, column, row))
+    return Texels(index, face, _compute_barycentric(x, y, face, column, row))
 
 
-def _barycentric(x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, at_y: IntArray) -> FloatArray:
-    """Weights of points in triangles: linear functions, found for each triangle once."""
+def _compute_barycentric(
+    x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, at_y: IntArray
+) -> FloatArray:
+    """Return the barycentric coordinates of points in triangles."""
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
     safe = np.where(area == 0, 1.0, area)
     weights = np.empty((len(face), 3))
     for k in (1, 2):
-        # the height over the side opposite to corner k, as a share of the corner's own
+        # height above the side opposite to corner k, over the height of the corner
         i, j = NEXT[k], PREV[k]
         across, up = -(y[:, j] - y[:, i]) / safe, (x[:, j] - x[:, i]) / safe
         weights[:, k] = across[face] * (at_x - x[face, i]) + up[face] * (at_y - y[face, i])
     weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
-    # of a triangle without an area any point is as good; a centre on a side may lie out by rounding
+    # clip, because centres on a side may lie outside by rounding; triangles without area may have any weights
     np.clip(weights, 0, 1, out=weights)
     weights /= weights.sum(axis=1, keepdims=True)
     return weights
@@ -104,17 +104,17 @@ def _barycentric(x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, a
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
-    """Texels near sides: less than 1 away in x and in y.
+    """Texels near sides, at a distance of less than 1 in x and in y.
 
     Attributes
     ----------
     index : (#P,) int64
-        Row times width plus column; once for each side that it is near to.
+        Row times width plus column, once for each nearby side.
     side : (#P,) int64
     at : (#P,) float64
-        Where on the side its nearest point is, from 0 to 1.
+        Parameter of the nearest point on the side, from 0 to 1.
     distance : (#P,) float64
-        To that point, in texels.
+        Distance to the nearest point, in texels.
     """
 
     index: IntArray
@@ -124,7 +124,7 @@ class Nearby:
 
 
 def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
-    """The texels that a bilinear lookup on sides (#S, 2) to (#S, 2) may ask for: less than 1 away."""
+    """Return the texels that a bilinear lookup on sides from `start` to `end`, (#S, 2) each, may use."""
     last = np.array(size) - 1
     low = np.clip(np.floor(np.minimum(start, end) - 1) + 1, 0, last).astype(np.int64)
     high = np.clip(np.ceil(np.maximum(start, end) + 1) - 1, 0, last).astype(np.int64)
@@ -132,7 +132,7 @@ def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
     offset, direction = start[side] - centre, (end - start)[side]
-    # max(|x|, |y|) along a side is least at an end, where x or y vanishes, or where they are equal
+    # the minimum of max(|x|, |y|) on a side is at an end, or where x = 0, y = 0 or |x| = |y|
     reach = np.minimum(np.abs(offset).max(axis=1), np.abs(offset + direction).max(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
         for axis in ([1, 0], [0, 1], [1, 1], [1, -1]):
@@ -143,11 +143,11 @@ def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
     return Nearby(centre[near] @ [1, size[0]], side[near], at[near], distance[near])
 
 
-def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size) -> Texels:
-    """The texels near sides k to k + 1 of faces; each shows the nearest point of the nearest side."""
+def find_boundary_texels(triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size) -> Texels:
+    """Return the texels near sides k to k + 1 of faces, each with the nearest point of the nearest side."""
     face, k = sides
     near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size)
-    order = np.argsort(-near.distance, kind="stable")  # the nearest one comes last, and counts
+    order = np.argsort(-near.distance, kind="stable")  # the nearest comes last and takes precedence
     latest = np.full(size[0] * size[1], -1, dtype=np.int64)
     latest[near.index[order]] = order
     index = np.flatnonzero(latest >= 0)
@@ -160,8 +160,8 @@ def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size) 
     return Texels(index, face[of], weights)
 
 
-def nearest_known(known: IntArray, size: Size, steps: int) -> tuple[IntArray, IntArray]:
-    """Texels within some steps of those that are known, and a known one near each."""
+def find_nearest_known(known: IntArray, size: Size, steps: int) -> tuple[IntArray, IntArray]:
+    """Return the texels within a number of steps of known texels, and a near known texel for each."""
     is_known = np.zeros(size[::-1], dtype=bool)
     is_known.flat[known] = True
     index = np.arange(is_known.size).reshape(is_known.shape)

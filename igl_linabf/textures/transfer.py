@@ -1,4 +1,4 @@
-"""Images of an old map, moved into the atlas."""
+"""Transfer images from old texture coordinates to an atlas."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from .._types import FloatArray, IntArray
 from ..charts import Atlas, page_size
 from ..errors import MeshError, some
 from ..surface import Polygons, unit_vectors, vertex_array
-from .baking import checked_padding, filled_image, shown_texels, vertices_of
-from .constants import MOST_TEXELS_AT_ONCE
+from .baking import check_padding, check_vertices, fill_image, rasterise_pages
 from .sampling import Picture
-from .tangents import Frames, reexpressed, tangent_frames
+from .tangents import Frames, change_frames, compute_tangent_frames
 from .texels import Texels
+
+MOST_TEXELS_AT_ONCE = 1 << 18  # texels that are looked up at once, which bounds the memory
 
 
 def bake_texture(
@@ -33,44 +34,44 @@ def bake_texture(
     normals: ArrayLike | None = None,
     padding: int = 8,
 ) -> FloatArray:
-    """Move images from old texture coordinates into an atlas.
+    """Transfer images from old texture coordinates to an atlas.
 
-    Each texel shows what the old image shows at the point of the surface that its centre shows, by a bilinear
-    lookup. The texels around a chart are filled as by `bake`.
+    Each texel gets the value of the old image at the corresponding point of the surface, by bilinear
+    interpolation. Texels around a chart are filled as in `bake`.
 
     Parameters
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
-        The faces that were unwrapped; polygons, too.
+        The unwrapped faces, which may be polygons.
     atlas : Atlas
-        As `unwrap` returns it with `Packing(resolution=resolution)`.
+        Result of `unwrap` with `Packing(resolution=resolution)`.
     TC : (#TC, 2) float
-        The old texture coordinates, v upwards.
+        The old texture coordinates, with v pointing up.
     FTC : in the shape of `F`
-        Their rows at the corners.
-    images : (#rows, #columns[, k]) float, or a sequence of these, one a label
-        From 0 to 1, the upper row first. Beyond the unit square they repeat. None: faces of this label have
-        no image.
+        Rows of `TC` at the corners.
+    images : (#rows, #columns[, k]) float, or a sequence of images, one per label
+        Values from 0 to 1, with the upper row first. Images repeat beyond the unit square. None means that
+        faces with this label have no image.
     resolution : int or (int, int)
-        Texels along a page's side, or its width and height.
+        Texels along the side of a page, or its width and height.
     labels : (#F,) int, optional
-        Which image each face has, as `mesh.extras.materials[1]`; -1: none.
+        Image of each face, such as `mesh.extras.materials[1]`; -1 for faces without an image.
     normals : (#F, 3, 3) float, or "vertices", optional
-        The images are normal maps in tangent space, and these the normals at the corners, or those of the
-        vertices. Their directions are said anew, in the tangent frames (mikktspace) of the new map.
+        Normals at the corners, or "vertices" for the normals of the vertices. If given, the images are normal
+        maps in tangent space, and are converted to the tangent frames (mikktspace) of the new map.
     padding : int
-        Texels by which charts grow further into what is free around them.
+        Width in texels of an additional border around each chart.
 
     Returns
     -------
     image : (height, width, k) float64
-        As of `bake`; of an atlas with several pages (#pages, height, width, k).
+        As in `bake`. The shape is (#pages, height, width, k) if the atlas has several pages.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, or no face has an image.
+        The arrays do not match, or no face has an image.
     ValueError
         The resolution is not positive.
 
@@ -86,15 +87,15 @@ def bake_texture(
     >>> bool(np.median(abs(moved - there)[there > 0]) < 0.01)
     True
     """
-    size, padding = page_size(resolution), checked_padding(padding)
-    positions = vertices_of(V, atlas)
-    uv = _at_triangles(F, TC, FTC, atlas)
-    pictures = _pictures(images)
-    label = _labels(labels, len(uv), len(pictures), atlas)
-    frames = None if normals is None else _frames(positions, atlas, uv, normals)
+    size, padding = page_size(resolution), check_padding(padding)
+    positions = check_vertices(V, atlas)
+    uv = _get_old_coordinates(F, TC, FTC, atlas)
+    pictures = _convert_images(images)
+    label = _get_labels(labels, len(uv), len(pictures), atlas)
+    frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
     channels = max(picture.pixels.shape[2] for picture in pictures if picture is not None)
     made = []
-    for mine, shown in shown_texels(atlas, size):
+    for mine, shown in rasterise_pages(atlas, size):
         values = np.zeros((len(shown.index), channels))
         has = np.zeros(len(values), dtype=bool)
         for k, picture in enumerate(pictures):
@@ -104,28 +105,28 @@ def bake_texture(
             has[rows] = True
             for part in np.array_split(rows, len(rows) // MOST_TEXELS_AT_ONCE + 1):
                 own = Texels(shown.index[part], mine[shown.face[part]], shown.weights[part])
-                values[part] = _looked_up(picture, own, uv, frames, channels)
-        made.append(filled_image(shown.index[has], values[has], size, padding, 0.0))
+                values[part] = _look_up(picture, own, uv, frames, channels)
+        made.append(fill_image(shown.index[has], values[has], size, padding, 0.0))
     return made[0] if len(made) == 1 else np.stack(made)
 
 
-def _looked_up(
+def _look_up(
     picture: Picture, texels: Texels, uv: FloatArray, frames: tuple[Frames, Frames] | None, channels: int
 ) -> FloatArray:
-    """What texels show of an old image, in so many channels."""
+    """Look up an old image at the points that texels show, and convert it to the number of channels."""
     found = picture.at(texels.values(uv))
-    if found.shape[1] < 3 <= channels:  # grey, and maybe alpha
+    if found.shape[1] < 3 <= channels:  # grey, with or without alpha
         found = np.column_stack((np.repeat(found[:, :1], 3, axis=1), found[:, 1:]))
     missing = channels - found.shape[1]
     found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
     if frames is not None and channels >= 3:
         old, new = (Frames(*(texels.values(part) for part in frame)) for frame in frames)
-        found[:, :3] = unit_vectors(reexpressed(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
+        found[:, :3] = unit_vectors(change_frames(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
     return found
 
 
-def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
-    """The old texture coordinates at the corners of the triangles, (#T, 3, 2)."""
+def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
+    """Return the old texture coordinates at the corners of the triangles, (#T, 3, 2)."""
     polygons, points = Polygons.of(F), vertex_array(TC, 2, "TC")
     texture = polygons.texture_of(FTC)
     bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
@@ -134,7 +135,7 @@ def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
     place = atlas.split.place if atlas.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
     if len(place) != len(atlas.triangles):
         raise MeshError(
-            f"the atlas is of {len(atlas.triangles)} triangles, F has {len(place)}: pass what was unwrapped"
+            f"the atlas has {len(atlas.triangles)} triangles, and F has {len(place)}: pass the unwrapped F"
         )
     uv = points[texture.corners[place]]
     bad = np.flatnonzero(~np.isfinite(uv).all(axis=(1, 2)))
@@ -143,7 +144,8 @@ def _at_triangles(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
     return np.asarray(uv)
 
 
-def _pictures(images: Any) -> list[Picture | None]:
+def _convert_images(images: Any) -> list[Picture | None]:
+    """Convert images to a list of pictures."""
     given = [images] if isinstance(images, Picture | np.ndarray) else list(images)
     made = []
     for i, image in enumerate(given):
@@ -159,11 +161,13 @@ def _pictures(images: Any) -> list[Picture | None]:
     return made
 
 
-def _labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:
-    """The image of each triangle; -1 if it has none."""
+def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:
+    """Return the index of the image of each triangle, or -1."""
     if labels is None:
         if number > 1:
-            raise MeshError(f"there are {number} images and no labels: say which one each face has")
+            raise MeshError(
+                f"there are {number} images and no labels: pass the index of the image of each face"
+            )
         return np.zeros(n_triangles, dtype=np.int64)
     given = np.asarray(labels)
     face = np.arange(n_triangles) if atlas.split is None else atlas.split.face
@@ -175,8 +179,8 @@ def _labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atla
     return np.asarray(given[face], dtype=np.int64)
 
 
-def _frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> tuple[Frames, Frames]:
-    """The tangent frames of the old map and of the new one, at the corners of triangles."""
+def _compute_frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> tuple[Frames, Frames]:
+    """Return the tangent frames of the old and the new map at the corners of triangles."""
     F = atlas.origin[atlas.triangles]
     if isinstance(normals, str) and normals == "vertices":
         directions = np.nan_to_num(igl.per_vertex_normals(V, F))[F]
@@ -184,5 +188,5 @@ def _frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> 
         directions = np.asarray(normals, dtype=np.float64)
     if directions.shape != (*F.shape, 3):
         raise MeshError(f"normals have the shape {directions.shape}: pass {(*F.shape, 3)}, or 'vertices'")
-    old, new = (tangent_frames(V[F], directions, map_) for map_ in (uv, atlas.flat[atlas.triangles]))
+    old, new = (compute_tangent_frames(V[F], directions, map_) for map_ in (uv, atlas.flat[atlas.triangles]))
     return old, new

@@ -1,8 +1,4 @@
-"""Texture coordinates that a mesh already has.
-
-In: `V`, `F`, `TC`, `FTC` of any program. Out: a `UVCheck` that measures and judges them; or the same charts,
-packed anew.
-"""
+"""Check and repack existing texture coordinates from any program, given as `V`, `F`, `TC`, `FTC`."""
 
 from .checking import UVCheck, check_uv
 from .repacking import SCALES as SCALES

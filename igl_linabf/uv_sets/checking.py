@@ -1,4 +1,4 @@
-"""Texture coordinates that a mesh has, measured and judged."""
+"""Measure and judge existing texture coordinates."""
 
 from __future__ import annotations
 
@@ -14,65 +14,71 @@ from ..charts import page_size, texture_seams
 from ..errors import MeshError, is_number, some
 from ..measures import quality_of
 from ..surface import Submesh, merge_coincident
-from .constants import CHECKED_RESOLUTION, LIMIT_ROUNDING
-from .margins import margins_of
+from .margins import measure_margins
 from .uv_charts import UVCharts
 
-NONE: IntArray = np.zeros(0, dtype=np.int64)
+CHECKED_RESOLUTION = 1024  # default texels along the side of a page, for densities and margins
+LIMIT_ROUNDING = 1e-6  # relative tolerance of limits, for rounding errors
+
+EMPTY: IntArray = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UVCheck:
-    """What `check_uv` found; `print` shows it as a table.
+    """The result of `check_uv`; `print` shows it as a table.
 
     Attributes
     ----------
     faces : int
-        That were given.
+        Number of faces.
     unmapped : int
-        Those without texture coordinates.
+        Number of faces without texture coordinates.
     charts : int
+        Number of charts.
     mirrored : int
-        Charts that are mirror images, as a half that shares its texture with the other one.
+        Number of mirrored charts, such as a half that shares its texture with the other half.
     stacked : int
-        Charts that lie on another one, with nine tenths of both areas: they share their texture.
+        Number of charts that are stacked on an earlier chart and share its texture. At least nine tenths of
+        both areas overlap.
     flips : int
-        Faces that are turned over within their chart, or have no area in the map.
+        Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
-        Pairs of triangles that lie over each other by accident: within a chart, or of charts that are no
-        stack.
+        Number of pairs of triangles that overlap by accident, within a chart or between charts that are not
+        stacked.
     seams : int
-        Edges at which the map is cut.
+        Number of edges along which the map is cut.
     seam_length : float
-        On the surface, in units of V.
+        Length of the seams on the surface, in units of V.
     stretch_l2, stretch_linf, angle_distortion, conformal_distortion : float
-        As in `Quality`, of all charts at their common scale.
+        As in `Quality`, for all charts at their common scale.
     texel_density : float
-        Texels per unit of length of V at the resolution, on average.
+        Mean number of texels per unit of length of V, at the resolution.
     least_density, most_density : float
-        Of single charts.
+        Smallest and largest texel density of a chart.
     texel_spread : float
-        As in `Quality`: the texels that one part of the surface gets, over those of another one; 1 is best.
+        As in `Quality`, the ratio between the texels of two parts of the surface; 1 is best.
     pages : int
-        Unit squares, as UDIM tiles, that charts lie on.
+        Number of unit squares (UDIM tiles) with charts.
     fill : float
-        The share of these that charts cover; of a stack one counts.
+        Share of the pages that is covered by charts. Stacked charts count once.
     margin : float
-        The least distance of two charts on a page, in texels; infinite for one chart, 0 where charts overlap.
+        Smallest distance between two charts on a page, in texels; infinite for one chart, 0 if charts
+        overlap.
     border : float
-        The least distance of a chart to its page's border, in texels; negative if one reaches beyond.
+        Smallest distance from a chart to the border of its page, in texels; negative if a chart crosses the
+        border.
     resolution : int or (int, int)
-        Texels along a page's side, or its width and height.
+        Texels along the side of a page, or its width and height.
     limits : dict of str to float
-        What was asked for: `max_stretch`, `max_spread`, `min_margin`.
+        The requested limits `max_stretch`, `max_spread` and `min_margin`.
     flipped : (#flipped,) int64
-        Faces.
+        Flipped faces.
     overlapping : (#overlaps, 2) int64
-        Faces.
+        Pairs of overlapping faces.
     chart : (#F,) int64
-        The chart of each face; -1 without texture coordinates or area.
+        Chart of each face; -1 without texture coordinates or area.
     uv, triangles, chart_of_triangle : (#C, 2) float64, (#T, 3) and (#T,) int64
-        What a notebook draws.
+        The map as it is drawn in a notebook.
     """
 
     faces: int
@@ -98,49 +104,51 @@ class UVCheck:
     border: float
     resolution: int | tuple[int, int]
     limits: dict[str, float] = field(default_factory=dict)
-    flipped: IntArray = field(default_factory=NONE.copy)
-    overlapping: IntArray = field(default_factory=NONE.reshape(0, 2).copy)
-    chart: IntArray = field(default_factory=NONE.copy)
+    flipped: IntArray = field(default_factory=EMPTY.copy)
+    overlapping: IntArray = field(default_factory=EMPTY.reshape(0, 2).copy)
+    chart: IntArray = field(default_factory=EMPTY.copy)
     uv: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    triangles: IntArray = field(default_factory=NONE.reshape(0, 3).copy)
-    chart_of_triangle: IntArray = field(default_factory=NONE.copy)
+    triangles: IntArray = field(default_factory=EMPTY.reshape(0, 3).copy)
+    chart_of_triangle: IntArray = field(default_factory=EMPTY.copy)
 
     @property
     def good(self) -> bool:
-        """Whether all faces have coordinates, none is flipped or overlaps by accident, in all limits."""
+        """Whether all faces are mapped without flips or accidental overlaps, and all limits are met."""
         return not self.troubles
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each thing that is wrong."""
-        said = []
+        """One sentence about each defect."""
+        lines = []
         if self.unmapped:
-            said.append(
+            lines.append(
                 f"{self.unmapped:,} of {self.faces:,} faces have no texture coordinates: unwrap the mesh"
             )
         if self.flips:
-            said.append(
-                f"faces {some(self.flipped)} are flipped or collapsed in the map: unwrap their charts anew"
+            lines.append(
+                f"faces {some(self.flipped)} are flipped or collapsed in the map: unwrap their charts again"
             )
         if self.overlaps:
             pairs = f"{self.overlaps:,} pair{'s' * (self.overlaps > 1)} of triangles"
-            said.append(
-                f"{pairs} overlap by accident, as of faces {some(self.overlapping[0])}: pack the charts "
-                "anew, or unwrap charts that lie over themselves"
+            lines.append(
+                f"{pairs} overlap by accident, such as faces {some(self.overlapping[0])}: repack the charts, "
+                "or unwrap charts that overlap themselves"
             )
-        return said + [line for limit, asked in self.limits.items() for line in self._beyond(limit, asked)]
+        return lines + [
+            line for limit, asked in self.limits.items() for line in self._list_exceeded(limit, asked)
+        ]
 
-    def _beyond(self, limit: str, asked: float) -> list[str]:
-        """What is said of a limit that is not kept."""
-        said = []
+    def _list_exceeded(self, limit: str, asked: float) -> list[str]:
+        """Return a sentence about each figure beyond a limit."""
+        lines = []
         for name, share, help_ in LIMITS[limit]:
             value, least = getattr(self, name), limit.startswith("min")
             bound = share * asked
-            kept = value >= bound * (1 - LIMIT_ROUNDING) if least else value <= bound * (1 + LIMIT_ROUNDING)
-            if not kept:
+            is_met = value >= bound * (1 - LIMIT_ROUNDING) if least else value <= bound * (1 + LIMIT_ROUNDING)
+            if not is_met:
                 where = "below" if least else "above"
-                said.append(f"{ROWS[name]}: {value:.4g}, {where} {bound:g}; {help_}")
-        return said
+                lines.append(f"{ROWS[name]}: {value:.4g}, {where} {bound:g}; {help_}")
+        return lines
 
     def __repr__(self) -> str:
         charts = f"{self.charts:,} chart{'s' * (self.charts != 1)}"
@@ -157,10 +165,11 @@ class UVCheck:
 
     def _rows(self) -> list[tuple[str, str]]:
         values = ((label, getattr(self, name)) for name, label in ROWS.items())
-        return [(label, _written(v)) for label, v in values]
+        return [(label, _format_figure(v)) for label, v in values]
 
 
-def _written(value: float | tuple[int, int]) -> str:
+def _format_figure(value: float | tuple[int, int]) -> str:
+    """Format a figure for the table."""
     if isinstance(value, tuple):
         return "x".join(map(str, value))
     return f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
@@ -191,10 +200,10 @@ ROWS = {
     "resolution": "resolution",
 }
 
-MORE_PADDING = "pack the charts anew with more padding"
-LIMITS = {  # the figures that they bound, at which share, and what helps
+MORE_PADDING = "repack the charts with more padding"
+LIMITS = {  # the bounded figures, the factor of the limit, and the remedy
     "max_stretch": [("stretch_l2", 1.0, "unwrap the mesh with Seams(max_stretch=)")],
-    "max_spread": [("texel_spread", 1.0, "pack the charts anew with scale='even', or unwrap by 'isometric'")],
+    "max_spread": [("texel_spread", 1.0, "repack the charts with scale='even', or unwrap by 'isometric'")],
     "min_margin": [("margin", 1.0, MORE_PADDING), ("border", 0.5, MORE_PADDING)],
 }
 
@@ -210,10 +219,10 @@ def check_uv(
     max_spread: float | None = None,
     min_margin: float | None = None,
 ) -> UVCheck:
-    """Measure and judge texture coordinates that a mesh has, from any program.
+    """Measure and judge existing texture coordinates from any program.
 
-    Faces are flipped where they are turned over within their chart. A chart that is a mirror image is not.
-    Charts that lie on each other share their texture: only other overlaps are accidents.
+    Faces are flipped if their orientation differs from that in the rest of their chart. Faces of a mirrored
+    chart are not flipped. Stacked charts share their texture, and all other overlaps are accidental.
 
     Parameters
     ----------
@@ -224,29 +233,29 @@ def check_uv(
     TC : (#TC, 2) float
         Texture coordinates.
     FTC : in the shape of `F`
-        Their rows at the corners, as `igl.readOBJ` returns them; -1 without.
+        Rows of `TC` at the corners, as returned by `igl.readOBJ`; -1 at corners without coordinates.
     resolution : int or (int, int)
-        Texels along a page's side, or its width and height, for densities and margins. On pages that are not
-        square, charts are judged as they lie there in texels.
+        Texels along the side of a page, or its width and height, for densities and margins. If pages are not
+        square, distortion is measured in texels.
     max_stretch : float, optional
-        The largest L2 stretch that is good.
+        Largest accepted L2 stretch.
     max_spread : float, optional
-        The largest `texel_spread` that is good.
+        Largest accepted `texel_spread`.
     min_margin : float, optional
-        The least distance of two charts that is good, in texels; half as much to the border, as
-        `Packing.padding` leaves it.
+        Smallest accepted distance between two charts, in texels. Half of it is required at the border, as
+        with `Packing.padding`.
 
     Returns
     -------
     UVCheck
-        `good` judges it, `troubles` says what is wrong.
+        `good` is the verdict, and `troubles` lists the defects.
 
     Raises
     ------
     MeshError
-        The arrays are malformed or do not fit together, or no face has texture coordinates and an area.
+        The arrays are malformed or do not match, or no face has texture coordinates and an area.
     ValueError
-        The resolution or a limit is out of its range.
+        The resolution or a limit is out of range.
 
     Examples
     --------
@@ -257,14 +266,14 @@ def check_uv(
     >>> check.good, check.charts, check.flips, check.overlaps
     (True, 1, 0, 0)
 
-    The same triangle twice in the map is a stack; one moved a little is an accident:
+    Two identical triangles in the map are stacked. If one is moved a little, they overlap by accident:
 
     >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 0, 0], [6, 0, 0], [5, 1, 0]], [[0, 1, 2], [3, 4, 5]]
     >>> TC = [[0, 0], [0.5, 0], [0, 0.5], [0.1, 0], [0.6, 0], [0.1, 0.5]]
     >>> check_uv(V, F, TC, [[0, 1, 2], [0, 1, 2]]).stacked
     1
-    >>> check_uv(V, F, TC, F).troubles[0][:43]
-    '1 pair of triangles overlap by accident, as'
+    >>> check_uv(V, F, TC, F).troubles[0][:39]
+    '1 pair of triangles overlap by accident'
     """
     width, height = page_size(resolution)
     limits = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
@@ -275,20 +284,21 @@ def check_uv(
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
-    return _checked(charts, width, height, asked)
+    return _measure(charts, width, height, asked)
 
 
-def _checked(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
+def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
+    """Measure the charts on pages of the given size in texels."""
     surface = Submesh.of_arrays(charts.V, charts.upright)
     aspect = height / width
     quality = quality_of(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=0)
     pairs, stack = charts.overlaps
-    ends = _seams(charts)
+    ends = _find_seam_ends(charts)
     flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
     with np.errstate(divide="ignore"):
         density = np.sqrt(flat * aspect / area) * width
     own = stack == np.arange(charts.number)
-    margins = margins_of(charts, own, bool(len(pairs)), (width, height))
+    margins = measure_margins(charts, own, bool(len(pairs)), (width, height))
     n = len(charts.split.polygons)
     chart = np.full(n, -1)
     chart[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
@@ -326,7 +336,7 @@ def _checked(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     )
 
 
-def _seams(charts: UVCharts) -> FloatArray:
-    """The ends of the edges at which the map is cut, (#E, 2, 3)."""
+def _find_seam_ends(charts: UVCharts) -> FloatArray:
+    """Return the ends of the seam edges, (#E, 2, 3)."""
     vertex = merge_coincident(charts.V, np.arange(len(charts.V)))
     return charts.V[texture_seams(vertex[charts.F], charts.F)]

@@ -1,4 +1,4 @@
-"""Distances between charts, and to the border of their pages."""
+"""Distances between charts, and from charts to the borders of their pages."""
 
 from __future__ import annotations
 
@@ -8,22 +8,25 @@ import numpy as np
 import shapely
 
 from .._types import BoolArray, FloatArray, IntArray
-from .constants import FIRST_REACH
 from .uv_charts import UVCharts
+
+FIRST_REACH = (
+    1e-3  # initial search distance for the nearest charts, over the size of a page; doubled if none is found
+)
 
 
 @dataclass(frozen=True)
 class Margins:
-    """In texels.
+    """Distances in texels.
 
     Attributes
     ----------
     between : float
-        The least distance of two charts on one page; infinite if there are none.
+        Smallest distance between two charts on the same page; infinite for a single chart.
     border : float
-        The least distance of a chart to its page's border; negative if one reaches beyond.
+        Smallest distance from a chart to the border of its page; negative if a chart crosses the border.
     pages : int
-        With charts on them.
+        Number of pages with charts.
     """
 
     between: float
@@ -31,30 +34,34 @@ class Margins:
     pages: int
 
 
-def margins_of(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple[int, int]) -> Margins:
-    """Of some charts, `own` of all, on pages of this size; they touch where some `overlap`."""
+def measure_margins(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple[int, int]) -> Margins:
+    """Measure the margins of the charts selected by `own`; `between` is zero if charts `overlap`."""
     rows = np.flatnonzero(own[charts.chart])
     corners, of = charts.uv[charts.F[rows]], charts.chart[rows]
     low, high = (
-        np.stack([_of_charts(f, corners[..., k], of, len(own)) for k in (0, 1)], axis=1)[own]
+        np.stack([_reduce_by_chart(f, corners[..., k], of, len(own)) for k in (0, 1)], axis=1)[own]
         for f in (np.minimum, np.maximum)
     )
     page = np.floor((low + high) / 2)
     border = float((np.minimum(low - page, page + 1 - high) * size).min())
     number = np.unique(page, axis=0, return_inverse=True)[1].ravel()
-    between = 0.0 if overlap else _least_distance(_outlines(charts, own, size), number, max(size))
+    between = (
+        0.0 if overlap else _find_least_distance(_extract_outlines(charts, own, size), number, max(size))
+    )
     return Margins(between, border, int(number.max()) + 1)
 
 
-def _of_charts(function: np.ufunc, values: FloatArray, of: IntArray, number: int) -> FloatArray:
-    """The extreme value at the corners (#f, 3) of each chart."""
+def _reduce_by_chart(function: np.ufunc, values: FloatArray, of: IntArray, number: int) -> FloatArray:
+    """Return the minimum or maximum of values at corners, (#f, 3), for each chart."""
     made = np.full(number, np.inf if function is np.minimum else -np.inf)
     function.at(made, np.repeat(of, 3), values.ravel())
     return made
 
 
-def _outlines(charts: UVCharts, own: BoolArray, size: tuple[int, int]) -> list[shapely.MultiLineString]:
-    """The outlines of these charts in texels: the sides that only one of their triangles has."""
+def _extract_outlines(
+    charts: UVCharts, own: BoolArray, size: tuple[int, int]
+) -> list[shapely.MultiLineString]:
+    """Return the outlines of the selected charts in texels, which are sides of only one triangle."""
     rows = np.flatnonzero(own[charts.chart])
     F, of = charts.F[rows], np.repeat(charts.chart[rows], 3)
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
@@ -69,8 +76,8 @@ def _outlines(charts: UVCharts, own: BoolArray, size: tuple[int, int]) -> list[s
     return list(shapely.multilinestrings(lines, indices=place[of[order]]))
 
 
-def _least_distance(outlines: list[shapely.MultiLineString], page: IntArray, side: int) -> float:
-    """The least distance of two on one page, found within a reach that is doubled until there are some."""
+def _find_least_distance(outlines: list[shapely.MultiLineString], page: IntArray, side: int) -> float:
+    """Return the smallest distance between two outlines on the same page."""
     if len(outlines) < 2 or len(np.unique(page)) == len(page):
         return np.inf
     tree, reach = shapely.STRtree(outlines), FIRST_REACH * side

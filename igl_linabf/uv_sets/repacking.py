@@ -1,4 +1,4 @@
-"""The charts of texture coordinates that a mesh has, packed anew."""
+"""Repack the charts of existing texture coordinates."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import Packing, are_unseen, given_packing, pack_charts, page_size
 from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import complex_positions, coordinates, vertex_array
-from .constants import ROUNDING
 from .uv_charts import UVCharts
+
+ROUNDING = 1e-14  # largest area of a chart that counts as zero, over its largest coordinate squared
 
 ScaleName = Literal["keep", "even"]
 SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
@@ -22,25 +23,26 @@ SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PackedUV:
-    """Texture coordinates whose charts were packed anew.
+    """Repacked texture coordinates.
 
     Attributes
     ----------
     TC : (#TC, 2) float64
-        Texture coordinates; of page k in the unit square above and right of (k % 10, k // 10), as UDIM tile
-        1001 + k.
+        Texture coordinates. Page k is the unit square with the lower left corner (k % 10, k // 10), which is
+        the UDIM tile 1001 + k.
     FTC : (#F, 3) int64
-        Their rows at the corners of the faces, in the shape of `F`; -1 where there were none.
+        Rows of `TC` at the corners of the faces, in the shape of `F`; -1 at corners without coordinates.
     chart : (#F,) int64
-        The chart of each face; -1 without one.
+        Chart of each face, or -1.
     page : (#charts,) int64
     fill : float
-        Share of the pages that charts cover; of a stack one counts.
+        Share of the pages that is covered by charts. Stacked charts count once.
     scale : float
-        Page widths per unit of length of V, on average over charts that are not `unseen`. Times the width in
-        texels it is the texel density.
+        Mean page widths per unit of length of V, except for `unseen` charts. Multiplied by the width in
+        texels, it is the texel density.
     unseen : (#charts,) bool
-        Which charts are smaller as no ray from outside reaches them; none if `Packing.unseen` is 1.
+        Whether each chart is smaller because no ray from outside reaches it. All False if `Packing.unseen` is
+        1.
     """
 
     TC: FloatArray
@@ -53,7 +55,7 @@ class PackedUV:
 
     @property
     def pages(self) -> int:
-        """Their number."""
+        """Number of pages."""
         return int(self.page.max(initial=0)) + 1
 
     def __repr__(self) -> str:
@@ -61,9 +63,9 @@ class PackedUV:
 
     def __str__(self) -> str:
         charts, pages = len(self.page), self.pages
-        said = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
+        summary = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
         inside = f", {np.count_nonzero(self.unseen):,} unseen and smaller" * bool(self.unseen.any())
-        return f"{said}, {self.fill:.0%} filled{inside}"
+        return f"{summary}, {self.fill:.0%} filled{inside}"
 
 
 def pack(
@@ -76,9 +78,10 @@ def pack(
     rotate: bool = True,
     scale: ScaleName = "keep",
 ) -> PackedUV:
-    """Pack the charts of texture coordinates that a mesh has anew, without changing their shapes.
+    """Repack the charts of existing texture coordinates without changing their shapes.
 
-    No chart is mirrored or cut. Charts that lie on each other, as halves that share their texture, stay so.
+    Charts are neither mirrored nor cut. Stacked charts, such as halves that share their texture, stay
+    stacked.
 
     Parameters
     ----------
@@ -89,17 +92,18 @@ def pack(
     TC : (#TC, 2) float
         Texture coordinates.
     FTC : in the shape of `F`
-        Their rows at the corners, as `igl.readOBJ` returns them; -1 without.
+        Rows of `TC` at the corners, as returned by `igl.readOBJ`; -1 at corners without coordinates.
     packing : Packing, optional
-        The texture's resolution, distances between charts, texel density and pages. By default charts fill
-        one page with a margin. Charts of a page that is not square are taken from one of the same aspect.
+        Resolution of the texture, distances between charts, texel density and pages. By default charts fill
+        one page with a margin. If pages are not square, the given coordinates refer to a page of the same
+        aspect ratio.
     rotate : bool
-        Turn charts where they then fit better. Otherwise they are moved and scaled alone, as wood grain or
-        text in a texture needs.
+        Rotate charts if they then fit better. Use False for textures with a direction, such as wood grain or
+        text.
     scale : {"keep", "even"}
-        "keep": the charts' sizes relative to each other stay. "even": each gets as many texels per unit of
-        length of V as the others. `Packing.unseen` makes charts smaller than that in both cases, and
-        stacks of which all charts are unseen.
+        "keep" preserves the relative sizes of charts. "even" gives all charts the same number of texels per
+        unit of length of V. In both cases `Packing.unseen` reduces unseen charts, and stacks whose charts are
+        all unseen.
 
     Returns
     -------
@@ -108,15 +112,15 @@ def pack(
     Raises
     ------
     MeshError
-        The arrays are malformed or do not fit together, no face has texture coordinates with an area, there
-        are too many charts for the margin, or they do not fit on the pages at the texel density.
+        The arrays are malformed or do not match, no face has texture coordinates with an area, there are too
+        many charts for the margin, or the charts do not fit on the pages at the texel density.
     ValueError
-        `scale` or `packing` is none of the above.
+        `scale` or `packing` has an invalid value.
 
     Warns
     -----
     MeshWarning
-        Charts without an area in the map were left at the corner of the first page.
+        Charts without an area in the map are left at the corner of the first page.
 
     Examples
     --------
@@ -137,7 +141,7 @@ def pack(
     aspect = height / width
     flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number) * aspect
     area = np.bincount(charts.chart, charts.area, charts.number)
-    sizes = _sizes(charts)
+    sizes = _measure_sizes(charts)
     solid = flat > ROUNDING * sizes**2
     if not solid.any():
         raise MeshError("no face has texture coordinates with an area: unwrap the mesh")
@@ -146,7 +150,9 @@ def pack(
         even[solid] = np.sqrt(area[solid] / flat[solid])
     first = charts.overlaps[1]
     rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
-    unseen = _unseen(V, charts, rows, first) if packing.unseen != 1 else np.zeros(charts.number, dtype=bool)
+    unseen = (
+        _find_unseen(V, charts, rows, first) if packing.unseen != 1 else np.zeros(charts.number, dtype=bool)
+    )
     even[unseen] *= packing.unseen
     own = np.flatnonzero(solid & (first == np.arange(charts.number)))
     z = complex_positions(charts.uv * [1, aspect])
@@ -164,27 +170,27 @@ def pack(
         shift[i], page[i] = new.shift - turn[i] * corner, new.page
     lost = charts.faces_of(~solid[charts.chart])
     if len(lost):
-        said = f"the charts of faces {some(lost)} have no area in the map and are left at the page's corner"
-        warnings.warn(f"{said}: unwrap the mesh to give them one", MeshWarning, stacklevel=stack_level())
+        text = f"the charts of faces {some(lost)} have no area in the map and are left at the page's corner"
+        warnings.warn(f"{text}: unwrap the mesh to give them an area", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
     turned = z, turn[stack], shift[stack]
-    return _packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio), unseen)
+    return _build_packed_uv(charts, turned, aspect, page[stack], fill, abs(placed[0].ratio), unseen)
 
 
-def _unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
-    """Which charts no ray from outside reaches, nor any of their stack, of which `first` is the first."""
+def _find_unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
+    """Return whether the whole stack of each chart is unseen; `first` is the first chart of the stack."""
     seen = ~are_unseen(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
     return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 
 
-def _sizes(charts: UVCharts) -> FloatArray:
-    """The largest coordinate of each chart, against which areas are told from rounding."""
+def _measure_sizes(charts: UVCharts) -> FloatArray:
+    """Return the largest coordinate of each chart."""
     size = np.zeros(charts.number)
     np.maximum.at(size, charts.chart, np.abs(charts.uv[charts.F]).max(axis=(1, 2)))
     return size
 
 
-def _packed_uv(
+def _build_packed_uv(
     charts: UVCharts,
     turned: tuple[ComplexArray, ComplexArray, ComplexArray],
     aspect: float,
@@ -193,9 +199,9 @@ def _packed_uv(
     scale: float,
     unseen: BoolArray,
 ) -> PackedUV:
-    """The charts moved; a row of `TC` is of one chart, and of one place in the map.
+    """Build the result with a row of `TC` for each distinct point of each chart.
 
-    `turned` are the old places in page widths, and turn and shift of each chart.
+    `turned` has the old positions in page widths, and the rotation and translation of each chart.
     """
     old, turn, shift = turned
     key = np.column_stack((charts.chart.repeat(3), charts.F.ravel()))
@@ -204,7 +210,7 @@ def _packed_uv(
     polygons = charts.split.polygons
     at, faces = np.full((len(charts.split.F), 3), -1), np.full(len(polygons), -1)
     at[charts.rows] = corner.reshape(-1, 3)
-    # what has no area in space is where its neighbours are, or anywhere
+    # triangles without area in space get the coordinates of their neighbours
     place = np.zeros(len(charts.uv), dtype=np.int64)
     place[pairs[::-1, 1]] = np.arange(len(pairs))[::-1]
     at[charts.rows_aside] = place[charts.F_aside]

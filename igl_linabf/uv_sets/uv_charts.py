@@ -1,4 +1,4 @@
-"""The charts of texture coordinates that a mesh has: what hangs together, is mirrored, or lies on another."""
+"""The charts of existing texture coordinates: connected, mirrored and stacked charts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ from ..surface import (
     vertex_array,
     without_area,
 )
-from .constants import LEAST_MIRRORED_SHARE, SAME_PLACE, STACKED
+
+LEAST_MIRRORED_SHARE = 0.25  # smallest share of an island that counts as mirrored instead of flipped
+SAME_PLACE = 1e-6  # largest distance between equal points of the map, over the largest coordinate
+STACKED = 0.9  # smallest share of both charts' areas that stacked charts have in common
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +36,16 @@ class UVCharts:
     Attributes
     ----------
     split : Triangles
-        How the faces were split; `rows` are those of its triangles that count.
+        The triangles of the faces.
     rows : (#T,) int64
-        The triangles with texture coordinates and an area in space.
+        Rows of the triangles with texture coordinates and an area in space.
     unmapped : (#U,) int64
-        The faces that have a corner without texture coordinates.
+        Faces with a corner without texture coordinates.
     V, uv : (#C, 3) and (#C, 2) float64
-        Position and texture coordinates of each corner; where both are equal, it is one.
+        Position and texture coordinates of each distinct corner.
     F : (#T, 3) int64
     rows_aside, F_aside : (#A,) and (#A, 3) int64
-        The triangles that have texture coordinates, and no area in space.
+        Rows and corners of the triangles with texture coordinates but no area in space.
     """
 
     split: Triangles
@@ -56,12 +59,12 @@ class UVCharts:
 
     @classmethod
     def of(cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike) -> UVCharts:
-        """Check the arrays, and put together what is equal.
+        """Check the arrays, and merge equal corners.
 
         Raises
         ------
         MeshError
-            The arrays are malformed or do not fit together, or a coordinate at a face is NaN or infinite.
+            The arrays are malformed or do not match, or a coordinate at a face is NaN or infinite.
         """
         polygons = Polygons.of(F)
         texture = polygons.texture_of(FTC)
@@ -88,7 +91,7 @@ class UVCharts:
         pair = np.concatenate((positions[polygons.corners[at]], points[texture.corners[at]]), axis=2).reshape(
             -1, 5
         )
-        used, faces = _distinct(pair)
+        used, faces = _merge_equal_rows(pair)
         own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
@@ -102,13 +105,13 @@ class UVCharts:
 
     @cached_property
     def area(self) -> FloatArray:
-        """That of each triangle in space."""
+        """The area of each triangle in space."""
         a, b, c = self.V[self.F.T]
         return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
 
     @cached_property
     def _adjacent(self) -> IntArray:
-        """Pairs of triangles that have an edge in common, in space and in the map."""
+        """Pairs of triangles that share an edge both in space and in the map."""
         tail, head = self.F.ravel(), self.F[:, [1, 2, 0]].ravel()
         face = np.repeat(np.arange(len(self.F)), 3)
         key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
@@ -120,44 +123,44 @@ class UVCharts:
     def chart(self) -> IntArray:
         """The chart of each triangle.
 
-        A map that turns over at an edge, as of two halves that share their texture, has a chart on either
-        side.
+        If the map folds along edges, such as between two halves that share their texture, each side is a
+        chart.
         """
-        islands = _numbered(connected_labels(self._adjacent, len(self.F)))
+        islands = _renumber(connected_labels(self._adjacent, len(self.F)))
         sign = self.double_area > 0
         one, other = self._adjacent.T
-        parts = _numbered(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
-        share = np.bincount(parts, self.area) / np.bincount(islands, self.area)[_first(islands, parts)]
-        # what is turned over is a half if it is large, and flipped triangles if it is small
+        parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
+        share = np.bincount(parts, self.area) / np.bincount(islands, self.area)[_take_first(islands, parts)]
+        # large reversed parts are mirrored charts, small ones are flipped triangles
         large = share >= LEAST_MIRRORED_SHARE
         joined = self._adjacent[(parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])]
-        return _numbered(connected_labels(joined, len(self.F)))
+        return _renumber(connected_labels(joined, len(self.F)))
 
     @cached_property
     def number(self) -> int:
-        """Of charts."""
+        """The number of charts."""
         return int(self.chart.max(initial=-1)) + 1
 
     @cached_property
     def mirrored(self) -> BoolArray:
-        """Which charts are mirror images."""
+        """Whether each chart is a mirror image."""
         return np.asarray(np.bincount(self.chart, self.double_area, self.number) < 0)
 
     @cached_property
     def flipped(self) -> BoolArray:
-        """Which triangles are turned over in their chart, or have no area in the map."""
+        """Whether each triangle is flipped within its chart, or has no area in the map."""
         return ~(np.where(self.mirrored[self.chart], -1, 1) * self.double_area > 0)
 
     @cached_property
     def upright(self) -> IntArray:
-        """The triangles, those of mirrored charts turned over: they are counterclockwise in the map."""
+        """The triangles in counterclockwise order in the map, with mirrored charts reversed."""
         return np.where(self.mirrored[self.chart][:, None], self.F[:, ::-1], self.F)
 
     @cached_property
     def overlaps(self) -> tuple[IntArray, IntArray]:
-        """Pairs of triangles (#P, 2) that overlap by accident; and for each chart the first one of its stack.
+        """Pairs of triangles (#P, 2) that overlap by accident, and the first chart of each chart's stack.
 
-        Charts are a stack if most of both lies on the other one. One with no other is a stack of its own.
+        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart.
         """
         stack = self._same_triangles
         rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
@@ -173,7 +176,9 @@ class UVCharts:
         flat = np.bincount(self.chart, np.abs(self.double_area)) / 2
         on_purpose = common >= STACKED * flat[ends].max(axis=1)
         stack = stack.copy()
-        for first, second in ends[on_purpose].tolist():  # in order, so that the first of all is known
+        for first, second in ends[
+            on_purpose
+        ].tolist():  # in order, so that the first chart of a stack is found
             stack[stack == second] = stack[first]
         kept = np.ones(len(pairs), dtype=bool)
         kept[between] = ~on_purpose[number.ravel()]
@@ -181,34 +186,34 @@ class UVCharts:
 
     @cached_property
     def _same_triangles(self) -> IntArray:
-        """For each chart the first one that has the same triangles in the map; itself if there is none."""
+        """The first chart with the same triangles in the map, for each chart."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_PLACE
-        place = _distinct(np.round(self.uv / step))[1]
-        kind = _distinct(np.sort(place[self.F], axis=1).astype(np.float64))[1]
+        place = _merge_equal_rows(np.round(self.uv / step))[1]
+        kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]
         order = np.lexsort((kind, self.chart))
         rows = np.split(kind[order], np.searchsorted(self.chart[order], np.arange(1, self.number)))
         known: dict[bytes, int] = {}
         return np.array([known.setdefault(row.tobytes(), i) for i, row in enumerate(rows)], dtype=np.int64)
 
     def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
-        """The faces that were given, of some triangles."""
+        """Return the given faces of some triangles."""
         return np.unique(self.split.face[self.rows[triangles]])
 
 
-def _distinct(points: FloatArray) -> tuple[IntArray, IntArray]:
-    """The rows of distinct points, and for each point the number of its own among them."""
+def _merge_equal_rows(points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the rows of the distinct points, and the index of each point among them."""
     if not len(points):
         return np.zeros((2, 0), dtype=np.int64)[0], np.zeros(0, dtype=np.int64)
     used, number = np.unique(merge_coincident(points, np.arange(len(points))), return_inverse=True)
     return used, number
 
 
-def _numbered(label: IntArray) -> IntArray:
-    """Labels as 0, 1, ..., in the order in which they first appear."""
+def _renumber(label: IntArray) -> IntArray:
+    """Renumber labels as 0, 1, ... in order of first appearance."""
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     return np.asarray(np.argsort(np.argsort(first))[inverse.ravel()])
 
 
-def _first(values: IntArray, label: IntArray) -> IntArray:
-    """One of the values at each label 0, 1, ...."""
+def _take_first(values: IntArray, label: IntArray) -> IntArray:
+    """Return the first value of each label 0, 1, ..."""
     return np.asarray(values[np.unique(label, return_index=True)[1]])

@@ -1,4 +1,4 @@
-"""The compiled core as a whole: its two builds, its threads, what is bound."""
+"""The compiled core as a whole: its two builds, threads, and bindings."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def found(name: str) -> tuple[np.ndarray, np.ndarray] | None:
 
 @pytest.fixture(scope="module")
 def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], il.Flattening]:
-    """What the build for every processor makes of all meshes that are there."""
+    """Flatten all available meshes with the baseline build."""
     folder: Path = tmp_path_factory.mktemp("baseline")
     meshes = {name: mesh for name in NAMES if (mesh := found(name)) is not None}
     (folder / "in").write_bytes(pickle.dumps(meshes))
@@ -76,19 +76,19 @@ def test_both_builds_give_the_same_maps(
 ) -> None:
     fast, plain = il.flatten(*load(name), method), by_baseline[name, method]
     if method == "abf" and name in LONG:
-        return  # hundreds of steps carry rounding along
+        return  # rounding errors grow over hundreds of steps
     assert np.abs(fast.angles - plain.angles).max() < 1e-9
-    # the axes of a symmetric map are known to fewer digits
+    # the axes of a symmetric map are less accurate
     assert best_fit_distance(fast.uv, plain.uv) < 1e-9
     assert fast.outcome == plain.outcome
     assert [step.inner_steps for step in fast.steps] == [step.inner_steps for step in plain.steps]
 
 
-def test_threads_change_no_bit_of_a_map_that_they_share(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_map_has_the_same_bits_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = bumps(1_000)
     for _ in range(4):
         V, F = igl.upsample(V, F)
-    assert F.shape[0] > 250_000  # from where threads share loops
+    assert F.shape[0] > 250_000  # threads share loops of this length
     maps = []
     for threads in "1", "2", "3":
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
@@ -101,7 +101,7 @@ def stub() -> ast.Module:
     return ast.parse((Path(_core.__file__).parent / "__init__.pyi").read_text("utf-8"))
 
 
-def test_the_stub_has_the_signature_of_all_that_is_bound() -> None:
+def test_the_stub_declares_the_signature_of_each_bound_function() -> None:
     bound = {name: value for name, value in vars(_core._built).items() if not name.startswith("_")}
     listed = {node.name: node for node in stub().body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     functions = {name for name, value in bound.items() if callable(value)}
@@ -117,7 +117,7 @@ def test_the_stub_has_the_signature_of_all_that_is_bound() -> None:
 
 
 def _split(arguments: str) -> list[str]:
-    """The arguments of a signature up to its closing parenthesis."""
+    """Split the arguments of a signature up to its closing parenthesis."""
     parts, depth = [""], 0
     for letter in arguments:
         if letter == ")" and not depth:
@@ -130,7 +130,7 @@ def _split(arguments: str) -> list[str]:
     return [part for part in parts if part.strip()]
 
 
-def test_what_is_written_into_is_never_a_copy() -> None:
+def test_output_arguments_are_never_copied() -> None:
     start, a = np.array([0, 2, 4]), np.arange(4.0)
     with pytest.raises(TypeError):
         _core.block_turn(start, np.ones(2), a, np.zeros(4, dtype=np.float32))
@@ -150,7 +150,7 @@ def test_faces_of_any_integer_type_reach_the_core() -> None:
     assert planar_mesh(V, F.astype(np.int32)).topology.corner.dtype == np.int64
 
 
-def test_integers_come_out_as_numpy_s_own() -> None:
+def test_integer_results_have_dtype_int64() -> None:
     order, _, _ = _core.in_edges(np.array([0, 1]), np.array([1, 0]), 2)
-    assert order.dtype.char == np.arange(1).dtype.char  # another type of 64 bits prints its name
+    assert order.dtype.char == np.arange(1).dtype.char  # the other 64-bit integer type would print its name
     assert repr(order) == "array([0, 1])"

@@ -1,4 +1,4 @@
-"""Results in a notebook: a short repr, and HTML with the table and a picture of the map."""
+"""Notebook representations of results: a short repr, and HTML with a table and a picture of the map."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def parsed(html: str) -> ElementTree.Element:
-    """HTML that is well-formed XML, too."""
+    """Parse HTML that must also be well-formed XML."""
     return ElementTree.fromstring(f"<div>{html}</div>")
 
 
 def outlines(page: ElementTree.Element) -> list[int]:
-    """The number of loops of each filled outline, over all pictures."""
+    """Count the loops of each filled outline, over all pictures."""
     paths = (path for path in page.iter(f"{SVG}path") if path.get("fill") != "none")
     return [path.get("d").count("M") for path in paths]
 
@@ -59,7 +59,7 @@ def test_the_picture_has_every_boundary_loop_and_stays_in_its_box() -> None:
     assert (at.max(axis=0) <= size).all()
 
 
-def test_the_faces_of_a_result_are_the_caller_s() -> None:
+def test_the_faces_of_a_result_are_those_of_the_caller() -> None:
     V, F = load("bumps")
     V, F = np.vstack((np.full((1, 3), np.nan), V)), F + 1  # a vertex that no face uses
     for method in ("linabf", "lscm"):
@@ -71,7 +71,7 @@ def test_the_faces_of_a_result_are_the_caller_s() -> None:
 
 def test_an_atlas_shows_each_chart_and_its_repairs() -> None:
     V, F = igl.icosahedron()
-    V, F = np.vstack((V, V + 3)), np.vstack((F, F + len(V), F[:1]))  # two bodies; one face twice
+    V, F = np.vstack((V, V + 3)), np.vstack((F, F + len(V), F[:1]))  # two bodies, and a repeated face
     with pytest.warns(match="repaired"):
         atlas = unwrap(V, F)
     page = parsed(atlas._repr_html_())
@@ -93,7 +93,7 @@ def test_an_atlas_of_polygons_shows_the_outlines_of_its_charts() -> None:
         assert outlines(page) == [1] * len(atlas.charts)
 
 
-def test_a_thousand_charts_are_a_short_page() -> None:
+def test_a_thousand_charts_make_a_short_page() -> None:
     tetrahedron = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
     V = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     n = np.arange(1_000)
@@ -107,7 +107,7 @@ def test_a_thousand_charts_are_a_short_page() -> None:
 
 
 def drawn(svg: str) -> list[np.ndarray]:
-    """The points of each filled outline."""
+    """Return the points of each filled outline."""
     paths = [path for path in parsed(svg).iter(f"{SVG}path") if path.get("fill") != "none"]
     words = (path.get("d").replace("Z", " ").replace("M", " ").replace("L", " ").split() for path in paths)
     return [np.array(points, dtype=np.float64).reshape(-1, 2) for points in words]
@@ -121,7 +121,7 @@ def test_a_picture_has_v_upwards() -> None:
     assert {tuple(p) for p in np.round(wanted).tolist()} == {tuple(p) for p in np.round(outline).tolist()}
 
 
-def test_of_many_charts_the_large_ones_are_drawn() -> None:
+def test_only_the_largest_of_many_charts_are_drawn() -> None:
     n = MOST_DRAWN_CHARTS + 50
     size = np.where(np.arange(n) % 11 == 5, 1.0, 0.5)  # one in eleven has two triangles
     squares = [[[i, 0], [i + s, 0], [i + s, s], [i, s]] for i, s in enumerate(size.tolist())]
@@ -147,19 +147,20 @@ def test_qualities_and_comparisons_show_their_figures() -> None:
 
 
 def executed(cells: list[str]) -> list[list[dict]]:
-    """The outputs of each cell, run by a kernel as a notebook's are."""
+    """Run cells in a notebook kernel, and return the outputs of each cell."""
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
-    nbclient.NotebookClient(book, timeout=240, kernel_name="python3").execute()
+    nbclient.NotebookClient(book, timeout=500, kernel_name="python3").execute()
     return [cell.outputs for cell in book.cells]
 
 
 def pictures(outputs: list[dict]) -> int:
-    """How many of the outputs show a picture or a view."""
+    """Count the outputs that show a picture or a view."""
     kinds = {"image/png", "application/vnd.jupyter.widget-view+json"}
     return sum(bool(kinds & set(output.get("data", {}))) for output in outputs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["static", "trame"])
 def test_a_picture_that_ends_a_cell_is_shown_once(backend: str) -> None:
     pytest.importorskip("pyvista")
@@ -181,6 +182,7 @@ uv = igl_linabf.linabf(V, F[1:])
     assert [pictures(outputs) for outputs in (compared, drawn, alone)] == [1, 0, 1]
 
 
+@pytest.mark.slow
 def test_the_notebook_of_the_docs_runs() -> None:
     pytest.importorskip("nilearn")
     book = json.loads((ROOT / "docs" / "notebook.ipynb").read_text(encoding="utf-8"))
@@ -188,7 +190,7 @@ def test_the_notebook_of_the_docs_runs() -> None:
     outputs = executed(code)
     assert not any(
         cell["outputs"] for cell in book["cells"] if cell["cell_type"] == "code"
-    )  # the docs run it
+    )  # executed by the tests of the docs
     tables = [o["data"]["text/html"] for out in outputs for o in out if "text/html" in o.get("data", {})]
     assert len(tables) == 4
     assert sum("<svg" in table for table in tables) == 3

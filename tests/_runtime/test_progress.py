@@ -1,4 +1,4 @@
-"""What is told of a long computation: fractions that rise to one, a bar on a terminal, nothing in a log."""
+"""Progress of long computations: fractions rise to one, a terminal shows a bar, and a log shows nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ unwrap(*igl.upsample(*igl.icosahedron(), 3))
 """
 
 
-class Told:
+class Record:
     def __init__(self) -> None:
         self.stages: list[str] = []
         self.fractions: list[float] = []
@@ -37,43 +37,43 @@ def test_fractions_rise_to_one() -> None:
     V, F = load("bumps")
     closed = igl.upsample(*igl.icosahedron(), 2)
     for call, stages in (
-        (lambda told: flatten(V, F, progress=told), {"check", "step", "chord", "layout", "done"}),
-        (lambda told: flatten(V, F, "abf", progress=told), {"anchored", "layout", "done"}),
-        (lambda told: flatten(V, F, "lscm", progress=told), {"done"}),
-        (lambda told: unwrap(*closed, progress=told), {"seams", "charts", "layout", "packing", "done"}),
+        (lambda record: flatten(V, F, progress=record), {"check", "step", "chord", "layout", "done"}),
+        (lambda record: flatten(V, F, "abf", progress=record), {"anchored", "layout", "done"}),
+        (lambda record: flatten(V, F, "lscm", progress=record), {"done"}),
+        (lambda record: unwrap(*closed, progress=record), {"seams", "charts", "layout", "packing", "done"}),
     ):
-        told = Told()
-        call(told)
-        assert stages <= set(told.stages)
-        assert told.fractions == sorted(told.fractions)
-        assert 0 <= told.fractions[0] <= told.fractions[-1] == 1
+        record = Record()
+        call(record)
+        assert stages <= set(record.stages)
+        assert record.fractions == sorted(record.fractions)
+        assert 0 <= record.fractions[0] <= record.fractions[-1] == 1
 
 
-def test_a_call_within_another_one_fills_its_part() -> None:
-    told = Told()
-    with reporting(told), progress_part("half", 0.5):
+def test_a_nested_call_fills_its_part_of_the_progress() -> None:
+    record = Record()
+    with reporting(record), progress_part("half", 0.5):
         flatten(*load("bumps"))
-    assert {"half", "layout"} <= set(told.stages)
-    assert told.fractions == sorted(told.fractions)
-    inside = [f for stage, f in zip(told.stages, told.fractions, strict=True) if stage == "layout"]
+    assert {"half", "layout"} <= set(record.stages)
+    assert record.fractions == sorted(record.fractions)
+    inside = [f for stage, f in zip(record.stages, record.fractions, strict=True) if stage == "layout"]
     assert 0 < inside[0] <= inside[-1] <= 0.5
-    assert told.fractions[-1] == 1
+    assert record.fractions[-1] == 1
 
 
-def test_what_a_callback_raises_ends_the_work() -> None:
+def test_an_exception_of_a_callback_ends_the_work() -> None:
     def stop(stage: str, fraction: float) -> None:
         if stage == "charts":
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
         unwrap(*igl.icosahedron(), progress=stop)
-    told = Told()  # nothing of it is left behind
+    record = Record()  # the failed computation does not affect the next one
     flatten(*load("bumps"))
-    assert told.stages == []
+    assert record.stages == []
 
 
 def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
-    """What a script shows on its terminal, and what it prints into a pipe."""
+    """Run a script; return its output on a terminal (stderr) and into a pipe (stdout)."""
     ours, theirs = os.openpty()
     process = subprocess.Popen(
         [sys.executable, "-c", script, *arguments],
@@ -86,9 +86,9 @@ def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
     try:
         while chunk := os.read(ours, 4096):
             text += chunk
-    except OSError:  # so Linux says that the other end was closed
+    except OSError:  # Linux signals a closed terminal by an error
         pass
-    printed, _ = process.communicate(timeout=60)
+    printed, _ = process.communicate(timeout=500)
     assert process.returncode == 0
     return text.decode(), printed.decode()
 
@@ -98,7 +98,7 @@ terminals = pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no 
 
 @terminals
 @pytest.mark.parametrize(("patience", "shown"), [(0, True), (1e9, False)])
-def test_a_bar_on_a_terminal_after_a_while(patience: float, shown: bool) -> None:
+def test_a_terminal_shows_a_bar_after_a_while(patience: float, shown: bool) -> None:
     text, _ = on_a_terminal(SCRIPT, str(patience))
     assert ("seams" in text and "%" in text) == shown
 
@@ -110,10 +110,10 @@ from igl_linabf.cli import main
 progress.SECONDS_WITHOUT_BAR = 0
 shown = []
 show = progress._Bar.__call__
-def told(bar, stage, done):
+def record(bar, stage, done):
     shown.append((bar, stage, done))
     show(bar, stage, done)
-progress._Bar.__call__ = told
+progress._Bar.__call__ = record
 code = main(sys.argv[1:])
 if shown:
     print("BARS", len({id(bar) for bar, _, _ in shown}))
@@ -123,8 +123,9 @@ sys.exit(code)
 """
 
 
+@pytest.mark.slow
 @terminals
-def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
+def test_one_bar_covers_a_command_from_reading_to_writing(tmp_path: Path) -> None:
     mesh, out = tmp_path / "disk.obj", tmp_path / "map.obj"
     igl.writeOBJ(str(mesh), *load("bumps"))
     stages = {
@@ -134,22 +135,22 @@ def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
     for command, expected in stages.items():
         text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out))
         assert "reading" in text and "%" in text
-        told = [line.split() for line in printed.splitlines() if line.startswith("SHOWN")]
+        record = [line.split() for line in printed.splitlines() if line.startswith("SHOWN")]
         assert "BARS 1" in printed
-        seen = list(dict.fromkeys(stage for _, stage, _ in told))
+        seen = list(dict.fromkeys(stage for _, stage, _ in record))
         assert [stage for stage in seen if stage in expected] == expected
-        fractions = [float(done) for _, _, done in told]
+        fractions = [float(done) for _, _, done in record]
         assert fractions == sorted(fractions)
         assert fractions[-1] == 1
-        assert printed.index("F/3nt") < printed.index("SHOWN")  # the table is in the pipe, not on the bar
+        assert printed.index("F/3nt") < printed.index("SHOWN")  # the table goes to the pipe
         for silent in ("--quiet", "--json"):
             text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out), silent)
             assert "%" not in text and "SHOWN" not in printed
 
 
-def test_nothing_in_a_log() -> None:
+def test_a_log_contains_no_progress_bar() -> None:
     process = subprocess.run(
-        [sys.executable, "-c", SCRIPT, "0"], capture_output=True, encoding="utf-8", timeout=60
+        [sys.executable, "-c", SCRIPT, "0"], capture_output=True, encoding="utf-8", timeout=500
     )
     assert process.returncode == 0
     lines = process.stderr.splitlines()

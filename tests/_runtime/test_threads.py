@@ -1,4 +1,4 @@
-"""Work in threads: in order, timed where it was called, and at an end with the first error."""
+"""Work in threads: results are in order, times are added up, and the first error ends the work."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def four(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "4")
 
 
-def test_results_come_in_order_from_several_threads() -> None:
+def test_results_of_several_threads_are_in_order() -> None:
     def work(i: int) -> tuple[int, str]:
         time.sleep(0.02 * (4 - i % 4))
         return i, threading.current_thread().name
@@ -34,10 +34,10 @@ def test_seconds_of_a_stage_add_up_over_threads() -> None:
     with stopwatch("work") as seconds:
         work(0)
         list(in_threads(work, range(4)))
-    assert seconds["work"] > 4 * 0.05  # of five
+    assert seconds["work"] > 4 * 0.05  # five calls of at least 0.05 seconds
 
 
-def test_what_has_not_begun_is_left_after_an_error() -> None:
+def test_items_that_have_not_started_are_cancelled_after_an_error() -> None:
     begun = list[int]()
 
     def work(i: int) -> None:

@@ -22,8 +22,8 @@ def unwrapped():
     return V, F, unwrap(V, F)
 
 
-def coordinates_at_corners(library: str, mesh: object) -> np.ndarray:
-    """The (#F, 3, 2) texture coordinates where the library has them."""
+def get_corner_coordinates(library: str, mesh: object) -> np.ndarray:
+    """Return the (#F, 3, 2) texture coordinates from the library's own attribute."""
     _, F = getattr(adapters, f"from_{library}")(mesh)
     if library == "open3d":
         return np.asarray(mesh.triangle_uvs).reshape(-1, 3, 2)
@@ -36,7 +36,7 @@ def coordinates_at_corners(library: str, mesh: object) -> np.ndarray:
 
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
-def test_there_and_back_each_corner_has_its_place_and_its_texture(library: str, unwrapped) -> None:
+def test_a_round_trip_preserves_positions_and_texture_coordinates(library: str, unwrapped) -> None:
     pytest.importorskip(library)
     V, F, atlas = unwrapped
     to, back = getattr(adapters, f"to_{library}"), getattr(adapters, f"from_{library}")
@@ -45,11 +45,11 @@ def test_there_and_back_each_corner_has_its_place_and_its_texture(library: str, 
     assert W.dtype == np.float64
     assert G.dtype == np.int64
     assert np.array_equal(W[G], V[F])
-    assert np.allclose(coordinates_at_corners(library, mesh), atlas.TC[atlas.FTC], rtol=0, atol=1e-7)
+    assert np.allclose(get_corner_coordinates(library, mesh), atlas.TC[atlas.FTC], rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
-def test_a_map_of_a_disk_doubles_no_vertex(library: str) -> None:
+def test_a_disk_map_duplicates_no_vertices(library: str) -> None:
     pytest.importorskip(library)
     V, F = load("bumps")
     result = flatten(V, F)
@@ -59,8 +59,8 @@ def test_a_map_of_a_disk_doubles_no_vertex(library: str) -> None:
 
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
-def test_vertices_at_one_place_are_not_merged(library: str) -> None:
-    """Two sheets that lie on one another, in the page as in space."""
+def test_coincident_vertices_are_not_merged(library: str) -> None:
+    """Two sheets coincide, both in space and in the map."""
     pytest.importorskip(library)
     V, F = load("bumps")
     uv = np.tile(flatten(V, F).uv, (2, 1))
@@ -70,16 +70,16 @@ def test_vertices_at_one_place_are_not_merged(library: str) -> None:
     assert np.array_equal(G, F)
 
 
-def shades(count: int, columns: int = 4) -> np.ndarray:
+def make_shades(count: int, columns: int = 4) -> np.ndarray:
     return np.random.default_rng(count).integers(0, 256, (count, columns), dtype=np.uint8)
 
 
-def test_colours_and_attributes_of_trimesh_are_kept(tmp_path, unwrapped) -> None:
+def test_trimesh_colours_and_attributes_are_copied(tmp_path, unwrapped) -> None:
     trimesh = pytest.importorskip("trimesh")
     V, F, atlas = unwrapped
     maps = atlas.TC, atlas.FTC
     vertex = adapters.vertex_map(V, F, *maps)
-    given = trimesh.Trimesh(V, F, vertex_colors=shades(len(V)), process=False, metadata={"scan": 7})
+    given = trimesh.Trimesh(V, F, vertex_colors=make_shades(len(V)), process=False, metadata={"scan": 7})
     given.vertex_attributes["height"], given.face_attributes["label"] = V[:, 2], np.arange(len(F))
     mesh = adapters.to_trimesh(V, F, *maps, like=given)
     assert (np.asarray(mesh.vertices) == V[vertex]).all()
@@ -88,22 +88,24 @@ def test_colours_and_attributes_of_trimesh_are_kept(tmp_path, unwrapped) -> None
     assert mesh.metadata["scan"] == 7
     mesh.export(tmp_path / "ant.glb")
     (read,) = trimesh.load(tmp_path / "ant.glb", process=False).geometry.values()
-    assert (np.asarray(read.visual.vertex_attributes["color"])[:, :3] == shades(len(V))[vertex, :3]).all()
-    of_faces = trimesh.Trimesh(V, F, face_colors=shades(len(F)), process=False)
+    assert (
+        np.asarray(read.visual.vertex_attributes["color"])[:, :3] == make_shades(len(V))[vertex, :3]
+    ).all()
+    of_faces = trimesh.Trimesh(V, F, face_colors=make_shades(len(F)), process=False)
     again = adapters.to_trimesh(V, F, *maps, like=of_faces)
-    assert (again.face_attributes["color"] == shades(len(F))).all()
+    assert (again.face_attributes["color"] == make_shades(len(F))).all()
     with pytest.raises(MeshError, match=r"like has .* pass the mesh that they come from"):
         adapters.to_trimesh(V, F, *maps, like=trimesh.creation.box())
-    W, G = adapters.from_trimesh(mesh)  # with a texture and colours
+    W, G = adapters.from_trimesh(mesh)  # the mesh has a texture and colours
     second = adapters.vertex_map(W, G, mesh.visual.uv)
     twice = adapters.to_trimesh(W, G, mesh.visual.uv, like=mesh)
-    assert (twice.visual.vertex_attributes["color"] == shades(len(V))[vertex][second]).all()
+    assert (twice.visual.vertex_attributes["color"] == make_shades(len(V))[vertex][second]).all()
 
 
-def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
+def test_pyvista_arrays_are_copied_except_for_old_texture_coordinates() -> None:
     pyvista = pytest.importorskip("pyvista")
     given = pyvista.Cylinder(resolution=12).triangulate().clean()
-    given.point_data["colours"] = shades(given.n_points, 3)
+    given.point_data["colours"] = make_shades(given.n_points, 3)
     given.cell_data["label"] = np.arange(given.n_cells)
     given.field_data["scan"] = [7]
     given.point_data["old uv"] = np.zeros((given.n_points, 2))
@@ -113,15 +115,15 @@ def test_arrays_of_pyvista_are_kept_but_for_what_the_old_map_made() -> None:
     atlas = unwrap(V, F)
     mesh = adapters.to_pyvista(V, F, atlas.TC, atlas.FTC, like=given)
     vertex = adapters.vertex_map(V, F, atlas.TC, atlas.FTC)
-    assert (mesh.point_data["colours"] == shades(given.n_points, 3)[vertex]).all()
+    assert (mesh.point_data["colours"] == make_shades(given.n_points, 3)[vertex]).all()
     assert (mesh.cell_data["label"] == np.arange(given.n_cells)).all()
     assert list(mesh.field_data["scan"]) == [7]
     assert mesh.point_data.active_scalars_name == "colours"
     assert "old uv" not in mesh.point_data
-    assert np.allclose(coordinates_at_corners("pyvista", mesh), atlas.TC[atlas.FTC], atol=1e-7)
+    assert np.allclose(get_corner_coordinates("pyvista", mesh), atlas.TC[atlas.FTC], atol=1e-7)
 
 
-def test_data_of_meshio_are_kept() -> None:
+def test_meshio_data_are_copied() -> None:
     meshio = pytest.importorskip("meshio")
     V, F = igl.icosahedron()
     blocks = [("triangle", F[:8]), ("line", [[0, 1]]), ("line3", [[0, 1, 2]]), ("triangle", F[8:])]
@@ -139,14 +141,14 @@ def test_data_of_meshio_are_kept() -> None:
     assert (mesh.point_data["height"] == V[vertex, 2]).all()
     assert (mesh.cell_data["label"][0] == np.arange(20)).all()
     assert mesh.field_data == {"scan": np.array([7])}
-    assert np.allclose(coordinates_at_corners("meshio", mesh), atlas.TC[atlas.FTC])
+    assert np.allclose(get_corner_coordinates("meshio", mesh), atlas.TC[atlas.FTC])
 
 
-def test_colours_and_normals_of_open3d_are_kept(unwrapped) -> None:
+def test_open3d_colours_and_normals_are_copied(unwrapped) -> None:
     open3d = pytest.importorskip("open3d")
     V, F, atlas = unwrapped
     given = adapters.to_open3d(V, F, atlas.TC, atlas.FTC)
-    given.vertex_colors = open3d.utility.Vector3dVector(shades(len(V), 3) / 255)
+    given.vertex_colors = open3d.utility.Vector3dVector(make_shades(len(V), 3) / 255)
     given.compute_vertex_normals()
     mesh = adapters.to_open3d(V, F, atlas.TC, atlas.FTC, like=given)
     for name in ("vertex_colors", "vertex_normals", "triangle_normals"):
@@ -155,7 +157,7 @@ def test_colours_and_normals_of_open3d_are_kept(unwrapped) -> None:
 
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
-def test_data_of_another_mesh_are_refused(library: str) -> None:
+def test_like_must_have_the_same_size(library: str) -> None:
     pytest.importorskip(library)
     V, F = igl.icosahedron()
     other = getattr(adapters, f"to_{library}")(V[:8], [[0, 1, 2], [5, 6, 7]], V[:8, :2])
@@ -163,7 +165,7 @@ def test_data_of_another_mesh_are_refused(library: str) -> None:
         getattr(adapters, f"to_{library}")(V, F, V[:, :2], like=other)
 
 
-def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> None:
+def test_trimesh_and_meshio_write_the_texture_coordinates(tmp_path, unwrapped) -> None:
     trimesh, meshio = pytest.importorskip("trimesh"), pytest.importorskip("meshio")
     V, F, atlas = unwrapped
     adapters.to_trimesh(V, F, atlas.TC, atlas.FTC).export(tmp_path / "ant.glb")
@@ -171,7 +173,7 @@ def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> N
     assert np.allclose(read.visual.uv[read.faces], atlas.TC[atlas.FTC], atol=1e-6)
     meshio.write(tmp_path / "ant.obj", adapters.to_meshio(V, F, atlas.TC, atlas.FTC))
     read = meshio.read(tmp_path / "ant.obj")
-    assert np.allclose(coordinates_at_corners("meshio", read), atlas.TC[atlas.FTC], atol=1e-6)
+    assert np.allclose(get_corner_coordinates("meshio", read), atlas.TC[atlas.FTC], atol=1e-6)
 
 
 def test_pyvista_draws_the_texture(tmp_path) -> None:
@@ -189,7 +191,7 @@ def test_pyvista_draws_the_texture(tmp_path) -> None:
     assert 0.2 < np.mean(inside > np.median(np.unique(inside))) < 0.8
 
 
-def test_polygons_and_planar_points_come_in() -> None:
+def test_polygons_and_planar_points_are_converted() -> None:
     pyvista, meshio = pytest.importorskip("pyvista"), pytest.importorskip("meshio")
     V, F = adapters.from_pyvista(pyvista.Cylinder(resolution=12))
     assert np.isclose(igl.doublearea(V, F).sum() / 2, pyvista.Cylinder(resolution=12).area)
@@ -200,7 +202,7 @@ def test_polygons_and_planar_points_come_in() -> None:
     assert F.tolist() == [[0, 1, 2]]
 
 
-def test_what_is_no_surface_of_triangles_is_refused_by_name() -> None:
+def test_other_objects_are_refused_with_a_remedy() -> None:
     trimesh, pyvista = pytest.importorskip("trimesh"), pytest.importorskip("pyvista")
     meshio = pytest.importorskip("meshio")
     with pytest.raises(MeshError, match=r"scene\.to_mesh"):
@@ -217,7 +219,7 @@ def test_what_is_no_surface_of_triangles_is_refused_by_name() -> None:
             getattr(adapters, f"to_{library}")(V, F, np.full((len(V), 2), np.nan))
 
 
-def test_tensors_keep_device_and_dtype_and_lose_the_gradient() -> None:
+def test_tensors_keep_device_and_dtype_but_no_gradient() -> None:
     torch = pytest.importorskip("torch")
     V, F = load("bumps")
     vertices = torch.tensor(V, dtype=torch.float32, requires_grad=True)
@@ -233,7 +235,7 @@ def test_tensors_keep_device_and_dtype_and_lose_the_gradient() -> None:
 
 
 @pytest.mark.parametrize("library", ["open3d", "torch"])
-def test_the_page_s_examples_run(library: str) -> None:
+def test_the_examples_of_the_page_run(library: str) -> None:
     pytest.importorskip(library)  # the other libraries' examples are doctests
     (code,) = (
         block
@@ -246,7 +248,7 @@ def test_the_page_s_examples_run(library: str) -> None:
     assert len(names["atlas"].TC)
 
 
-def test_triangles_of_strips_have_the_data_of_their_strip() -> None:
+def test_triangles_get_the_data_of_their_strip() -> None:
     pyvista = pytest.importorskip("pyvista")
     points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [5, 0, 0], [5, 1, 0], [6, 0, 0.0]])
     like = pyvista.PolyData(points, strips=[4, 0, 1, 2, 3, 3, 4, 5, 6])

@@ -13,7 +13,8 @@ from igl_linabf import linabf
 
 CUTS = {"pial, 5 leaves": 5, "pial, 8 leaves": 8, "pial, 12 leaves": 12}
 PLATES = {"wavy": (400, 3, 0.6), "hills": (2000, 5, 0.5), "swell": (1200, 7, 0.8)}
-EVERYWHERE = ("bumps", "cortex", "cortex_right", *CUTS, *PLATES)
+EVERYWHERE = ("bumps", *CUTS, *PLATES)
+LARGE = ("cortex", "cortex_right")
 SHARED = (
     "disk__bff_hemisphere.obj",
     "disk__igl_camel_b.obj",
@@ -67,7 +68,9 @@ def mesh(name: str) -> tuple[np.ndarray, np.ndarray]:
     return bumps(*PLATES[name]) if name in PLATES else load(name)
 
 
-@pytest.mark.parametrize("name", [*EVERYWHERE, *SHARED])
+@pytest.mark.parametrize(
+    "name", [*EVERYWHERE, *SHARED, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE)]
+)
 def test_the_paper_s_full_system_and_least_squares_give_the_same_map(name: str) -> None:
     V, F = mesh(name)
     options = {"iterations": 1, "safeguard": False, "layout": "least-squares"}

@@ -1,4 +1,4 @@
-"""The row of a mesh says what its map is, and what was warned of; a full disk is no mesh's fault."""
+"""The row of a mesh has its outcome and its warnings; a full disk ends the whole batch."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from igl_linabf.flattening import method_of
 
 
 def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
-    """What becomes of a mesh."""
+    """Process a mesh, and return its row."""
     (folder / "out").mkdir(exist_ok=True)
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
     settings = Settings(how, method_of("linabf"), "obj")
@@ -26,7 +26,7 @@ def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> R
     return run(Task(str(folder / "in.off"), row, str(folder / "out"), settings))
 
 
-def test_a_row_has_the_outcome_and_what_was_warned_of(tmp_path: Path) -> None:
+def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
     V, F = load("bumps")
     row = row_of(tmp_path, np.vstack((V, [9, 9, 9])), F, "flatten")
     assert (row.outcome, row.triangles, row.charts, row.flips) == ("valid", len(F), 1, 0)
@@ -37,13 +37,13 @@ def test_a_row_has_the_outcome_and_what_was_warned_of(tmp_path: Path) -> None:
     assert row.charts is None
 
 
-def test_flipped_overlapping_and_other_faults_are_told_apart(
+def test_flips_overlaps_and_other_troubles_have_different_outcomes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = igl.loop(*igl.icosahedron(), 2)
     atlas = unwrap(V, F, progress=False)
     (chart, *others) = atlas.charts
-    for outcome, made, said in (
+    for outcome, made, message in (
         ("valid", atlas, ""),
         ("flipped", replace(atlas, quality=replace(atlas.quality, flips=1)), "so small"),
         (
@@ -56,10 +56,12 @@ def test_flipped_overlapping_and_other_faults_are_told_apart(
         monkeypatch.setattr(one_mesh, "unwrap", lambda *_, made=made, **__: made)
         row = row_of(tmp_path, V, F)
         assert row.outcome == outcome
-        assert said in row.message
+        assert message in row.message
 
 
-def test_a_disk_that_is_full_ends_the_batch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_raised_and_other_errors_are_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 

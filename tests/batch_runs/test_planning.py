@@ -1,4 +1,4 @@
-"""What a batch plans: nothing that is done, all that is missing, changed or cut off, each by its name."""
+"""A batch plans exactly the meshes that are missing, changed or incomplete."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import pytest
 
 from igl_linabf.batch_runs import places
 from igl_linabf.batch_runs.one_mesh import Settings, Task
-from igl_linabf.batch_runs.running import _planned
-from igl_linabf.batch_runs.table import Row, Table, write_down
+from igl_linabf.batch_runs.running import _plan_tasks
+from igl_linabf.batch_runs.table import Row, Table, append_to_journal
 from igl_linabf.flattening import method_of
 
 SETTINGS = Settings("unwrap", method_of("linabf"), "obj")
@@ -20,7 +20,7 @@ SETTINGS = Settings("unwrap", method_of("linabf"), "obj")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two meshes, one of them in a folder of its own."""
+    """A folder with two meshes, one of them in a subfolder."""
     (tmp_path / "in" / "deep").mkdir(parents=True)
     for name in ("in/a.obj", "in/deep/b.off"):
         igl.write_triangle_mesh(str(tmp_path / name), *igl.icosahedron())
@@ -28,9 +28,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 def planned(folder: Path, out: Path, settings: Settings = SETTINGS, retry: bool = False) -> list[Task]:
-    """The tasks of a batch of a folder."""
+    """Return the tasks of a batch over a folder."""
     with Table(str(out)) as table:
-        return _planned(places.found([folder], str(out)), table, settings, retry, force=False)
+        return _plan_tasks(places.find_inputs([folder], str(out)), table, settings, retry, force=False)
 
 
 def names(tasks: list[Task]) -> list[str]:
@@ -38,7 +38,7 @@ def names(tasks: list[Task]) -> list[str]:
 
 
 def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
-    """As a batch leaves them: maps, and rows in the table."""
+    """Create the maps and the rows that a batch leaves behind."""
     with Table(str(out)) as table:
         for task in tasks:
             path = out / task.row.output
@@ -47,8 +47,8 @@ def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
             table.add(replace(task.row, outcome=outcome, charts=1))
 
 
-def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(folder: Path) -> None:
-    out = folder / "maps"  # within the input: its meshes are no inputs
+def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None:
+    out = folder / "maps"  # inside the input folder: maps are not inputs
     first = planned(folder, out)
     assert names(first) == ["a.obj", "deep/b.obj"]
     done(first, out)
@@ -57,11 +57,11 @@ def test_what_is_done_stays_done_and_what_was_deleted_or_changed_is_made_again(f
     assert names(planned(folder, out)) == ["deep/b.obj"]
     done(planned(folder, out), out)
     now = os.stat(folder / "a.obj").st_mtime_ns
-    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # of the same size
+    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # the size stays the same
     assert names(planned(folder, out)) == ["a.obj"]
 
 
-def test_other_settings_do_all_again_and_more_memory_nothing(folder: Path, tmp_path: Path) -> None:
+def test_other_settings_repeat_all_meshes_but_more_memory_repeats_none(folder: Path, tmp_path: Path) -> None:
     done(planned(folder, tmp_path / "out"), tmp_path / "out")
     assert planned(folder, tmp_path / "out", replace(SETTINGS, memory=2**30)) == []
     assert len(planned(folder, tmp_path / "out", replace(SETTINGS, method=method_of("lscm")))) == 2
@@ -79,7 +79,7 @@ def test_other_settings_do_all_again_and_more_memory_nothing(folder: Path, tmp_p
         ("waiting", True, True),
     ],
 )
-def test_what_is_tried_again(
+def test_outcomes_that_are_retried(
     outcome: str, again: bool, with_retry: bool, folder: Path, tmp_path: Path
 ) -> None:
     for retry, expected in ((False, again), (True, with_retry)):
@@ -88,18 +88,18 @@ def test_what_is_tried_again(
         assert len(planned(folder, out, retry=retry)) == 2 * expected
 
 
-def test_rows_of_a_run_that_was_killed_count_up_to_one_that_was_cut_off(folder: Path, tmp_path: Path) -> None:
+def test_complete_rows_of_a_killed_run_are_kept(folder: Path, tmp_path: Path) -> None:
     first, second = planned(folder, tmp_path / "out")
     for task in (first, second):
         (tmp_path / "out" / task.row.output).parent.mkdir(exist_ok=True)
         (tmp_path / "out" / task.row.output).touch()
-        write_down(replace(task.row, outcome="valid", charts=1), str(tmp_path / "out"))
+        append_to_journal(replace(task.row, outcome="valid", charts=1), str(tmp_path / "out"))
     (journal,) = (tmp_path / "out").glob(".results.journal*")
     journal.write_bytes(journal.read_bytes()[:-20])
     assert names(planned(folder, tmp_path / "out")) == [second.row.output]
 
 
-def test_rows_of_meshes_that_are_not_asked_for_again_stay(folder: Path, tmp_path: Path) -> None:
+def test_rows_of_other_meshes_are_kept(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done(planned(folder, out), out)
     planned(folder / "deep", out)
@@ -108,7 +108,7 @@ def test_rows_of_meshes_that_are_not_asked_for_again_stay(folder: Path, tmp_path
     assert row == Row(str(folder / "a.obj"), "a.obj", "valid", charts=1, key=row.key)
 
 
-def test_names_that_differ_in_case_only_are_told_apart(folder: Path, tmp_path: Path) -> None:
+def test_names_that_differ_only_in_case_get_different_outputs(folder: Path, tmp_path: Path) -> None:
     (folder / "A.off").write_bytes((folder / "deep/b.off").read_bytes())
     found = [name.casefold() for name in names(planned(folder, tmp_path / "out"))]
     assert len(found) == len(set(found)) == 3

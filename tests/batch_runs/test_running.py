@@ -1,4 +1,4 @@
-"""Many meshes: nothing lost, nothing twice, nothing half there, whatever happens to the processes."""
+"""A batch loses no result, repeats no work and leaves no partial file, even if processes die."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from hostile_methods import Hostile
 from igl_linabf import Cones, MeshError, Packing, Seams, batch, unwrap
 from igl_linabf.batch_runs import clusters, places, running
 from igl_linabf.batch_runs.one_mesh import Settings, run
-from igl_linabf.batch_runs.running import _planned
+from igl_linabf.batch_runs.running import _plan_tasks
 from igl_linabf.batch_runs.table import Table
 from igl_linabf.flattening import method_of
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file
@@ -52,14 +52,14 @@ HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seco
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
-    """The address of a cluster that is not the batch's."""
+    """Address of a cluster that was started independently of the batch."""
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster:
         yield cluster.scheduler_address
 
 
 def disks(folder: Path, sizes: list[int]) -> list[Path]:
-    """Files of random disks, with about so many vertices."""
+    """Write random disks with about the given numbers of vertices."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{k}.obj" for k in range(len(sizes))]
     for k, (path, size) in enumerate(zip(paths, sizes, strict=True)):
@@ -68,7 +68,7 @@ def disks(folder: Path, sizes: list[int]) -> list[Path]:
 
 
 def table(out: Path) -> list[dict[str, str]]:
-    """The rows on disk; fails where it is no table."""
+    """Read the table on disk, and check that it is complete."""
     with open(out / "results.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file, strict=True))
     assert all(None not in row and None not in row.values() for row in rows)
@@ -76,22 +76,22 @@ def table(out: Path) -> list[dict[str, str]]:
 
 
 def snapshot(out: Path) -> dict[str, tuple[int, int]]:
-    """What tells whether a map was written again, for each."""
+    """Return the inode and the time of each map, which change if it is written again."""
     maps = (path for path in out.rglob("*.obj") if not path.name.startswith("."))
     return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
 
 
 def written_down(out: Path) -> set[str]:
-    """The maps that the table or a journal knows."""
+    """Return the maps that the table or a journal lists."""
     new = ""
     for journal in out.glob(".results.journal*"):
-        with suppress(FileNotFoundError):  # the run is at its end
+        with suppress(FileNotFoundError):  # the run removes journals at its end
             new += journal.read_text()
     rows = table(out) if (out / "results.csv").exists() else []
     return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
 
 
-def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_path: Path) -> None:
+def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_path: Path) -> None:
     V, F = bumps(100)
     nowhere = np.where(np.arange(len(V))[:, None] == F[0, 0], np.nan, V), F
     surfaces = {
@@ -108,7 +108,7 @@ def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_pat
         igl.write_triangle_mesh(str(files[name]), V, F)
     (tmp_path / "in/b/damaged.off").write_text("OFF\n3 1 0\n0 0 0\n")
     (tmp_path / "in/b/texture.png").write_text("no mesh")
-    out = tmp_path / "in" / "maps"  # within the input: its meshes are no inputs
+    out = tmp_path / "in" / "maps"  # inside the input folder: maps are not inputs
     for _ in range(2):
         done = batch([tmp_path / "in", tmp_path / "in/b/*.o*"], out, scheduler=scheduler, progress=False)
         rows = {Path(row.input).relative_to(tmp_path / "in").as_posix(): row for row in done.rows}
@@ -152,7 +152,7 @@ def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
     assert columns["triangles"] == [row.triangles for row in done.rows]
 
 
-def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: Path) -> None:
+def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
     options = {"scheduler": scheduler, "progress": False}
     first = batch(tmp_path / "in", out, **options)
@@ -161,13 +161,13 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
     (out / "0.obj").unlink()
     igl.write_triangle_mesh(str(paths[1]), *bumps(130))
     disks(tmp_path / "new", [90])
-    told: list[float] = []
+    shares: list[float] = []
     second = batch(
-        [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: told.append(x)
+        [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: shares.append(x)
     )
     after = snapshot(out)
-    assert second.done == len(told) == 3
-    assert told[-1] == 1
+    assert second.done == len(shares) == 3
+    assert shares[-1] == 1
     assert {name for name in after if after[name] != before.get(name)} == {
         "0.obj",
         "1.obj",
@@ -176,18 +176,18 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
     assert second.rows[-1].output.startswith("0-")
     assert second.rows[2:5] == first.rows[2:]
     assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
-    assert len(table(out)) == 6  # that of an earlier run stays
+    assert len(table(out)) == 6  # the row of an earlier run stays
     (tmp_path / "other").mkdir()
     for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
         (tmp_path / "other/results.csv").write_text(foreign)
-        with pytest.raises(OSError, match="is no table of a batch"):
+        with pytest.raises(OSError, match="is not the table of a batch"):
             batch(tmp_path / "in", tmp_path / "other", **options)
         assert (tmp_path / "other/results.csv").read_text() == foreign
     with Table(str(out)), pytest.raises(OSError, match="another batch is writing there"):
         batch(tmp_path / "in", out, **options)
 
 
-def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) -> None:
+def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> None:
     disks(tmp_path / "in/deep", [100, 120])
     options = {"scheduler": scheduler, "progress": False}
     by_path = batch(tmp_path / "in", tmp_path / "out", **options)
@@ -204,10 +204,10 @@ def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) 
 
 
 def listening() -> list[tuple[str, int]]:
-    """Where this process and those that it has started can be reached from."""
+    """Return the addresses at which this process and its children listen."""
     found = []
     for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
-        with suppress(psutil.NoSuchProcess):  # of those that are short
+        with suppress(psutil.NoSuchProcess):  # the process has ended
             for connection in process.net_connections("inet"):
                 if connection.status == psutil.CONN_LISTEN or connection.type == socket.SOCK_DGRAM:
                     found.append(connection.laddr)
@@ -215,7 +215,7 @@ def listening() -> list[tuple[str, int]]:
 
 
 def workers() -> list[psutil.Process]:
-    """The worker processes of a local cluster of this process."""
+    """Return the worker processes of this process's local cluster."""
     found = []
     for process in psutil.Process().children(recursive=True):
         with suppress(psutil.NoSuchProcess):
@@ -224,6 +224,7 @@ def workers() -> list[psutil.Process]:
     return found
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [200 + 10 * k for k in range(18)]), tmp_path / "out"
     faces = [len(read_mesh(path)[1]) for path in paths]
@@ -254,7 +255,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     }
     assert "alone" in done.rows[3].message
     assert done.rows[15].message == "ZeroDivisionError: a mistake in the program"
-    assert (tmp_path / "flag").exists()  # it died once, and its mesh is valid
+    assert (tmp_path / "flag").exists()  # its process died once, and the second attempt succeeded
     assert len(seen) >= 4  # scheduler, dashboard, two workers
     assert {address.ip for address in seen} == {"127.0.0.1"}
     assert threads == {"1"}
@@ -268,9 +269,10 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
 
 
-def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Path, monkeypatch) -> None:
-    # Dask forgets a process that is not there again at once: it is replaced
-    monkeypatch.setitem(clusters.SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
+@pytest.mark.slow
+def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) -> None:
+    # Dask gives up a process that does not restart at once, and the batch replaces it
+    monkeypatch.setitem(clusters.DASK_SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
     paths = disks(tmp_path / "in", [200, 220, 240])
     faces = [len(read_mesh(path)[1]) for path in paths]
     method = Hostile(aborts=faces[0], aborts_once=faces[1], flag=str(tmp_path / "flag"))
@@ -279,7 +281,7 @@ def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Pat
     assert (tmp_path / "flag").exists()
 
 
-def test_a_batch_says_that_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
+def test_a_batch_warns_while_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(running, "PATIENCE", 0.2)
     paths = disks(tmp_path / "in", [200])
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
@@ -305,28 +307,28 @@ def command(*arguments: object, entry: list[str] = ENTRY, **options: object) -> 
     )
 
 
-def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
+def wait_for(condition: Callable[[], bool], seconds: float = 300) -> None:
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.01)
 
 
-def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path) -> None:
+def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100] * 5), tmp_path / "out"
     settings = Settings("unwrap", method_of("lscm"), "obj")
-    found = places.found([str(tmp_path / "in")], str(out))
+    found = places.find_inputs([str(tmp_path / "in")], str(out))
 
     def killed_after(number: int) -> None:
-        with pytest.raises(ZeroDivisionError), Table(str(out)) as table:  # all of it is the run
-            for task in _planned(found, table, settings, retry=False, force=False)[:number]:
+        with pytest.raises(ZeroDivisionError), Table(str(out)) as table:  # stands for the whole run
+            for task in _plan_tasks(found, table, settings, retry=False, force=False)[:number]:
                 run(task)
             raise ZeroDivisionError
 
     killed_after(2)
     before = snapshot(out)
     assert len(before) == len(written_down(out)) == 2
-    killed_after(1)  # and again
+    killed_after(1)  # a second time
     rest = batch(tmp_path / "in", out, method="lscm", workers=1, progress=False)
     assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
     after = snapshot(out)
@@ -334,9 +336,10 @@ def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path
     assert [path.name for path in out.glob(".*")] == [".results.lock"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
-def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
+def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) -> None:
     sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"  # 0, 1, 10, ..., 13, 2, ...
     count, waiting = len(sizes), Hostile(waits=1500, flag=str(flag))
     disks(tmp_path / "in", sizes)
@@ -346,7 +349,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     process = command(
         *(tmp_path / "in", "-o", out, "--workers", 2),
         entry=[sys.executable, str(script), "batch"],
-        # in the background of a shell script, as tests may be, Ctrl-C would be ignored
+        # Ctrl-C is ignored if the tests run in the background of a shell script
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     done: list[int] = [0]
@@ -361,11 +364,11 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
 
     wait_for(enough)
     process.send_signal(how)
-    _, said = process.communicate(timeout=60)
+    _, message = process.communicate(timeout=500)
     wait_for(lambda: not of_session(process.pid))
     if how == signal.SIGINT:
         assert process.returncode == 130
-        assert said.splitlines()[1:] == ["igl-linabf: interrupted"]
+        assert message.splitlines()[1:] == ["igl-linabf: interrupted"]
         assert not list(out.glob(".igl_linabf-*"))
     before = snapshot(out)
     assert 3 <= len(before) < count
@@ -374,7 +377,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     assert len(table(out)) == count
     known = written_down(out)
     assert known <= set(before)
-    assert len(known) >= len(before) - 2  # those at which a worker was
+    assert len(known) >= len(before) - 2  # two workers may have been interrupted
     flag.touch()
     rest = batch(tmp_path / "in", out, method=waiting, scheduler=scheduler, progress=False)
     assert rest.good
@@ -388,17 +391,18 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
             assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
 
 
-def test_a_full_disk_ends_the_batch_and_room_lets_it_go_on(scheduler: str, tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_path: Path) -> None:
     import resource
 
     disks(tmp_path / "in", [100, 110, 3000, 120])
     out = tmp_path / "out"
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # noqa: E731
     process = command(tmp_path / "in", "-o", out, "--workers", 1, preexec_fn=limit)
-    _, said = process.communicate(timeout=100)
+    _, message = process.communicate(timeout=500)
     assert process.returncode == 2
-    assert said.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
-    assert len(said.splitlines()) == 2  # the other is the dashboard's address
+    assert message.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
+    assert len(message.splitlines()) == 2  # the first line is the address of the dashboard
     assert "2.obj" not in snapshot(out)
     assert table(out)[2]["outcome"] == "waiting"
     assert batch(tmp_path / "in", out, scheduler=scheduler, progress=False).good
@@ -410,14 +414,14 @@ def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path
     process = command(
         tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
     )
-    printed, said = process.communicate(timeout=100)
-    assert process.returncode == 0, said
-    assert said.startswith("igl-linabf: dashboard at http")
+    printed, message = process.communicate(timeout=500)
+    assert process.returncode == 0, message
+    assert message.startswith("igl-linabf: dashboard at http")
     assert printed.startswith("1 meshes: 1 valid\n1 done in ")
     assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
 
 
-def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: str, tmp_path: Path) -> None:
+def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_path: Path) -> None:
     folder = tmp_path / "in"
     folder.mkdir()
     ball = igl.upsample(*igl.icosahedron(), 2)
@@ -428,7 +432,7 @@ def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: 
     rim = read_texture(tmp_path / "flat/dome.obj")[0][igl.boundary_loop(dome[1])]
     radius = np.linalg.norm(rim - 0.5, axis=1)
     assert np.ptp(radius) < 1e-5 * radius.max()
-    V, F = ball  # of which no two vertices are alike then: rounding would choose between equal cones
+    V, F = ball  # break the symmetry, so that rounding does not choose between equal cones
     V = V * [1.0, 1.1, 1.25] + 0.01 * np.sin(7 * V @ np.random.default_rng(0).normal(size=(3, 3)))
     igl.writeOBJ(str(folder / "ball.obj"), V, F)
     options = {"cones": Cones(8, angles="quarter"), "packing": Packing(resolution=256, padding=4)}
@@ -438,16 +442,16 @@ def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: 
     assert all(np.allclose(a, b) for a, b in zip(written, (expected.TC, expected.FTC), strict=True))
 
 
-def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> None:
+def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, monkeypatch) -> None:
     disks(tmp_path / "in", [100])
     (tmp_path / "empty").mkdir()
     out = tmp_path / "out"
-    for options, said in (
+    for options, message in (
         ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
-        ({"how": "flatten", "seams": Seams(holes=True)}, "mean nothing to flatten"),
-        ({"how": "flatten", "cones": 8}, "mean nothing to flatten"),
+        ({"how": "flatten", "seams": Seams(holes=True)}, "are not options of flatten"),
+        ({"how": "flatten", "cones": 8}, "are not options of flatten"),
         ({"boundary": "circle"}, "charts have a free boundary"),
         ({"how": "flatten", "boundary": "star"}, "boundary is 'star'"),
         ({"how": "flatten", "boundary": "circle", "method": "lscm"}, "the method 'lscm'"),
@@ -464,7 +468,7 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         ({"workers": 0}, "workers is 0"),
         ({"workers": 1, "scheduler": "tcp://127.0.0.1:1"}, "give one of the two"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             batch(tmp_path / "in", out, **options)
     with pytest.raises(MeshError, match="holds no mesh file"):
         batch(tmp_path / "empty", out)

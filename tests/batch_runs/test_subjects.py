@@ -14,9 +14,10 @@ from subjects import made_up_subject
 from igl_linabf import MeshError, batch
 
 
-def test_each_hemisphere_is_a_row_and_what_is_done_stays_done(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_each_hemisphere_has_a_row_and_is_done_once(tmp_path: Path) -> None:
     first = made_up_subject(tmp_path / "a" / "sub-01", 3)
-    shutil.copytree(first, tmp_path / "b" / "sub-01")  # of the same name
+    shutil.copytree(first, tmp_path / "b" / "sub-01")  # two subjects with the same name
     broken = made_up_subject(tmp_path / "a" / "sub-02", 3, ("lh",))
     (broken / "surf" / "lh.pial").unlink()
     shutil.copy(first / "surf" / "lh.sphere.reg", broken / "surf" / "lh.white")
@@ -34,7 +35,7 @@ def test_each_hemisphere_is_a_row_and_what_is_done_stays_done(tmp_path: Path) ->
     assert again.done == 0
 
 
-def test_files_that_no_batch_has_written_stay(tmp_path: Path) -> None:
+def test_files_not_written_by_a_batch_are_kept(tmp_path: Path) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 3, ("lh",))
     mine = tmp_path / "flat" / "sub-01" / "lh.cortex.patch.3d"
     mine.parent.mkdir(parents=True)
@@ -44,11 +45,11 @@ def test_files_that_no_batch_has_written_stay(tmp_path: Path) -> None:
     assert mine.read_text() == "mine"
 
 
-def test_what_has_no_subject_and_what_means_nothing_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "lh.sphere.reg").touch()  # in no folder surf
+def test_missing_subjects_and_invalid_options_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "lh.sphere.reg").touch()  # not in a folder surf
     with pytest.raises(MeshError, match=r"holds no hemisphere \(surf/\?h\.sphere\.reg\)"):
         batch(tmp_path, tmp_path / "flat", how="cortex", progress=False)
     with pytest.raises(ValueError, match="copy it here"):
         batch("memory://subjects", tmp_path / "flat", how="cortex", progress=False)
-    with pytest.raises(ValueError, match="mean nothing to cortex"):
+    with pytest.raises(ValueError, match="are not options of cortex"):
         batch(tmp_path, tmp_path / "flat", how="cortex", cones=4, progress=False)

@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 import pytest
-from hard_surfaces import box
+from hard_surfaces import box, rounded_box
 
 from igl_linabf import Packing, Seams, find_seams, pack_together, unwrap
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
@@ -31,7 +31,7 @@ def test_a_cubes_net_has_no_stretch_and_the_seams_that_are_known_by_hand():
     V, F = box(1, 1, 1)
     cost = unwrap(V, F, Seams(trade=2.0)).cost
     assert cost.stretch == pytest.approx(0, abs=1e-9)
-    assert cost.seams == pytest.approx(7 * 0.5 / np.sqrt(6) / 2.0)  # seven edges, each at a right angle
+    assert cost.seams == pytest.approx(7 * 0.5 * 0.15 / np.sqrt(6) / 2.0)  # seven sharp edges at right angles
     assert cost.page > 0
 
 
@@ -42,7 +42,24 @@ def test_a_seam_counts_less_along_a_crease(degrees):
     V = np.vstack((V, V[4] + [0, 3, 0]))
     F = np.array([[0, 1, 2], [1, 3, 2], [0, 4, 1], [4, 5, 1]])
     cost = unwrap(V, F, Seams([[0, 1]], trade=1.0)).cost
-    assert cost.seams == pytest.approx(3 * (1 - 0.5 * min(degrees / 90, 1)) / np.sqrt(6))
+    sharpness = np.clip((degrees - 15) / 25, 0, 1)  # of a body with planes, from 15 to 40 degrees
+    price = (1 - 0.5 * min(degrees / 90, 1)) * (1 - 0.85 * sharpness)
+    assert cost.seams == pytest.approx(3 * price / np.sqrt(6))
+
+
+def test_a_seam_in_the_middle_of_a_fillet_costs_as_little_as_along_a_sharp_crease():
+    V, F = rounded_box(3, 2, 1, 0.1)  # each edge bends by less than 6 degrees
+    atlas = unwrap(V, F, Seams(trade=1.0))
+    price = atlas.cost.seams * size(V, F) / atlas.seam_length
+    assert 0.5 * 0.15 <= price < 0.25
+
+
+def test_large_angles_of_a_body_without_planes_are_not_sharp_creases():
+    V, F = igl.icosahedron()
+    seams = find_seams(V, F)
+    price = 1 - np.arccos(np.sqrt(5) / 3) / np.pi  # an icosahedron bends by 42 degrees
+    cost = unwrap(V, F, Seams(seams, trade=1.0)).cost
+    assert cost.seams == pytest.approx(price * length(V, seams) / size(V, F))
 
 
 def test_no_term_depends_on_the_size_of_the_surface(ball):

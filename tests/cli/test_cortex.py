@@ -1,4 +1,4 @@
-"""The commands for cortices: a subject in, its hemispheres out; a patch in, a flat patch out."""
+"""The commands `cortex` for subjects and `flatten` for patches."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def test_both_hemispheres_are_written_with_their_figures(
 ) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 4)
     assert main(["cortex", str(subject), "-o", str(tmp_path / "flat"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["mesh"] == str(subject)
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["mesh"] == str(subject)
     for name in ("lh", "rh"):
-        assert told[name]["quality"]["distance_error"] < 0.2
-        assert told[name]["quality"]["flips"] == 0
-        assert all(Path(file).is_file() for file in told[name]["files"])
+        assert printed[name]["quality"]["distance_error"] < 0.2
+        assert printed[name]["quality"]["flips"] == 0
+        assert all(Path(file).is_file() for file in printed[name]["files"])
     assert len(list((tmp_path / "flat").iterdir())) == 10
     again = ["cortex", str(subject), "-o", str(tmp_path / "flat"), "--hemi", "rh", "--quiet"]
     assert main(again) == 2
@@ -37,26 +37,26 @@ def test_both_hemispheres_are_written_with_their_figures(
     assert (
         main(["cortex", str(subject), "-o", str(tmp_path / "one"), "--hemi", "lh", "--method", "linabf"]) == 0
     )
-    said = capsys.readouterr().out
-    assert "lh: left out are" in said
-    assert "distance error" in said
+    output = capsys.readouterr().out
+    assert "lh: left out are" in output
+    assert "distance error" in output
     assert all(path.name.startswith("lh.") for path in (tmp_path / "one").iterdir())
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--template", "lh.mine.patch.3d"], "go together: give both"),
         (["--max-distance-error", "0.1"], "is for cuts that are found"),
         (["--hemi", "lh", "--medial-wall", "label"], "lh.cortex.label is missing"),
     ],
 )
-def test_what_is_wrong_is_a_line_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture, options: list[str], said: str
+def test_errors_are_one_line_and_no_file_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture, options: list[str], message: str
 ) -> None:
     subject = made_up_subject(tmp_path / "sub-01", 2)
     assert main(["cortex", str(subject), "-o", str(tmp_path / "flat"), *options]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not (tmp_path / "flat").exists()
 
 
@@ -71,7 +71,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     asked = ["flatten", str(patch), "-o", str(flat), "--method", "isometric", "--fit", "lengths", "--json"]
     assert main(asked) == 0
     printed = capsys.readouterr()
-    assert printed.err == ""  # a patch leaves vertices out: that is no news
+    assert printed.err == ""  # no warning, because patches leave vertices out on purpose
     error = json.loads(printed.out)["quality"]["distance_error"]
     assert 0.05 < error < 0.3
     mesh = read_file(flat)
@@ -80,7 +80,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     (tmp_path / "lh.fiducial").rename(tmp_path / "ball")
     assert main(["flatten", str(patch), "-o", str(flat), "--surface", str(tmp_path / "ball"), "--quiet"]) == 0
     assert main(["flatten", str(patch), "-o", str(flat), "--quiet"]) == 2
-    assert "by surface=, or --surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
+    assert "surface=, or --surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
     obj = [
         "flatten",
         str(tmp_path / "ball"),

@@ -1,4 +1,4 @@
-"""A flat map that is written as a surface is as large as the surface."""
+"""A flat map written as a surface has the size of the original surface."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def area(V: np.ndarray, F: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("how", ["flatten", "unwrap", "batch"])
-def test_it_has_the_area_of_the_surface(how: str, tmp_path: Path) -> None:
+def test_a_flat_surface_has_the_area_of_the_surface(how: str, tmp_path: Path) -> None:
     V, F = load("bumps")
     V = 40 * V
     write_mesh(tmp_path / "a.obj", V, F, V[:, :2])
@@ -40,7 +40,7 @@ def test_it_has_the_area_of_the_surface(how: str, tmp_path: Path) -> None:
         assert not mesh.V[:, 2].any()
 
 
-def test_units_that_are_asked_for_count(tmp_path: Path) -> None:
+def test_requested_units_are_used(tmp_path: Path) -> None:
     V, F = load("bumps")
     write_mesh(tmp_path / "a.obj", 40 * V, F, V[:, :2])
     sizes = {}
@@ -58,7 +58,7 @@ def test_units_that_are_asked_for_count(tmp_path: Path) -> None:
     assert sizes["mesh", ".obj"] > 40
 
 
-def test_batch_takes_units_for_flatten_only(tmp_path: Path) -> None:
+def test_batch_accepts_units_only_for_flatten(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     V, F = load("bumps")
     write_mesh(tmp_path / "a.obj", 40 * V, F, V[:, :2])

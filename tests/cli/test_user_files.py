@@ -1,4 +1,4 @@
-"""Files that are there already: only the one that -o names is replaced, the others with --force only."""
+"""Existing files: only the file that -o names is replaced, unless --force is given."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OWN = b"made by hand"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with a mesh as OBJ, OFF and GLB; to compute anything is an error."""
+    """A folder with one mesh as OBJ, OFF and GLB."""
     V, F = igl.icosahedron()
     for name in ("b.obj", "b.off", "disk.off"):
         igl.write_triangle_mesh(str(tmp_path / name), V, F[name == "disk.off" :])
@@ -48,7 +48,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("command", "own"), REFUSED)
-def test_what_is_there_and_not_asked_for_is_refused_before_the_work(
+def test_existing_files_that_are_not_named_are_refused_before_the_computation(
     command: str, own: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "maps").mkdir()
@@ -61,13 +61,13 @@ def test_what_is_there_and_not_asked_for_is_refused_before_the_work(
     for name in ("unwrapping.unwrap", "pattern_making.unwrap", "flattening.flatten", "comparing.compare"):
         monkeypatch.setattr(f"igl_linabf.cli.{name}", at_work)
     assert main([*command.split(), *["--quiet"] * ("view" not in command)]) == 2
-    said = capsys.readouterr().err
-    assert f"{own}: it is there already" in said
-    assert "--force" in said
+    message = capsys.readouterr().err
+    assert f"{own}: it is there already" in message
+    assert "--force" in message
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
-def test_the_named_output_is_replaced_and_all_else_with_force(folder: Path) -> None:
+def test_only_the_named_output_is_replaced_without_force(folder: Path) -> None:
     for name in ("b.mtl", "b.png", "own.png", "new.glb"):
         (folder / name).write_bytes(OWN)
     assert main(["unwrap", "b.off", "-o", "new.glb", "--quiet"]) == 0
@@ -77,7 +77,7 @@ def test_the_named_output_is_replaced_and_all_else_with_force(folder: Path) -> N
     assert OWN not in [(folder / name).read_bytes() for name in ("b.mtl", "b.png", "own.png")]
 
 
-def test_a_picture_and_a_texture_of_one_name_are_refused(
+def test_a_picture_and_a_texture_with_the_same_name_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert (
@@ -88,7 +88,7 @@ def test_a_picture_and_a_texture_of_one_name_are_refused(
     assert not (folder / "new.png").exists()
 
 
-def test_functions_refuse_files_beside_too(folder: Path) -> None:
+def test_functions_also_refuse_existing_companion_files(folder: Path) -> None:
     mesh, (V, F) = read_file("b.glb"), igl.icosahedron()
     (folder / "new.mtl").write_bytes(OWN)
     with pytest.raises(FileExistsError, match="force=True"):
@@ -101,7 +101,7 @@ def test_functions_refuse_files_beside_too(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("own", ["b.obj", "b.mtl", "results.parquet"])
-def test_a_batch_replaces_only_what_a_batch_has_written(own: str, folder: Path) -> None:
+def test_a_batch_replaces_only_files_written_by_a_batch(own: str, folder: Path) -> None:
     pytest.importorskip("distributed")
     (folder / "maps").mkdir()
     (folder / "maps" / own).write_bytes(OWN)
@@ -111,9 +111,10 @@ def test_a_batch_replaces_only_what_a_batch_has_written(own: str, folder: Path) 
     assert (folder / "maps" / own).read_bytes() == OWN
 
 
-def test_a_batch_goes_on_over_its_own_maps(folder: Path) -> None:
+@pytest.mark.slow
+def test_a_batch_replaces_its_own_maps(folder: Path) -> None:
     pytest.importorskip("distributed")
-    for method in ("linabf", "abf"):  # the second run does all again
+    for method in ("linabf", "abf"):  # another method flattens all meshes again
         assert batch("b.off", "maps", workers=1, progress=False, method=method).done == 1
     (folder / "maps" / "disk.obj").write_bytes(OWN)
     with pytest.raises(FileExistsError, match=r"disk\.obj are there already"):
@@ -122,7 +123,7 @@ def test_a_batch_goes_on_over_its_own_maps(folder: Path) -> None:
     assert (folder / "maps" / "disk.obj").read_bytes() != OWN
 
 
-def test_names_on_standard_output_lead_to_files_from_the_present_folder(
+def test_names_on_standard_output_are_relative_to_the_current_folder(
     folder: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     (folder / "in").mkdir()
@@ -134,7 +135,7 @@ def test_names_on_standard_output_lead_to_files_from_the_present_folder(
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names of files are Unicode there")
-def test_a_file_whose_name_is_not_utf8_has_its_library_and_its_image(folder: Path) -> None:
+def test_files_beside_a_name_that_is_not_utf8_are_found(folder: Path) -> None:
     name = os.fsdecode(b"caf\xe9.obj")
     V, F = igl.icosahedron()
     try:
@@ -146,16 +147,16 @@ def test_a_file_whose_name_is_not_utf8_has_its_library_and_its_image(folder: Pat
     assert read_file(name).extras.looks[0].images
 
 
-def test_no_table_of_a_batch_is_replaced(folder: Path) -> None:
+def test_a_foreign_table_is_not_replaced(folder: Path) -> None:
     pytest.importorskip("distributed")
     (folder / "maps").mkdir()
     (folder / "maps" / "results.csv").write_bytes(OWN)
-    with pytest.raises((OSError, MeshError), match="no table of a batch"):
+    with pytest.raises((OSError, MeshError), match="not the table of a batch"):
         batch("b.off", "maps", workers=1, progress=False)
     assert (folder / "maps" / "results.csv").read_bytes() == OWN
 
 
-def test_materials_are_kept_apart_on_charts(tmp_path: Path) -> None:
+def test_keep_materials_separates_materials_by_chart(tmp_path: Path) -> None:
     lines = [f"v {x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     lines += ["usemtl wood", "f 1 3 4 2", "f 5 6 8 7", "f 1 2 6 5"]
     lines += ["usemtl iron", "f 3 7 8 4", "f 1 5 7 3", "f 2 4 8 6"]

@@ -1,4 +1,4 @@
-"""Hemispheres of made-up subjects, from their files to flat maps."""
+"""Flat maps of synthetic subjects, from their files."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_both_hemispheres_are_flat_upright_and_at_the_scale_of_lengths(subject: 
         assert flat.border[F].any()
         assert not flat.border[~laid].any()
     again = flatten_hemisphere(subject, "rh")
-    np.testing.assert_array_equal(again.uv, right.uv)  # threads change nothing
+    np.testing.assert_array_equal(again.uv, right.uv)  # the result does not depend on threads
 
 
 def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path) -> None:
@@ -59,23 +59,23 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
         flatten_hemisphere(mine, "lh", medial_wall="label")
     wall = flatten_hemisphere(mine, "lh").cuts.wall
     cortex = np.flatnonzero(~wall)
-    lines = "".join(f"{v} 0 0 0 0\n" for v in cortex[:-5])  # of five vertices less
+    lines = "".join(f"{v} 0 0 0 0\n" for v in cortex[:-5])  # without five of the vertices
     (mine / "label").mkdir()
     (mine / "label" / "lh.cortex.label").write_text(f"#!ascii label\n{len(cortex) - 5}\n{lines}")
     flat = flatten_hemisphere(mine, "lh", medial_wall="label")
     assert set(np.flatnonzero(flat.cuts.wall)) == {*np.flatnonzero(wall), *cortex[-5:]}
     assert len(flat.cuts.paths) == 5
-    for text, said in (
+    for text, message in (
         ("no label", r"lh\.cortex\.label has no vertices"),
         (f"#!ascii label\n1\n{len(flat.uv)} 0 0 0 0\n", "it is another subject's"),
         ("#!ascii label\n1\n-1 0 0 0 0\n", "it is another subject's"),
     ):
         (mine / "label" / "lh.cortex.label").write_text(text)
-        with pytest.raises(MeshError, match=said):
+        with pytest.raises(MeshError, match=message):
             flatten_hemisphere(mine, "lh", medial_wall="label")
 
 
-def test_another_subjects_sphere_and_a_missing_one_are_refused_by_name(subject: Path, tmp_path: Path) -> None:
+def test_foreign_and_missing_spheres_are_refused_by_name(subject: Path, tmp_path: Path) -> None:
     mine = copy_of(subject, tmp_path)
     sphere = mine / "surf" / "lh.sphere.reg"
     sphere.unlink()
@@ -86,7 +86,7 @@ def test_another_subjects_sphere_and_a_missing_one_are_refused_by_name(subject: 
     with pytest.raises(MeshError, match=r"lh\.sphere\.reg has 10242 vertices, .* have 2562: it is another"):
         flatten_hemisphere(mine, "lh")
     shutil.copy(mine / "surf" / "lh.pial", sphere)
-    with pytest.raises(MeshError, match=r"lh\.sphere\.reg is no sphere"):
+    with pytest.raises(MeshError, match=r"lh\.sphere\.reg is not a sphere"):
         flatten_hemisphere(mine, "lh")
     freesurfer.write_geometry(mine / "surf" / "lh.pial", points, F)
     with pytest.raises(MeshError, match=r"lh\.smoothwm has 2562 vertices and .*lh\.pial 10242"):
@@ -104,7 +104,7 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     sphere = freesurfer.read_geometry(subject / "surf" / "lh.sphere.reg")[0] / 100
     cut = max(flat.cuts.paths, key=len)
     stays = flat.cuts.stays.copy()
-    # the wall has an arm that touches the longest cut again, half the way out
+    # the wall gets an arm that touches the middle of the longest cut
     start, end = sphere[cut[len(cut) // 3]], sphere[cut[-1]]
     bow = (start + end) / 2 + 0.6 * np.cross(start, end) / np.linalg.norm(np.cross(start, end))
     line = np.concatenate([np.linspace(a, b, 200) for a, b in ((start, bow), (bow, end))])
@@ -122,33 +122,33 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     assert np.isnan(made.uv[piece]).all()
 
 
-def test_the_cuts_of_another_template_come_with_its_sphere(subject: Path, tmp_path: Path) -> None:
+def test_a_template_can_be_a_patch_and_its_sphere(subject: Path, tmp_path: Path) -> None:
     flat = flatten_hemisphere(subject, "rh")
     patch, sphere = tmp_path / "rh.mine.patch.3d", subject / "surf" / "rh.sphere.reg"
     kept = np.flatnonzero(flat.cuts.stays)
     write_patch(str(patch), kept, flat.border[kept], flat.hemisphere.V[kept])
     same = flatten_hemisphere(subject, "rh", template=(patch, sphere))
     missing, more = ~flat.cuts.stays & same.cuts.stays, flat.cuts.stays & ~same.cuts.stays
-    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.stays).sum()  # it is its own template
+    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.stays).sum()  # the subject is its own template
     with pytest.raises(MeshError, match=r"rh\.mine\.patch\.3d is of the other hemisphere"):
         flatten_hemisphere(subject, "lh", template=(patch, sphere))
 
 
-def test_a_template_of_one_hemisphere_names_that_of_the_other(subject: Path, tmp_path: Path) -> None:
+def test_the_template_of_the_other_hemisphere_is_found_by_name(subject: Path, tmp_path: Path) -> None:
     for name in ("lh", "rh"):
         shutil.copy(subject / "surf" / f"{name}.sphere.reg", tmp_path / f"{name}.sphere.reg")
-    template = tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg"  # there is no rh.mine.patch.3d
+    template = tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg"  # rh.mine.patch.3d does not exist
     with pytest.raises(FileNotFoundError, match=r"rh\.mine\.patch\.3d"):
         flatten_hemispheres(subject, ("rh",), template=template)
 
 
-def test_options_that_mean_nothing_are_refused(subject: Path) -> None:
-    for options, said in (
+def test_invalid_options_are_refused(subject: Path) -> None:
+    for options, message in (
         ({"cuts": "none"}, "cuts is 'none'"),
         ({"medial_wall": "aparc"}, "medial_wall is 'aparc'"),
         ({"max_distance_error": 0.1}, "is for cuts that are found"),
-        ({"cuts": "found", "max_distance_error": 15}, "from 0 to 1, as 0.15"),
+        ({"cuts": "found", "max_distance_error": 15}, "from 0 to 1, such as 0.15"),
         ({"cuts": "found", "medial_wall": "label", "template": ("a", "b")}, "leave out the template"),
     ):
-        with pytest.raises(ValueError, match=said):
+        with pytest.raises(ValueError, match=message):
             flatten_hemisphere(subject, "lh", **options)

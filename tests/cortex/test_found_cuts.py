@@ -1,4 +1,4 @@
-"""Cuts without a template: found from the medial wall, as many as the map needs."""
+"""Cuts that are found from the medial wall, without a template."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def subject(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made_up_subject(tmp_path_factory.mktemp("subjects") / "sub-01", 4, ("lh",))
 
 
-def test_less_error_takes_longer_cuts_and_the_map_has_no_more_than_asked(subject: Path) -> None:
+def test_smaller_errors_need_longer_cuts(subject: Path) -> None:
     lengths = []
     for most in (0.3, 0.17):
         flat = flatten_hemisphere(subject, "lh", cuts="found", max_distance_error=most)
@@ -32,6 +32,7 @@ def test_less_error_takes_longer_cuts_and_the_map_has_no_more_than_asked(subject
     assert lengths[0] < lengths[1]
 
 
-def test_what_no_cuts_reach_is_said(subject: Path) -> None:
+@pytest.mark.slow
+def test_an_unreachable_error_is_reported(subject: Path) -> None:
     with pytest.warns(MeshWarning, match=r"cuts leave an error of 0\.\d+ in distances, more than 0\.001"):
         flatten_hemisphere(subject, "lh", cuts="found", max_distance_error=0.001)

@@ -1,4 +1,4 @@
-"""The files of a flat hemisphere: other programs open them, and vertices have the subject's numbers."""
+"""Files of a flat hemisphere can be read by other programs and keep the subject's vertex numbers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple:
     return flat, folder
 
 
-def test_every_file_opens_with_the_numbers_of_the_subjects_vertices(made: tuple) -> None:
+def test_every_file_keeps_the_vertex_numbers_of_the_subject(made: tuple) -> None:
     flat, folder = made
     solid, plane, surface, area, picture = files_of(folder / "flat", "lh")
     assert sorted((folder / "flat").iterdir()) == sorted((solid, plane, surface, area, picture))
@@ -70,7 +70,7 @@ def test_the_picture_shows_folds_on_the_left_and_areas_on_the_right(made: tuple)
 
 
 def test_the_picture_is_upright(made: tuple) -> None:
-    """Its rows from above have as much of the map as the map has from above."""
+    """From top to bottom, the rows of the picture cover the same shares of area as the map."""
     flat, folder = made
     with Image.open(folder / "flat" / "lh.cortex.png") as image:
         pixels = np.asarray(image, dtype=float)[60:, : image.width // 2] / 255
@@ -107,7 +107,7 @@ def test_sulci_have_negative_curvature_and_gyri_positive() -> None:
     assert (curvature[middle & (V[:, 2] < -0.7)] < -0.005).all()
 
 
-def test_a_file_that_cannot_be_written_leaves_none(made: tuple, tmp_path: Path, monkeypatch) -> None:
+def test_a_failed_write_leaves_no_files(made: tuple, tmp_path: Path, monkeypatch) -> None:
     def broken(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -1,4 +1,4 @@
-"""Templates: the medial wall and the cuts are told apart in what a flat map leaves out."""
+"""Templates separate the medial wall from the cuts among the missing faces of a flat map."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import nibabel.freesurfer as freesurfer
 from subjects import ball, fsaverage5
 
 from igl_linabf import MeshError
-from igl_linabf.cortex.templates import fsaverage_template, template_of, template_of_patch
+from igl_linabf.cortex.templates import build_template, load_fsaverage_template, read_template
 from igl_linabf.io import write_patch
 
 
 def drawn(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int = 5) -> tuple:
-    """A ball without a cap at its pole, and without strips from it: each a longitude and where it ends."""
+    """Return a ball, and the vertices of a cap at its pole and of strips, given by longitude and end."""
     V, F = ball(subdivisions)
     down = np.arccos(np.clip(V[:, 2], -1, 1))
     out = down < wall
@@ -30,7 +30,7 @@ def drawn(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int 
 
 @pytest.mark.parametrize("hemisphere", ["lh", "rh"])
 def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> None:
-    template = fsaverage_template(hemisphere)
+    template = load_fsaverage_template(hemisphere)
     assert len(template.cuts) == 5
     inside = template.sphere[template.wall]
     for cut in template.cuts:
@@ -38,17 +38,17 @@ def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> N
         assert 0.3 < length < 1.3  # 30 to 130 mm
         assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.08  # on its rim
         assert np.linalg.norm(inside - cut[0], axis=1).min() > 0.2
-    # the wall is where the hemispheres meet: its faces look to the other one
+    # the wall lies on the medial side, towards the other hemisphere
     (pial, _) = fsaverage5(hemisphere, "pial")
     towards = {"lh": 1, "rh": -1}[hemisphere]
     wall = pial[template.wall].mean(axis=0)
     assert towards * (wall - pial.mean(axis=0))[0] > 10
 
 
-def test_a_wall_and_cuts_that_were_drawn_are_found_where_they_were_drawn(tmp_path: Path) -> None:
+def test_a_drawn_wall_and_its_cuts_are_recovered(tmp_path: Path) -> None:
     asked = [(0.0, 1.5), (2.0, 1.0), (4.0, 2.0)]
     V, F, out = drawn(asked)
-    template = template_of(V, F, F[~out[F].any(axis=1)])
+    template = build_template(V, F, F[~out[F].any(axis=1)])
     assert len(template.cuts) == 3
     for longitude, end in asked:
         tip = np.array([np.cos(longitude) * np.sin(end), np.sin(longitude) * np.sin(end), np.cos(end)])
@@ -57,18 +57,18 @@ def test_a_wall_and_cuts_that_were_drawn_are_found_where_they_were_drawn(tmp_pat
         off = np.abs(cut[:-5] @ [-np.sin(longitude), np.cos(longitude), 0])
         assert off.max() < 0.06
     assert 0.35 < np.arccos(V[template.wall, 2]).max() < 0.6
-    # the same from files
+    # the template read from files is the same
     freesurfer.write_geometry(tmp_path / "lh.sphere.reg", 100 * V, F)
     kept = np.flatnonzero(~out)
     write_patch(str(tmp_path / "lh.mine.patch.3d"), kept, np.zeros(len(kept), dtype=bool), V[kept])
-    read = template_of_patch(tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg")
+    read = read_template(tmp_path / "lh.mine.patch.3d", tmp_path / "lh.sphere.reg")
     assert (read.wall == template.wall).all()
     assert len(read.cuts) == 3
 
 
-def test_a_template_without_a_wall_or_that_leaves_out_nothing_is_refused() -> None:
+def test_a_template_without_a_wall_is_refused() -> None:
     V, F, out = drawn([(0.0, 1.5)], wall=0.0)
     with pytest.raises(MeshError, match="no medial wall, only cuts"):
-        template_of(V, F, F[~out[F].any(axis=1)])
+        build_template(V, F, F[~out[F].any(axis=1)])
     with pytest.raises(MeshError, match="leaves out nothing"):
-        template_of(V, F, F)
+        build_template(V, F, F)

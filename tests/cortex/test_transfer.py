@@ -1,4 +1,4 @@
-"""What is carried over: on a made-up subject, on which the right cut is known."""
+"""Transferred walls and cuts on a synthetic subject for which the exact cut is known."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 from subjects import ball
 from test_templates import drawn
 
-from igl_linabf.cortex.templates import fsaverage_template, template_of
-from igl_linabf.cortex.transfer import carry_cuts, carry_wall
+from igl_linabf.cortex.templates import build_template, load_fsaverage_template
+from igl_linabf.cortex.transfer import transfer_cuts, transfer_wall
 from igl_linabf.surface import patch_faces
 
 
@@ -25,13 +25,11 @@ def turned(subdivisions: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("subdivisions", [4, 6])
-def test_cuts_are_paths_of_edges_beside_the_templates_line_from_its_tip_to_the_wall(
-    subdivisions: int,
-) -> None:
-    template = fsaverage_template("lh")
+def test_cuts_are_edge_paths_along_the_template_from_tip_to_wall(subdivisions: int) -> None:
+    template = load_fsaverage_template("lh")
     sphere, F = turned(subdivisions)
-    wall = carry_wall(template, sphere)
-    cuts = carry_cuts(template, sphere, F, wall)
+    wall = transfer_wall(template, sphere)
+    cuts = transfer_cuts(template, sphere, F, wall)
     edges = {tuple(edge) for edge in np.sort(igl.edges(F), axis=1).tolist()}
     side = np.mean([np.linalg.norm(sphere[a] - sphere[b]) for a, b in edges])
     assert len(cuts.paths) == len(template.cuts) == 5
@@ -53,9 +51,9 @@ def test_cuts_are_paths_of_edges_beside_the_templates_line_from_its_tip_to_the_w
 
 def test_the_wall_is_the_templates_region() -> None:
     V, F, out = drawn([(0.0, 1.5)])
-    template = template_of(V, F, F[~out[F].any(axis=1)])
+    template = build_template(V, F, F[~out[F].any(axis=1)])
     sphere, _ = turned(5)
-    wall = carry_wall(template, sphere)
+    wall = transfer_wall(template, sphere)
     down = np.arccos(np.clip(sphere[:, 2], -1, 1))
     assert wall[down < 0.35].all()
     assert not wall[down > 0.6].any()

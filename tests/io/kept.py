@@ -1,4 +1,4 @@
-"""What a cell of docs/kept.md is, and how each is tried: a file is written, read, and written again."""
+"""The cells of docs/kept.md, and the round trip that tests them: write a file, read it, write it again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from igl_linabf.io import MeshFile, read_file, write_file
 
-Outcome = Literal["kept", "told", "refused"]
+Outcome = Literal["kept", "warning", "error"]
 
 
 @dataclass(frozen=True)
@@ -20,11 +20,11 @@ class Cell:
 
     Attributes
     ----------
-    source, to : the formats that are read and written, by the names that the page has
-    what : what the file has
-    outcome : "kept" (and no warning), "told" (one MeshWarning), or "refused" (a MeshError)
-    act : writes a file into an empty folder, carries it over with `carried`, and asserts what is there
-    says : words of the warning or error; the page shows them
+    source, to : names on the page of the formats that are read and written
+    what : the contents of the file
+    outcome : "kept" (without a warning), "warning" (one MeshWarning), or "error" (a MeshError)
+    act : writes a file into an empty folder, calls `round_trip`, and checks the result
+    says : part of the text of the warning or error, shown on the page
     """
 
     source: str
@@ -35,10 +35,10 @@ class Cell:
     says: str = ""
 
 
-def carried(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> tuple[MeshFile, MeshFile]:
-    """A file read and written with an atlas that cuts every edge; what it was, and what it is then.
+def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> tuple[MeshFile, MeshFile]:
+    """Read a file and write it with an atlas that cuts every edge; return the contents before and after.
 
-    It is written to another folder than it is read from, so that relative names have something to lose.
+    The file is written to another folder than it is read from, so that relative paths have to change.
     """
     source, out = folder / "in" / name, folder / "out" / to
     for path in (source, out):
@@ -51,13 +51,11 @@ def carried(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> 
     return mesh.textured(TC, FTC), read_file(out)
 
 
-def tables(cells: Iterable[Cell]) -> str:
-    """The sections of the page: a format that is read each, in the order of the cells."""
+def format_tables(cells: Iterable[Cell]) -> str:
+    """Return the sections of the page, one for each format that is read, in the order of the cells."""
     sections: dict[str, list[str]] = {}
     for cell in cells:
-        rows = sections.setdefault(
-            cell.source, ["| what it has | written as | what becomes of it |", "|---|---|---|"]
-        )
-        said = f": “{cell.says}”" if cell.says else ""
-        rows.append(f"| {cell.what} | {cell.to} | {cell.outcome}{said} |")
+        rows = sections.setdefault(cell.source, ["| contents | written as | result |", "|---|---|---|"])
+        quote = f": “{cell.says}”" if cell.says else ""
+        rows.append(f"| {cell.what} | {cell.to} | {cell.outcome}{quote} |")
     return "\n\n".join("\n".join([f"## {name}", "", *rows]) for name, rows in sections.items()) + "\n"

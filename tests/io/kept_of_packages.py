@@ -1,4 +1,4 @@
-"""What 3MF, GIFTI, FreeSurfer and VTP files have, and what becomes of it."""
+"""Contents of 3MF, GIFTI, FreeSurfer and VTP files, and the result of writing them to each format."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zipfile import ZipFile
 import igl
 import numpy as np
 import pytest
-from kept import Cell, carried
+from kept import Cell, round_trip
 
 from igl_linabf.io import read_file, write_file
 
@@ -37,8 +37,8 @@ COLOURS = '<m:colorgroup id="8"><m:color color="#FF0000"/><m:color color="#0000F
 BASES = '<basematerials id="9"><base name="PLA" displaycolor="#00FF00"/></basematerials>'
 
 
-def tetra(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> str:
-    """An object of 3MF, with attributes of its triangles."""
+def make_tetrahedron(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> str:
+    """Return a 3MF object with attributes of its triangles."""
     points = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in P)
     faces = "".join(
         f'<triangle v1="{i}" v2="{j}" v3="{k}" {more}/>' for (i, j, k), more in zip(F, each, strict=True)
@@ -47,10 +47,10 @@ def tetra(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> str:
     return f'<object id="1" name="tetra" {of_object}>{mesh}</object>'
 
 
-def package(
+def make_package(
     resources: str, item: str = "", of_model: str = "", head: str = "", parts: dict[str, str] | None = None
 ) -> bytes:
-    """A 3MF file; its item shows the object 1."""
+    """Return a 3MF file; its build item refers to object 1."""
     pytest.importorskip("lib3mf")
     data = BytesIO()
     build = f'<build><item objectid="1" {item}/></build>'
@@ -64,27 +64,29 @@ def package(
     return data.getvalue()
 
 
-def _units_and_names(folder: Path) -> None:
-    data = package(tetra(), 'transform="0 1 0 -1 0 0 0 0 1 5 0 0"', 'unit="inch"')
-    before, after = carried(folder, "a.3mf", data, "out.3mf")
+def check_units_and_names(folder: Path) -> None:
+    data = make_package(make_tetrahedron(), 'transform="0 1 0 -1 0 0 0 0 1 5 0 0"', 'unit="inch"')
+    before, after = round_trip(folder, "a.3mf", data, "out.3mf")
     assert before.units == after.units == "in"
     assert before.parts == after.parts == ("tetra",)
     assert np.allclose(before.V, np.array(P) @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [5, 0, 0])
     assert np.allclose(after.V[after.triangles], before.V[before.triangles])
 
 
-def _metadata(folder: Path) -> None:
+def check_metadata(folder: Path) -> None:
     head = '<metadata name="Title">A tetrahedron</metadata>'
-    data = package(tetra(of_object='type="support"'), 'partnumber="7"', head=head)
-    before, after = carried(folder, "a.3mf", data, "out.3mf")
+    data = make_package(make_tetrahedron(of_object='type="support"'), 'partnumber="7"', head=head)
+    before, after = round_trip(folder, "a.3mf", data, "out.3mf")
     assert before.extras.source == after.extras.source
     assert after.extras.source.metadata[0][1:3] == ("Title", "A tetrahedron")
     assert after.extras.source.numbers == ("7",)
 
 
-def _colours(folder: Path) -> None:
+def check_colours(folder: Path) -> None:
     each = ('pid="8" p1="0" p2="1" p3="0"', 'pid="8" p1="1"', 'pid="9" p1="0"', "")
-    before, after = carried(folder, "a.3mf", package(COLOURS + BASES + tetra(each)), "out.glb")
+    before, after = round_trip(
+        folder, "a.3mf", make_package(COLOURS + BASES + make_tetrahedron(each)), "out.glb"
+    )
     red, blue, white = [1, 0, 0, 1], [0, 0, 1, 128 / 255], [1, 1, 1, 1]
     assert np.allclose(before.extras.corner_colours, [red, blue, red, *[blue] * 3, *[white] * 6])
     assert before.materials == after.materials == ("PLA",)
@@ -105,29 +107,29 @@ def _colours(folder: Path) -> None:
     )
 
 
-def _components(folder: Path) -> None:
-    """An object in another part of the package, placed by a component, with colours of that part."""
+def check_components(folder: Path) -> None:
+    """A component places an object from another part of the package, which also defines its colours."""
     space = f'xmlns:p="{SCHEMA}/production/2015/06"'
     uuid = 'p:UUID="00000000-0000-0000-0000-00000000000{}"'.format
-    inner = tetra(of_object=f'pid="8" pindex="0" {uuid(1)}')
+    inner = make_tetrahedron(of_object=f'pid="8" pindex="0" {uuid(1)}')
     part = f'<model {SPACES} {space} unit="inch"><resources>{COLOURS}{inner}</resources><build/></model>'
     move = 'transform="2 0 0 0 2 0 0 0 2 10 0 0"'
     component = f'<component objectid="1" p:path="/3D/other.model" {uuid(2)} {move}/>'
     outer = f'<object id="1" {uuid(3)}><components>{component}</components></object>'
     parts = {"3D/other.model": part, "3D/_rels/3dmodel.model.rels": RELATIONS.format("other")}
     of_model = f'{space} requiredextensions="p m" unit="inch"'
-    mesh, after = carried(folder, "a.3mf", package(outer, uuid(4), of_model, parts=parts), "out.glb")
+    mesh, after = round_trip(folder, "a.3mf", make_package(outer, uuid(4), of_model, parts=parts), "out.glb")
     assert np.allclose(mesh.V, 2 * np.array(P) + [10, 0, 0])
     assert np.allclose(mesh.colours, [1, 0, 0])
     assert np.allclose(np.ptp(after.V, axis=0), 2 * 0.0254)
 
 
-def _carry_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) -> None:
-    carried(folder, "a.3mf", package(resources, **more), to)
+def check_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) -> None:
+    round_trip(folder, "a.3mf", make_package(resources, **more), to)
 
 
-def _strips(folder: Path) -> None:
-    """Data of triangle strips are those of their triangles."""
+def check_strips(folder: Path) -> None:
+    """Triangles get the data of their strips."""
     pyvista = pytest.importorskip("pyvista")
     import vtk
 
@@ -140,13 +142,13 @@ def _strips(folder: Path) -> None:
     mesh.SetStrips(strips)
     mesh.cell_data["label"] = [10, 20, 30]
     mesh.save(folder / "a.vtp")
-    before, after = carried(folder, "a.vtp", (folder / "a.vtp").read_bytes(), "out.vtp")
+    before, after = round_trip(folder, "a.vtp", (folder / "a.vtp").read_bytes(), "out.vtp")
     assert before.F.tolist() == [list(F[0]), [4, 5, 6], [6, 5, 7], [0, 1, 3]]
     assert after.extras.source.mesh.cell_data["label"].tolist() == [10, 20, 20, 30]
 
 
-def gifti(extra: bool = True) -> bytes:
-    """A surface with what GIFTI has beside points and triangles."""
+def make_gifti(extra: bool = True) -> bytes:
+    """Return a surface with GIFTI contents other than points and triangles."""
     pytest.importorskip("nibabel")
     from nibabel import gifti as g
 
@@ -166,8 +168,8 @@ def gifti(extra: bool = True) -> bytes:
     return bytes(image.to_bytes())
 
 
-def written_flat(folder: Path, name: str, data: bytes, to: str) -> tuple[Any, Any]:
-    """A disk read, and written with a map that has no seams."""
+def write_flat(folder: Path, name: str, data: bytes, to: str) -> tuple[Any, Any]:
+    """Read a disk, and write it with a map without seams."""
     source, out = folder / name, folder / to
     source.write_bytes(data)
     mesh = read_file(source)
@@ -175,10 +177,10 @@ def written_flat(folder: Path, name: str, data: bytes, to: str) -> tuple[Any, An
     return mesh, out
 
 
-def _gifti(folder: Path) -> None:
+def check_gifti(folder: Path) -> None:
     import nibabel
 
-    _, out = written_flat(folder, "a.surf.gii", gifti(), "out.surf.gii")
+    _, out = write_flat(folder, "a.surf.gii", make_gifti(), "out.surf.gii")
     image = nibabel.load(out)
     points, triangles, shape = image.darrays
     assert dict(image.meta) == {"UserName": "me"}
@@ -189,18 +191,18 @@ def _gifti(folder: Path) -> None:
     assert (shape.data == np.arange(len(points.data))).all()
 
 
-def _gifti_with_seams(folder: Path) -> None:
+def check_gifti_with_seams(folder: Path) -> None:
     import nibabel
 
-    before, _ = carried(folder, "a.surf.gii", gifti(), "out.surf.gii")
+    before, _ = round_trip(folder, "a.surf.gii", make_gifti(), "out.surf.gii")
     points, triangles, shape = nibabel.load(folder / "out" / "out.surf.gii").darrays
     assert len(points.data) == before.triangles.size
-    assert (shape.data[triangles.data] == before.triangles).all()  # of the vertex that each comes from
+    assert (shape.data[triangles.data] == before.triangles).all()  # data follow the original vertices
     assert triangles.meta["TopologicalType"] == "Cut"
 
 
-def _compressed_gifti(folder: Path) -> None:
-    mesh, out = written_flat(folder, "a.surf.gii.gz", gzip.compress(gifti()), "out.surf.gii.gz")
+def check_compressed_gifti(folder: Path) -> None:
+    mesh, out = write_flat(folder, "a.surf.gii.gz", gzip.compress(make_gifti()), "out.surf.gii.gz")
     assert np.allclose(mesh.V, OPEN[0])
     again = read_file(out)
     assert np.allclose(again.V[:, :2], mesh.V[:, :2])
@@ -209,42 +211,44 @@ def _compressed_gifti(folder: Path) -> None:
 
 
 def _flat(data: bytes, name: str, to: str, folder: Path) -> None:
-    written_flat(folder, name, data, to)
+    write_flat(folder, name, data, to)
 
 
-def _gifti_elsewhere(folder: Path) -> None:
-    carried(folder, "a.surf.gii", gifti())
+def check_gifti_to_obj(folder: Path) -> None:
+    round_trip(folder, "a.surf.gii", make_gifti())
 
 
-def _gifti_systems(folder: Path) -> None:
-    carried(
-        folder, "a.surf.gii", gifti(extra=False).replace(b"NIFTI_XFORM_UNKNOWN", b"NIFTI_XFORM_TALAIRACH")
+def check_coordinate_systems(folder: Path) -> None:
+    round_trip(
+        folder,
+        "a.surf.gii",
+        make_gifti(extra=False).replace(b"NIFTI_XFORM_UNKNOWN", b"NIFTI_XFORM_TALAIRACH"),
     )
 
 
 VOLUME = struct.pack(">3i", 2, 0, 20) + b"valid = 1\nfilename = orig.mgz\nvolume = 256 256 256\n"
 
 
-def freesurfer() -> bytes:
+def make_freesurfer() -> bytes:
     pytest.importorskip("nibabel")
     V, faces = OPEN
     head = b"\xff\xff\xfecreated by me\n\n" + struct.pack(">2i", len(V), len(faces))
     return head + V.astype(">f4").tobytes() + faces.astype(">i4").tobytes() + VOLUME
 
 
-def _surface(folder: Path) -> None:
-    mesh, out = written_flat(folder, "lh.white", freesurfer(), "lh.surf")
+def check_surface(folder: Path) -> None:
+    mesh, out = write_flat(folder, "lh.white", make_freesurfer(), "lh.surf")
     assert out.read_bytes().endswith(VOLUME)
     again = read_file(out)
     assert (again.F == mesh.F).all()
     assert np.allclose(again.V[:, :2], mesh.V[:, :2], atol=1e-6)
 
 
-def _of_freesurfer(to: str, folder: Path) -> None:
-    written_flat(folder, "lh.white", freesurfer(), to)
+def check_freesurfer(to: str, folder: Path) -> None:
+    write_flat(folder, "lh.white", make_freesurfer(), to)
 
 
-def polydata(folder: Path, lines: bool = False, tangents: bool = False) -> bytes:
+def make_polydata(folder: Path, lines: bool = False, tangents: bool = False) -> bytes:
     pyvista = pytest.importorskip("pyvista")
     V, faces = OPEN
     mesh = pyvista.PolyData(V, np.insert(faces, 0, 3, axis=1).ravel())
@@ -264,10 +268,10 @@ def polydata(folder: Path, lines: bool = False, tangents: bool = False) -> bytes
     return (folder / "source.vtp").read_bytes()
 
 
-def _polydata(folder: Path) -> None:
+def check_polydata(folder: Path) -> None:
     import pyvista
 
-    before, after = carried(folder, "a.vtp", polydata(folder), "out.vtp")
+    before, after = round_trip(folder, "a.vtp", make_polydata(folder), "out.vtp")
     mesh = pyvista.read(folder / "out" / "out.vtp")
     assert np.allclose(mesh.point_data["height"], mesh.points[:, 2])
     assert (mesh.cell_data["label"] == np.arange(mesh.n_cells)).all()
@@ -279,160 +283,162 @@ def _polydata(folder: Path) -> None:
     assert mesh.points.dtype == np.float64
 
 
-def _carry_vtp(to: str, folder: Path, **more: bool) -> None:
-    carried(folder, "a.vtp", polydata(folder, **more), to)
+def check_vtp(to: str, folder: Path, **more: bool) -> None:
+    round_trip(folder, "a.vtp", make_polydata(folder, **more), to)
 
 
 CELLS = [
-    Cell("3MF", "3MF", "the unit, names, where the build places objects", "kept", _units_and_names),
-    Cell("3MF", "3MF", "metadata, part numbers, what objects are for", "kept", _metadata),
-    Cell("3MF", "GLB", "colour groups, and materials with their names", "kept", _colours),
-    Cell("3MF", "GLB", "components in other parts of the package", "kept", _components),
+    Cell("3MF", "3MF", "unit, names, build positions of objects", "kept", check_units_and_names),
+    Cell("3MF", "3MF", "metadata, part numbers, object types", "kept", check_metadata),
+    Cell("3MF", "GLB", "colour groups, materials and their names", "kept", check_colours),
+    Cell("3MF", "GLB", "components in other parts of the package", "kept", check_components),
     Cell(
         "3MF",
         "3MF",
-        "colour groups (`--bake colors` keeps them)",
-        "told",
-        partial(_carry_3mf, COLOURS + tetra(of_object='pid="8" pindex="0"')),
+        "colour groups (`--bake colors` preserves them)",
+        "warning",
+        partial(check_3mf, COLOURS + make_tetrahedron(of_object='pid="8" pindex="0"')),
         "3MF does not keep colours",
     ),
     Cell(
         "3MF",
         "3MF",
-        "materials (`--bake colors` keeps their colours)",
-        "told",
-        partial(_carry_3mf, BASES + tetra(of_object='pid="9" pindex="0"')),
+        "materials (`--bake colors` preserves their colours)",
+        "warning",
+        partial(check_3mf, BASES + make_tetrahedron(of_object='pid="9" pindex="0"')),
         "3MF does not keep its materials",
     ),
     Cell(
         "3MF",
         "GLB",
         "metadata",
-        "told",
-        partial(_carry_3mf, tetra(), to="out.glb", head='<metadata name="Title">A</metadata>'),
+        "warning",
+        partial(check_3mf, make_tetrahedron(), to="out.glb", head='<metadata name="Title">A</metadata>'),
         "GLB does not keep its metadata",
     ),
     Cell(
         "3MF",
         "OBJ",
-        "the unit",
-        "told",
-        partial(_carry_3mf, tetra(), to="out.obj", of_model='unit="inch"'),
+        "unit",
+        "warning",
+        partial(check_3mf, make_tetrahedron(), to="out.obj", of_model='unit="inch"'),
         "OBJ does not keep the unit of length (inch)",
     ),
     Cell(
         "3MF",
         "3MF",
-        "parts of the package that other programs add",
-        "told",
-        partial(_carry_3mf, tetra(), parts={"Metadata/Slicer.config": "; layers"}),
+        "package parts added by other programs",
+        "warning",
+        partial(check_3mf, make_tetrahedron(), parts={"Metadata/Slicer.config": "; layers"}),
         "the parts Metadata/Slicer.config of its package",
     ),
     Cell(
         "3MF",
         "3MF",
-        "what other programs write into the model, in their name spaces",
-        "told",
-        partial(_carry_3mf, tetra(('a:paint="4"', "", "", ""))),
-        "what is in the name spaces a",
+        "model contents in the namespaces of other programs",
+        "warning",
+        partial(check_3mf, make_tetrahedron(('a:paint="4"', "", "", ""))),
+        "the contents of the namespaces a",
     ),
     Cell(
         "3MF",
         "GLB",
-        "attributes of triangles that other programs add",
-        "told",
-        partial(_carry_3mf, tetra(("", 'paint_color="8"', "", "")), to="out.glb"),
+        "triangle attributes added by other programs",
+        "warning",
+        partial(check_3mf, make_tetrahedron(("", 'paint_color="8"', "", "")), to="out.glb"),
         "the attributes paint_color of triangles",
     ),
     Cell(
         "3MF",
         "any",
-        "an unknown extension that is required",
-        "refused",
-        partial(_carry_3mf, tetra(), of_model='requiredextensions="a"'),
-        "it requires an extension that lib3mf does not know (http://acme.com/cut)",
+        "unknown extensions that are required",
+        "error",
+        partial(check_3mf, make_tetrahedron(), of_model='requiredextensions="a"'),
+        "it requires an extension that lib3mf does not support (http://acme.com/cut)",
     ),
     Cell(
         "GIFTI",
         "GIFTI",
-        "positions; metadata, labels, further data arrays stay",
-        "told",
-        _gifti,
+        "positions in space (metadata, labels and further data arrays are kept)",
+        "warning",
+        check_gifti,
         "GII does not keep the positions in space",
     ),
     Cell(
         "GIFTI",
         "GIFTI",
-        "numbers of vertices at seams; data arrays follow them",
-        "told",
-        _gifti_with_seams,
-        "the numbers of vertices (each is there once for each of its texture coordinates)",
+        "vertex numbers at seams (data arrays follow the new numbers)",
+        "warning",
+        check_gifti_with_seams,
+        "the vertex numbers (each vertex is written once for each of its texture coordinates)",
     ),
     Cell(
         "GIFTI",
         "GIFTI",
-        "the same in `.gii.gz`",
-        "told",
-        _compressed_gifti,
+        "positions in space, in `.gii.gz`",
+        "warning",
+        check_compressed_gifti,
         "GII.GZ does not keep the positions in space",
     ),
     Cell(
         "GIFTI",
         "OBJ",
         "metadata, labels, further data arrays",
-        "told",
-        _gifti_elsewhere,
+        "warning",
+        check_gifti_to_obj,
         "its metadata, its labels, its other data arrays",
     ),
-    Cell("GIFTI", "OBJ", "systems of coordinates", "told", _gifti_systems, "its systems of coordinates"),
+    Cell("GIFTI", "OBJ", "coordinate systems", "warning", check_coordinate_systems, "its coordinate systems"),
     Cell(
         "FreeSurfer",
         ".surf",
-        "positions; vertex numbers and the volume's geometry stay",
-        "told",
-        _surface,
+        "positions in space (vertex numbers and volume geometry are kept)",
+        "warning",
+        check_surface,
         "SURF does not keep the positions in space",
     ),
     Cell(
         "FreeSurfer",
         ".flat",
-        "the geometry of the volume",
-        "told",
-        partial(_of_freesurfer, "lh.flat"),
+        "volume geometry",
+        "warning",
+        partial(check_freesurfer, "lh.flat"),
         "FLAT does not keep the positions in space, the volume that it was made from",
     ),
     Cell(
         "FreeSurfer",
         "OBJ",
-        "the geometry of the volume",
-        "told",
-        partial(_of_freesurfer, "lh.obj"),
+        "volume geometry",
+        "warning",
+        partial(check_freesurfer, "lh.obj"),
         "OBJ does not keep the unit of length (millimeter), the volume that it was made from",
     ),
-    Cell("VTP", "VTP", "data of triangle strips, at their triangles", "kept", _strips),
-    Cell("VTP", "VTP", "arrays, normals, colours, what is active, double precision", "kept", _polydata),
+    Cell("VTP", "VTP", "data of triangle strips, at their triangles", "kept", check_strips),
+    Cell(
+        "VTP", "VTP", "arrays, normals, colours, active attributes, double precision", "kept", check_polydata
+    ),
     Cell(
         "VTP",
         "VTP",
         "lines and points",
-        "told",
-        partial(_carry_vtp, "out.vtp", lines=True),
+        "warning",
+        partial(check_vtp, "out.vtp", lines=True),
         "VTP does not keep its lines and points",
     ),
     Cell(
         "VTP",
         "VTP",
         "tangents",
-        "told",
-        partial(_carry_vtp, "out.vtp", tangents=True),
+        "warning",
+        partial(check_vtp, "out.vtp", tangents=True),
         "VTP does not keep its tangents",
     ),
     Cell(
         "VTP",
         "GLB",
         "arrays",
-        "told",
-        partial(_carry_vtp, "out.glb"),
+        "warning",
+        partial(check_vtp, "out.glb"),
         "GLB does not keep the arrays height, label, scanner",
     ),
 ]

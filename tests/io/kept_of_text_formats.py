@@ -1,4 +1,4 @@
-"""What OBJ, PLY, OFF and STL files have, and what becomes of it."""
+"""Contents of OBJ, PLY, OFF and STL files, and the result of writing them to each format."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from kept import Cell, carried
+from kept import Cell, round_trip
 
 from igl_linabf import Packing, bake_texture, unwrap
 from igl_linabf.io import MeshFile, image_maps, read_file, write_file, write_image
@@ -19,8 +19,8 @@ FACES = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 LATIN = b"\272\354", b"\302\314"  # two names that are not UTF-8
 
 
-def same_corners(before: MeshFile, after: MeshFile) -> None:
-    """Positions and texture coordinates at the corners."""
+def assert_same_corners(before: MeshFile, after: MeshFile) -> None:
+    """Compare positions and texture coordinates at the corners."""
     assert after.polygons.sizes.tolist() == before.polygons.sizes.tolist()
     np.testing.assert_allclose(
         after.V[after.polygons.corners], before.V[before.polygons.corners], atol=1e-6, rtol=1e-6
@@ -28,17 +28,17 @@ def same_corners(before: MeshFile, after: MeshFile) -> None:
     np.testing.assert_allclose(after.TC[after.texture], before.TC[before.texture], atol=1e-6)
 
 
-def obj(text: str | bytes, to: str = "out.obj", name: str = "a.obj") -> Callable[[Path], object]:
-    """An OBJ file with this text comes back with the same corners."""
-    return lambda folder: same_corners(*carried(folder, name, text, to))
+def check_obj(text: str | bytes, to: str = "out.obj", name: str = "a.obj") -> Callable[[Path], object]:
+    """Return a check that an OBJ file with this text keeps its corners."""
+    return lambda folder: assert_same_corners(*round_trip(folder, name, text, to))
 
 
-def lines_of_obj(*lines: str) -> Callable[[Path], object]:
-    """An OBJ file comes back with these lines, in their order, between its vertices and its faces."""
+def check_obj_lines(*lines: str) -> Callable[[Path], object]:
+    """Return a check that an OBJ file keeps these lines, in order, between its vertices and faces."""
 
     def act(folder: Path) -> None:
         text = TETRA + "\n".join(lines) + "\n" + FACES
-        same_corners(*carried(folder, "a.obj", text))
+        assert_same_corners(*round_trip(folder, "a.obj", text))
         there = (folder / "out" / "out.obj").read_text().splitlines()
         assert [line for line in there if line.split()[0] not in ("vt", "f")] == [
             line for line in text.splitlines() if line.split()[0] != "f"
@@ -47,8 +47,8 @@ def lines_of_obj(*lines: str) -> Callable[[Path], object]:
     return act
 
 
-def two_names(to: str, *, image: bool = False) -> Callable[[Path], object]:
-    """Two materials whose names are not UTF-8, in OBJ and MTL, stay two, with the colours of each."""
+def check_latin_names(to: str, *, image: bool = False) -> Callable[[Path], object]:
+    """Return a check that two material names that are not UTF-8 remain distinct, each with its colour."""
 
     def act(folder: Path) -> None:
         (folder / "in").mkdir()
@@ -76,16 +76,16 @@ def two_names(to: str, *, image: bool = False) -> Callable[[Path], object]:
     return act
 
 
-def names_of_obj(folder: Path) -> None:
-    """Names with blanks, several of them, and # are told apart."""
+def check_obj_names(folder: Path) -> None:
+    """Names that contain spaces or # remain distinct."""
     names = ["a b", "a  b", "a#1", "a#2", "Größe 1", "a"]
     text = TETRA + "".join(f"usemtl {name}\no {name}\nf 1 2 3\n" for name in names)
-    before, after = carried(folder, "a.obj", text)
+    before, after = round_trip(folder, "a.obj", text)
     assert before.materials == after.materials == before.parts == after.parts == tuple(names)
 
 
-def libraries(*lines: str) -> Callable[[Path], object]:
-    """The libraries of an OBJ file are found from another folder; the first that has a material counts."""
+def check_libraries(*lines: str) -> Callable[[Path], object]:
+    """Return a check that libraries are found from another folder; the first definition takes precedence."""
 
     def act(folder: Path) -> None:
         (folder / "in" / "sub").mkdir(parents=True)
@@ -93,20 +93,20 @@ def libraries(*lines: str) -> Callable[[Path], object]:
         (folder / "in" / "a.mtl").write_text("newmtl a\nKd 0.1 0 0\n")
         (folder / "in" / "my b.mtl").write_text("newmtl b\nKd 0.2 0 0\nnewmtl a\nKd 0.9 0 0\n")
         text = "\n".join(lines) + "\n" + TETRA + "usemtl a\nf 1 3 2\nusemtl b\nf 1 2 4\nusemtl c\nf 2 3 4\n"
-        before, after = carried(folder, "a.obj", text)
+        before, after = round_trip(folder, "a.obj", text)
         for mesh in (before, after):
             assert [look.colour.red for look in mesh.extras.looks] == [0.1, 0.2, 0.3]
 
     return act
 
 
-def other_files(folder: Path) -> None:
+def check_other_files(folder: Path) -> None:
     (folder / "in").mkdir()
     (folder / "out").mkdir()
     for name in ("s.obj", "t.obj", "m.map", "m n.map", "c.mod"):
         (folder / "in" / name).write_text("")
     lines = "shadow_obj s.obj\ntrace_obj t.obj\nmaplib m.map m n.map\ncall c.mod 1 2\nshadow_obj none.obj\n"
-    carried(folder, "a.obj", lines + TETRA + FACES)
+    round_trip(folder, "a.obj", lines + TETRA + FACES)
     there = (folder / "out" / "out.obj").read_text().splitlines()
     assert there[:6] == [
         "shadow_obj ../in/s.obj",
@@ -118,34 +118,34 @@ def other_files(folder: Path) -> None:
     ]
 
 
-def old_texture_of_lines(folder: Path) -> None:
-    carried(folder, "a.obj", TETRA + "vt 0 0\nvn 0 0 1\nl 1/1 2/1\nsurf 0 1 0 1 1/1/1 2/1 3\n" + FACES)
+def check_old_texture_of_lines(folder: Path) -> None:
+    round_trip(folder, "a.obj", TETRA + "vt 0 0\nvn 0 0 1\nl 1/1 2/1\nsurf 0 1 0 1 1/1/1 2/1 3\n" + FACES)
     there = (folder / "out" / "out.obj").read_text()
     assert "\nl 1 2\nsurf 0 1 0 1 1//1 2 3\n" in there
 
 
-def foreign_line(folder: Path) -> None:
+def check_foreign_line(folder: Path) -> None:
     (folder / "a.obj").write_text(TETRA + "hello\n" + FACES)
     mesh = read_file(folder / "a.obj")
     write_file(folder / "b.obj", mesh, mesh.V[:, :2])
     assert "\nhello\n" in (folder / "b.obj").read_text()
 
 
-def painted_twice(folder: Path) -> None:
+def check_vertex_and_face_colours(folder: Path) -> None:
     text = "COFF\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n3 0 1 2 0 255 0\n"
-    _, after = carried(folder, "a.off", text, "out.glb")
+    _, after = round_trip(folder, "a.off", text, "out.glb")
     np.testing.assert_allclose(after.colours, [[0, 1, 0]] * 3)
 
 
-def shiny(folder: Path) -> None:
+def check_unsupported_material_keys(folder: Path) -> None:
     (folder / "in").mkdir()
     (folder / "in" / "a.mtl").write_text("newmtl a\nKd 1 0 0\nKs 1 1 1\nNs 200\nd 0.5\n")
-    _, after = carried(folder, "a.obj", "mtllib a.mtl\nusemtl a\n" + TETRA + FACES, "out.glb")
+    _, after = round_trip(folder, "a.obj", "mtllib a.mtl\nusemtl a\n" + TETRA + FACES, "out.glb")
     np.testing.assert_allclose(after.extras.looks[0].colour, [1, 0, 0], atol=1e-6)
     assert after.extras.looks[0].alpha == 0.5
 
 
-def painted_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
+def check_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         (folder / "in").mkdir()
         (folder / "out").mkdir()
@@ -157,14 +157,14 @@ def painted_images(to: str, *, image: bool = False) -> Callable[[Path], object]:
     return act
 
 
-def moved_images(to: str) -> Callable[[Path], object]:
-    """Images and the other lines of their materials, where they are moved."""
+def check_moved_images(to: str) -> Callable[[Path], object]:
+    """Return a check that moved images and the other lines of their materials are kept."""
 
     def act(folder: Path) -> None:
         (folder / "in").mkdir()
         (folder / "out").mkdir()
         write_image(folder / "in" / "old.png", np.full((4, 4, 3), 0.2))
-        of_obj = "Ns 7\n" * to.endswith(".obj")  # glTF has no word for it
+        of_obj = "Ns 7\n" * to.endswith(".obj")  # not available in glTF
         (folder / "in" / "a.mtl").write_text(f"newmtl a\nKd 0.5 1 1\n{of_obj}map_Kd -s 2 2 old.png\n")
         (folder / "in" / "a.obj").write_text(
             "mtllib a.mtl\nusemtl a\nvt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED
@@ -190,7 +190,7 @@ def moved_images(to: str) -> Callable[[Path], object]:
     return act
 
 
-def second_set(to: str) -> Callable[[Path], object]:
+def check_second_set(to: str) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         (folder / "a.obj").write_text("vt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED)
         mesh = read_file(folder / "a.obj")
@@ -201,9 +201,9 @@ def second_set(to: str) -> Callable[[Path], object]:
     return act
 
 
-def colours_of_obj(lines: str, colours: list[list[float]], to: str) -> Callable[[Path], object]:
+def check_obj_colours(lines: str, colours: list[list[float]], to: str) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
-        before, after = carried(folder, "a.obj", lines + FACES, to)
+        before, after = round_trip(folder, "a.obj", lines + FACES, to)
         np.testing.assert_allclose(before.colours, colours)
         np.testing.assert_allclose(
             after.colours[after.polygons.corners][:, :3],
@@ -221,21 +221,21 @@ PAINTED = TETRA + "#MRGB ffff0000ff00ff00\n#MRGB ff0000ffffffff00\n"
 RGBY = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0]]
 
 
-def normals_of_obj(to: str) -> Callable[[Path], object]:
+def check_obj_normals(to: str) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         normals = "".join(f"vn {v.removeprefix('v ')}\n" for v in TETRA.splitlines()[1:])
         faces = "f 1//1 3//2 2//3\nf 1//2 2//3 4//1\nf 2//2 3//2 4//2\n"
-        before, after = carried(folder, "a.obj", TETRA + normals + faces, to)
+        before, after = round_trip(folder, "a.obj", TETRA + normals + faces, to)
         np.testing.assert_allclose(
             after.extras.normals[after.extras.normal], before.extras.normals[before.extras.normal]
         )
-        same_corners(before, after)
+        assert_same_corners(before, after)
 
     return act
 
 
-def comments(name: str, data: str | bytes, to: str, wanted: list[str]) -> Callable[[Path], object]:
-    """The comments are in the new file."""
+def check_comments(name: str, data: str | bytes, to: str, wanted: list[str]) -> Callable[[Path], object]:
+    """Return a check that the new file contains the comments."""
 
     def act(folder: Path) -> None:
         source, out = folder / "in" / name, folder / "out" / to
@@ -253,24 +253,24 @@ def comments(name: str, data: str | bytes, to: str, wanted: list[str]) -> Callab
     return act
 
 
-def parts_in(to: str) -> Callable[[Path], object]:
+def check_parts(to: str) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
-        before, after = carried(folder, "a.obj", TETRA + "g a\nf 1 3 2\nf 1 2 4\ng b\nf 2 3 4\n", to)
+        before, after = round_trip(folder, "a.obj", TETRA + "g a\nf 1 3 2\nf 1 2 4\ng b\nf 2 3 4\n", to)
         assert before.parts == after.parts == ("a", "b")
         assert after.extras.parts[1].tolist() == [0, 0, 1]
 
     return act
 
 
-def numbers_of_vertices(folder: Path) -> None:
-    """Vertices of an OBJ file, one of which no face has, are those of the PLY file, in their order."""
-    before, after = carried(folder, "a.obj", TETRA + "v 9 9 9\n" + FACES, "out.ply")
+def check_vertex_numbers(folder: Path) -> None:
+    """The PLY file has the vertices of the OBJ file in the same order, including an unreferenced vertex."""
+    before, after = round_trip(folder, "a.obj", TETRA + "v 9 9 9\n" + FACES, "out.ply")
     assert (after.V == before.V).all()
     assert (after.polygons.corners == before.polygons.corners).all()
-    same_corners(before, after)
+    assert_same_corners(before, after)
 
 
-def ply(
+def make_ply(
     vertex: str = "",
     face: str = "",
     more: str = "",
@@ -278,7 +278,7 @@ def ply(
     rows: tuple[str, str, str] = ("", "", ""),
     quads: bool = False,
 ) -> bytes:
-    """A tetrahedron, or a box of quadrangles, with more properties, their numbers in rows, and elements."""
+    """Return a tetrahedron, or a box of quadrangles, with more properties, values and elements."""
     if quads:
         V = [f"{x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1)]
         F = ["0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"]
@@ -302,12 +302,12 @@ TABLE = {
 ROWS = ("0.# 2 # 7", "# 20 30 # 1 #", "0 1 1\n3 2 0\n2 3 1\n0.5\n")
 
 
-def tables_of_ply(quads: bool) -> Callable[[Path], object]:
-    """All elements and properties, lists too; numbers of vertices name the same places."""
+def check_ply_tables(quads: bool) -> Callable[[Path], object]:
+    """Return a check that all elements and properties are kept, and that vertex numbers remain valid."""
 
     def act(folder: Path) -> None:
-        before, after = carried(folder, "a.ply", ply(**TABLE, rows=ROWS, quads=quads), "out.ply")
-        same_corners(before, after)
+        before, after = round_trip(folder, "a.ply", make_ply(**TABLE, rows=ROWS, quads=quads), "out.ply")
+        assert_same_corners(before, after)
         old, new = before.extras.source.tables, after.extras.source.tables
         for name in ("edge", "landmark", "camera"):
             assert new[name].keys() == old[name].keys()
@@ -328,37 +328,37 @@ def tables_of_ply(quads: bool) -> Callable[[Path], object]:
     return act
 
 
-def comments_of_ply(folder: Path) -> None:
+def check_ply_comments(folder: Path) -> None:
     lines = "comment  two  blanks\nobj_info num_cols 5\ncomment caf\xe9\n"
-    carried(folder, "a.ply", ply(comments=lines), "out.ply")
+    round_trip(folder, "a.ply", make_ply(comments=lines), "out.ply")
     assert lines.encode("latin-1") in (folder / "out" / "out.ply").read_bytes()
 
 
-def images_of_ply(folder: Path) -> None:
+def check_ply_images(folder: Path) -> None:
     (folder / "in").mkdir()
     (folder / "in" / "my skin.png").write_text("")
-    carried(folder, "a.ply", ply(comments="comment TextureFile my skin.png\n"), "out.ply")
+    round_trip(folder, "a.ply", make_ply(comments="comment TextureFile my skin.png\n"), "out.ply")
     assert b"\ncomment TextureFile ../in/my skin.png\n" in (folder / "out" / "out.ply").read_bytes()
 
 
-def lists_of_ply(folder: Path) -> None:
-    """Texture coordinates of lists at faces come in, and go out where there are seams."""
-    data = ply(
+def check_ply_lists(folder: Path) -> None:
+    """Texture coordinates in lists at faces are read, and written if there are seams."""
+    data = make_ply(
         face="property list uchar float texcoord\nproperty int texnumber\n", rows=("", "6 0 0 1 0 1 # 3", "")
     )
     (folder / "read.ply").write_bytes(data)
     read = read_file(folder / "read.ply")
     assert read.TC[read.texture].reshape(-1, 3, 2)[2].tolist() == [[0, 0], [1, 0], [1, 2]]
-    before, after = carried(folder, "a.ply", data, "out.ply")
-    same_corners(before, after)
+    before, after = round_trip(folder, "a.ply", data, "out.ply")
+    assert_same_corners(before, after)
     assert len(after.V) == 4
     assert after.extras.source.tables["face"]["texnumber"].values.tolist() == [3] * 4
 
 
-def colours_of_ply(to: str, names: tuple[str, ...] = ("red", "green", "blue")) -> Callable[[Path], object]:
+def check_ply_colours(to: str, names: tuple[str, ...] = ("red", "green", "blue")) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
         vertex = "".join(f"property uchar {name}\n" for name in names)
-        before, after = carried(folder, "a.ply", ply(vertex=vertex, rows=("25# 0 51", "", "")), to)
+        before, after = round_trip(folder, "a.ply", make_ply(vertex=vertex, rows=("25# 0 51", "", "")), to)
         wanted = np.array([[250 + i, 0, 51] for i in range(4)]) / 255
         np.testing.assert_allclose(before.colours, wanted)
         np.testing.assert_allclose(
@@ -368,62 +368,64 @@ def colours_of_ply(to: str, names: tuple[str, ...] = ("red", "green", "blue")) -
     return act
 
 
-def strips_of_ply(folder: Path) -> None:
+def check_ply_strips(folder: Path) -> None:
     data = (
-        ply()
+        make_ply()
         .replace(b"element face 4", b"element tristrips 1")
         .replace(b"3 0 2 1 \n3 0 1 3 \n3 1 2 3 \n3 0 3 2 \n", b"7 0 1 2 3 -1 0 1\n")
     )
-    before, after = carried(folder, "a.ply", data.replace(b"list uchar", b"list int"), "out.ply")
+    before, after = round_trip(folder, "a.ply", data.replace(b"list uchar", b"list int"), "out.ply")
     assert before.triangles.tolist() == [[0, 1, 2], [2, 1, 3]]
-    same_corners(before, after)
+    assert_same_corners(before, after)
 
 
-def labelled_strips_of_ply(folder: Path) -> None:
-    data = ply().replace(b"face 4", b"tristrips 1").replace(b"indices\n", b"indices\nproperty int label\n")
-    carried(folder, "a.ply", data.partition(b"3 0 2 1")[0] + b"4 0 1 2 3 7\n", "out.ply")
+def check_labelled_ply_strips(folder: Path) -> None:
+    data = (
+        make_ply().replace(b"face 4", b"tristrips 1").replace(b"indices\n", b"indices\nproperty int label\n")
+    )
+    round_trip(folder, "a.ply", data.partition(b"3 0 2 1")[0] + b"4 0 1 2 3 7\n", "out.ply")
 
 
-def carry(name: str, data: bytes | str, to: str) -> Callable[[Path], object]:
-    return lambda folder: same_corners(*carried(folder, name, data, to))
+def check_round_trip(name: str, data: bytes | str, to: str) -> Callable[[Path], object]:
+    return lambda folder: assert_same_corners(*round_trip(folder, name, data, to))
 
 
 SHADES = "".join(f"property uchar {c}\n" for c in ("red", "green", "blue"))
 
 
-def colours_of_faces_in_glb(folder: Path) -> None:
-    """Its vertices are doubled where faces differ."""
-    data = off("OFF", face="25# 0 51")
-    before, after = carried(folder, "a.off", data, "out.glb")
+def check_face_colours_in_glb(folder: Path) -> None:
+    """GLB duplicates vertices between faces with different colours."""
+    data = make_off("OFF", face="25# 0 51")
+    before, after = round_trip(folder, "a.off", data, "out.glb")
     at = after.extras.corner_colours[::3]
     np.testing.assert_allclose(at[:, :3], before.extras.face_colours, atol=1e-6)
     np.testing.assert_allclose(at[:, 0] * 255, [250, 251, 252, 253], atol=1e-4)
 
 
-def off(head: str, vertex: str = "", face: str = "", comment: str = "") -> str:
+def make_off(head: str, vertex: str = "", face: str = "", comment: str = "") -> str:
     V, F = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"], ["3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2"]
     rows = [f"{row} {vertex.replace('#', str(i))}" for i, row in enumerate(V)]
     rows += [f"{row} {face.replace('#', str(i))}" for i, row in enumerate(F)]
     return "\n".join([head, *[comment] * bool(comment), "4 4 0", *rows, ""])
 
 
-def at_vertices_of_off(folder: Path) -> None:
-    """All three after the positions; whole numbers are colours to 255."""
-    data = off("STCNOFF", "0 0.6 0.8 25# 0 51 255 0.# 0.5")
-    before, after = carried(folder, "a.off", data)
+def check_off_vertices(folder: Path) -> None:
+    """Normals, colours and texture coordinates follow the positions; integer colours range to 255."""
+    data = make_off("STCNOFF", "0 0.6 0.8 25# 0 51 255 0.# 0.5")
+    before, after = round_trip(folder, "a.off", data)
     np.testing.assert_allclose(before.extras.normals, [[0, 0.6, 0.8]] * 4)
     np.testing.assert_allclose(before.colours * 255, [[250 + i, 0, 51, 255] for i in range(4)])
     np.testing.assert_allclose(after.colours, before.colours[:, :3])
     np.testing.assert_allclose(after.extras.normals[after.extras.normal], [[0, 0.6, 0.8]] * 12)
     mesh = read_file(folder / "in" / "a.off")
     assert mesh.TC[mesh.texture][:3].tolist() == [[0, 0.5], [0.2, 0.5], [0.1, 0.5]]
-    (folder / "f.off").write_text(off("COFF", "0.# 0 1"))
+    (folder / "f.off").write_text(make_off("COFF", "0.# 0 1"))
     np.testing.assert_allclose(read_file(folder / "f.off").colours[:, 0], [0, 0.1, 0.2, 0.3])
 
 
-def face_colours(name: str, data: str | bytes, wanted: list[list[float]]) -> Callable[[Path], object]:
+def check_face_colours(name: str, data: str | bytes, wanted: list[list[float]]) -> Callable[[Path], object]:
     def act(folder: Path) -> None:
-        before, after = carried(folder, name, data, "out.ply")
+        before, after = round_trip(folder, name, data, "out.ply")
         np.testing.assert_allclose(before.extras.face_colours, wanted)
         np.testing.assert_allclose(after.extras.face_colours, wanted, atol=0.003)
 
@@ -437,13 +439,13 @@ SOLIDS = "".join(
 )
 
 
-def solids(folder: Path) -> None:
-    before, after = carried(folder, "a.stl", SOLIDS.replace("solid \n", "solid axle\n"))
+def check_solids(folder: Path) -> None:
+    before, after = round_trip(folder, "a.stl", SOLIDS.replace("solid \n", "solid axle\n"))
     assert before.parts == after.parts == ("left wheel", "axle", "right wheel")
     assert after.extras.parts[1].tolist() == [0, 1, 2]
 
 
-def stl(title: bytes, more: list[int], rest: bytes = b"") -> bytes:
+def make_stl(title: bytes, more: list[int], rest: bytes = b"") -> bytes:
     faces = [((0, 0, 0), (0, 1, 0), (1, 0, 0)), ((0, 0, 0), (1, 0, 0), (0, 0, 1))]
     rows = [struct.pack("<12fH", 0, 0, 0, *sum(face, ()), own) for face, own in zip(faces, more, strict=True)]
     return title.ljust(80, b"\0") + struct.pack("<I", 2) + b"".join(rows) + rest
@@ -451,38 +453,47 @@ def stl(title: bytes, more: list[int], rest: bytes = b"") -> bytes:
 
 MAGICS = b"made COLOR=" + bytes([255, 0, 51, 255])
 OBJ_CELLS = [
-    ("polygons in their order, indices from the end", obj(TETRA + "v 1 1 0\nf 1 3 5 2\nf -5 -4 -2\n")),
-    ("colours, weights and further numbers of vertices", lines_of_obj("v 1 2 3 0.5", "v 1 2 3 0.1 0.2 0.3")),
-    ("vertices that no face has", lines_of_obj("v 9 9 9")),
-    ("normals", normals_of_obj("out.obj")),
+    ("polygons in their order, negative indices", check_obj(TETRA + "v 1 1 0\nf 1 3 5 2\nf -5 -4 -2\n")),
     (
-        "objects, groups under objects, several groups on a line, smoothing and merging groups",
-        lines_of_obj("o a", "g b c", "g", "s 1", "mg 1 0.5", "o d", "g e", "s off"),
+        "vertex colours, weights and further values of vertices",
+        check_obj_lines("v 1 2 3 0.5", "v 1 2 3 0.1 0.2 0.3"),
     ),
-    ("points and polylines", lines_of_obj("p 1 2", "l 1 2 -1")),
+    ("unreferenced vertices", check_obj_lines("v 9 9 9")),
+    ("normals", check_obj_normals("out.obj")),
+    (
+        "objects, groups within objects, several groups on a line, smoothing and merging groups",
+        check_obj_lines("o a", "g b c", "g", "s 1", "mg 1 0.5", "o d", "g e", "s off"),
+    ),
+    ("points and polylines", check_obj_lines("p 1 2", "l 1 2 -1")),
     (
         "free-form curves and surfaces",
-        lines_of_obj(
+        check_obj_lines(
             "vp 0.1 0.2", "cstype rat bspline", "deg 3", "curv 0 1 1 2 3 4", "surf 0 1 0 1 1//1 2", "end"
         ),
     ),
-    ("display attributes", lines_of_obj("bevel on", "c_interp on", "lod 2", "ctech cparm 1", "usemap skin")),
-    ("comments, at faces, too", lambda folder: _comments_at_faces(folder)),
-    ("names with blanks, with #, in any script", names_of_obj),
-    ("names that are not UTF-8, as their bytes", two_names("out.obj")),
-    ("such names, with a baked image: the new library has the same bytes", two_names("out.obj", image=True)),
-    ("several libraries on a line", libraries("mtllib a.mtl my b.mtl sub/c.mtl")),
-    ("quoted names of libraries", libraries('mtllib "a.mtl" "my b.mtl"', 'mtllib "sub/c.mtl"')),
     (
-        "names of libraries with blanks, or backslashes",
-        libraries("mtllib a.mtl", "mtllib my b.mtl", r"mtllib .\sub\c.mtl"),
+        "display attributes",
+        check_obj_lines("bevel on", "c_interp on", "lod 2", "ctech cparm 1", "usemap skin"),
     ),
-    ("other files that it names: maps, shadows, calls", other_files),
+    ("comments, including those on face lines", lambda folder: check_comments_at_faces(folder)),
+    ("names with spaces, with #, in any script", check_obj_names),
+    ("names that are not UTF-8, byte for byte", check_latin_names("out.obj")),
+    (
+        "names that are not UTF-8, with a baked image: the new library has the same bytes",
+        check_latin_names("out.obj", image=True),
+    ),
+    ("several material libraries on a line", check_libraries("mtllib a.mtl my b.mtl sub/c.mtl")),
+    ("quoted library names", check_libraries('mtllib "a.mtl" "my b.mtl"', 'mtllib "sub/c.mtl"')),
+    (
+        "library names with spaces or backslashes",
+        check_libraries("mtllib a.mtl", "mtllib my b.mtl", r"mtllib .\sub\c.mtl"),
+    ),
+    ("references to other files: maps, shadows, calls", check_other_files),
 ]
 
 
-def _comments_at_faces(folder: Path) -> None:
-    carried(folder, "a.obj", "# first\n" + TETRA + "f 1 2 3 # a/b\n#last\n")
+def check_comments_at_faces(folder: Path) -> None:
+    round_trip(folder, "a.obj", "# first\n" + TETRA + "f 1 2 3 # a/b\n#last\n")
     there = (folder / "out" / "out.obj").read_text()
     assert there.startswith("# first\n") and there.endswith("f 1/1 2/2 3/3 # a/b\n#last\n")
 
@@ -493,104 +504,126 @@ CELLS = [
         "OBJ",
         "OBJ",
         "texture coordinates of polylines and free-form surfaces",
-        "told",
-        old_texture_of_lines,
+        "warning",
+        check_old_texture_of_lines,
         "the texture coordinates of free-form surfaces (surf) and polylines (l)",
     ),
     Cell(
         "OBJ",
         "OBJ",
-        "images of materials, named by the library that stays",
-        "told",
-        painted_images("out.obj"),
+        "material images, with the original library",
+        "warning",
+        check_images("out.obj"),
         "1 images of its materials were made for the old texture coordinates",
     ),
-    Cell("OBJ", "OBJ", "images of materials, with `--bake texture`", "kept", moved_images("out.obj")),
-    Cell("OBJ", "GLB", "images of materials, with `--bake texture`", "kept", moved_images("out.glb")),
-    Cell("OBJ", "GLB", "the first texture coordinates, with `--texcoord 1`", "kept", second_set("out.glb")),
-    Cell("OBJ", "PLY", "the first texture coordinates, with `--texcoord 1`", "kept", second_set("out.ply")),
+    Cell("OBJ", "OBJ", "material images, with `--bake texture`", "kept", check_moved_images("out.obj")),
+    Cell("OBJ", "GLB", "material images, with `--bake texture`", "kept", check_moved_images("out.glb")),
+    Cell("OBJ", "GLB", "first texture coordinates, with `--texcoord 1`", "kept", check_second_set("out.glb")),
+    Cell("OBJ", "PLY", "first texture coordinates, with `--texcoord 1`", "kept", check_second_set("out.ply")),
     Cell(
         "OBJ",
         "OBJ",
-        "the first texture coordinates, with `--texcoord 1`: they stay, the second ones are in another file",
-        "told",
-        second_set("out.obj"),
-        "OBJ holds one set of texture coordinates: the second one is in out_texcoord1.obj",
+        "first texture coordinates, with `--texcoord 1` (kept; the second set is in another file)",
+        "warning",
+        check_second_set("out.obj"),
+        "OBJ holds one set of texture coordinates: the second set is in out_texcoord1.obj",
     ),
     Cell(
         "OBJ",
         "OBJ",
-        "images of materials, with a baked one",
-        "told",
-        painted_images("out.obj", image=True),
+        "material images, with a baked image",
+        "warning",
+        check_images("out.obj", image=True),
         "the new library leaves them out",
     ),
     Cell(
         "OBJ",
         "OBJ",
-        "lines that are no statements of OBJ: they stay as they are",
-        "told",
-        foreign_line,
-        "are no statements of OBJ",
+        "lines that are not OBJ statements (copied unchanged)",
+        "warning",
+        check_foreign_line,
+        "are not OBJ statements",
     ),
-    Cell("OBJ", "PLY", "vertices in their numbers, also those that no face has", "kept", numbers_of_vertices),
-    Cell("OBJ", "PLY", "colours of vertices", "kept", colours_of_obj(COLOURED, RGBY, "out.ply")),
-    Cell("OBJ", "PLY", "colours from 0 to 255", "kept", colours_of_obj(BYTES, RGBY, "out.ply")),
+    Cell("OBJ", "PLY", "vertex numbers, including unreferenced vertices", "kept", check_vertex_numbers),
+    Cell("OBJ", "PLY", "vertex colours", "kept", check_obj_colours(COLOURED, RGBY, "out.ply")),
+    Cell("OBJ", "PLY", "vertex colours from 0 to 255", "kept", check_obj_colours(BYTES, RGBY, "out.ply")),
     Cell(
         "OBJ",
         "PLY",
-        "colours of some vertices: the others are white",
+        "vertex colours at some vertices; the remaining vertices become white",
         "kept",
-        colours_of_obj(SOME, [*RGBY[:3], [1, 1, 1]], "out.ply"),
+        check_obj_colours(SOME, [*RGBY[:3], [1, 1, 1]], "out.ply"),
     ),
-    Cell("OBJ", "PLY", "colours painted in ZBrush (#MRGB)", "kept", colours_of_obj(PAINTED, RGBY, "out.ply")),
-    Cell("OBJ", "PLY", "normals, several at a vertex, too", "kept", normals_of_obj("out.ply")),
     Cell(
-        "OBJ", "PLY", "comments", "kept", comments("a.obj", "# Größe\n" + TETRA + FACES, "out.ply", ["Größe"])
+        "OBJ",
+        "PLY",
+        "vertex colours from ZBrush (#MRGB)",
+        "kept",
+        check_obj_colours(PAINTED, RGBY, "out.ply"),
+    ),
+    Cell("OBJ", "PLY", "normals, including several per vertex", "kept", check_obj_normals("out.ply")),
+    Cell(
+        "OBJ",
+        "PLY",
+        "comments",
+        "kept",
+        check_comments("a.obj", "# Größe\n" + TETRA + FACES, "out.ply", ["Größe"]),
     ),
     Cell(
         "OBJ",
         "PLY",
         "objects or groups",
-        "told",
-        obj(TETRA + "g a\n" + FACES, "out.ply"),
+        "warning",
+        check_obj(TETRA + "g a\n" + FACES, "out.ply"),
         "the names of its parts",
     ),
-    Cell("OBJ", "PLY", "materials", "told", obj(TETRA + "usemtl a\n" + FACES, "out.ply"), "its materials"),
-    Cell("OBJ", "GLB", "objects, or groups", "kept", parts_in("out.glb")),
-    Cell("OBJ", "GLB", "normals", "kept", obj(TETRA + "vn 0 0 1\nf 1//1 2//1 3//1\n", "out.glb")),
-    Cell("OBJ", "GLB", "colours of vertices", "kept", colours_of_obj(COLOURED, RGBY, "out.glb")),
+    Cell(
+        "OBJ",
+        "PLY",
+        "materials",
+        "warning",
+        check_obj(TETRA + "usemtl a\n" + FACES, "out.ply"),
+        "its materials",
+    ),
+    Cell("OBJ", "GLB", "objects, or groups", "kept", check_parts("out.glb")),
+    Cell("OBJ", "GLB", "normals", "kept", check_obj(TETRA + "vn 0 0 1\nf 1//1 2//1 3//1\n", "out.glb")),
+    Cell("OBJ", "GLB", "vertex colours", "kept", check_obj_colours(COLOURED, RGBY, "out.glb")),
     Cell(
         "OBJ",
         "GLB",
-        "comments, in the extras of its asset",
+        "comments, in the extras of the asset",
         "kept",
-        comments("a.obj", "# Größe\n" + TETRA + FACES, "out.gltf", ["Größe"]),
+        check_comments("a.obj", "# Größe\n" + TETRA + FACES, "out.gltf", ["Größe"]),
     ),
     Cell(
         "OBJ",
         "GLB",
-        "names that are not UTF-8: they become codes, and stay two",
-        "told",
-        two_names("out.glb"),
-        "names as they are (\\xba\\xec, \\xc2\\xcc)",
+        "names that are not UTF-8 (replaced by distinct escape codes)",
+        "warning",
+        check_latin_names("out.glb"),
+        "the exact names (\\xba\\xec, \\xc2\\xcc)",
     ),
+    Cell("OBJ", "GLB", "material images", "warning", check_images("out.glb"), "the images of its materials"),
     Cell(
-        "OBJ", "GLB", "images of materials", "told", painted_images("out.glb"), "the images of its materials"
+        "OBJ",
+        "GLB",
+        "material properties that glTF does not have",
+        "warning",
+        check_unsupported_material_keys,
+        "Ks, Ns of its materials",
     ),
-    Cell("OBJ", "GLB", "what glTF has no word for in materials", "told", shiny, "Ks, Ns of its materials"),
     *(
-        Cell("OBJ", "others", what, "told", obj(TETRA + text + FACES, "out.glb"), says)
+        Cell("OBJ", "others", what, "warning", check_obj(TETRA + text + FACES, "out.glb"), says)
         for what, text, says in (
-            ("groups under objects", "o a\ng b\n", "groups (g) under its objects"),
+            ("groups within objects", "o a\ng b\n", "groups (g) within its objects"),
             ("smoothing groups, without normals", "s 1\n", "smoothing groups (s)"),
             ("polylines", "l 1 2\n", "polylines (l)"),
             ("points", "p 1\n", "points (p)"),
             ("free-form curves and surfaces", "vp 1 1\ncurv 0 1 1 2\n", "free-form curves and surfaces"),
             ("display attributes", "bevel on\n", "display attributes"),
             ("texture maps", "usemap a\n", "texture maps (usemap)"),
-            ("calls", "call a.mod\n", "calls of other files"),
-            ("weights of vertices", "v 0 0 0 0.5\n", "numbers after the positions of its vertices"),
+            ("calls of other files", "call a.mod\n", "calls of other files"),
+            ("vertex weights", "v 0 0 0 0.5\n", "numbers after the positions of its vertices"),
             (
                 "normals at some corners only",
                 "vn 0 0 1\nf 1//1 2//1 3//1\n",
@@ -601,65 +634,65 @@ CELLS = [
     Cell(
         "PLY",
         "PLY",
-        "all elements and properties, lists too; what names vertices by number",
+        "all elements and properties, including lists; references to vertex numbers",
         "kept",
-        tables_of_ply(False),
+        check_ply_tables(False),
     ),
     Cell(
         "PLY",
         "PLY",
-        "the same, of polygons: vertices at seams are doubled behind the others",
+        "the same with polygons; copies of seam vertices follow all original vertices",
         "kept",
-        tables_of_ply(True),
+        check_ply_tables(True),
     ),
     Cell(
         "PLY",
         "PLY",
-        "texture coordinates at faces (texcoord), and the numbers of their images",
+        "texture coordinates at faces (texcoord) and their image numbers",
         "kept",
-        lists_of_ply,
+        check_ply_lists,
     ),
-    Cell("PLY", "PLY", "triangle strips, as faces", "kept", strips_of_ply),
-    Cell("PLY", "PLY", "comments and obj_info, as their bytes", "kept", comments_of_ply),
+    Cell("PLY", "PLY", "triangle strips, as faces", "kept", check_ply_strips),
+    Cell("PLY", "PLY", "comments and obj_info, byte for byte", "kept", check_ply_comments),
     Cell(
         "PLY",
         "PLY",
         "other properties of triangle strips",
-        "told",
-        labelled_strips_of_ply,
-        "without the properties label that they had",
+        "warning",
+        check_labelled_ply_strips,
+        "without their properties label",
     ),
     Cell(
         "PLY",
         "PLY",
-        "images (TextureFile), named from the new folder",
-        "told",
-        images_of_ply,
+        "images (TextureFile), with paths relative to the new folder",
+        "warning",
+        check_ply_images,
         "1 images of its materials were made for the old texture coordinates",
     ),
-    Cell("PLY", "OBJ", "colours of vertices", "kept", colours_of_ply("out.obj")),
+    Cell("PLY", "OBJ", "vertex colours", "kept", check_ply_colours("out.obj")),
     Cell(
         "PLY",
         "OBJ",
-        "colours in other names: r, g, b and diffuse_red, ...",
+        "vertex colours under other names: r, g, b and diffuse_red, ...",
         "kept",
-        colours_of_ply("out.obj", ("r", "g", "b")),
+        check_ply_colours("out.obj", ("r", "g", "b")),
     ),
     Cell(
         "PLY",
         "OBJ",
         "comments",
         "kept",
-        comments("a.ply", ply(comments="comment a scan\n"), "out.obj", ["a scan"]),
+        check_comments("a.ply", make_ply(comments="comment a scan\n"), "out.obj", ["a scan"]),
     ),
     Cell(
         "PLY",
         "OBJ",
-        "alpha of colours",
-        "told",
-        carry(
+        "alpha of vertex colours",
+        "warning",
+        check_round_trip(
             "a.ply",
-            ply(
+            make_ply(
                 vertex="".join(f"property uchar {c}\n" for c in ("red", "green", "blue", "alpha")),
                 rows=("1 2 3 4", "", ""),
             ),
@@ -667,18 +700,25 @@ CELLS = [
         ),
         "the alpha of its colours",
     ),
-    Cell("PLY", "GLB", "colours of vertices", "kept", colours_of_ply("out.glb")),
-    Cell("PLY", "GLB", "colours of faces", "kept", colours_of_faces_in_glb),
+    Cell("PLY", "GLB", "vertex colours", "kept", check_ply_colours("out.glb")),
+    Cell("PLY", "GLB", "face colours", "kept", check_face_colours_in_glb),
     Cell(
         "PLY",
         "OBJ",
-        "colours of faces",
-        "told",
-        carry("a.ply", ply(face=SHADES, rows=("", "1 2 3", "")), "out.obj"),
+        "face colours",
+        "warning",
+        check_round_trip("a.ply", make_ply(face=SHADES, rows=("", "1 2 3", "")), "out.obj"),
         "the colours of its faces",
     ),
     *(
-        Cell("PLY", "others", what, "told", carry("a.ply", ply(**given, rows=rows), "out.glb"), says)
+        Cell(
+            "PLY",
+            "others",
+            what,
+            "warning",
+            check_round_trip("a.ply", make_ply(**given, rows=rows), "out.glb"),
+            says,
+        )
         for what, given, rows, says in (
             (
                 "other properties of vertices",
@@ -701,132 +741,134 @@ CELLS = [
             ("images (TextureFile)", {"comments": "comment TextureFile a.png\n"}, ("", "", ""), "its images"),
         )
     ),
-    Cell("OFF", "OBJ", "normals, colours and texture coordinates of vertices", "kept", at_vertices_of_off),
+    Cell("OFF", "OBJ", "normals, colours and texture coordinates of vertices", "kept", check_off_vertices),
     Cell(
         "OFF",
         "OBJ",
         "comments",
         "kept",
-        comments("a.off", off("OFF", comment="# by hand"), "out.obj", ["by hand"]),
+        check_comments("a.off", make_off("OFF", comment="# by hand"), "out.obj", ["by hand"]),
     ),
     Cell(
         "OFF",
         "PLY",
-        "colours of faces",
+        "face colours",
         "kept",
-        face_colours("a.off", off("OFF", face="25# 0 51"), [[(250 + i) / 255, 0, 0.2] for i in range(4)]),
+        check_face_colours(
+            "a.off", make_off("OFF", face="25# 0 51"), [[(250 + i) / 255, 0, 0.2] for i in range(4)]
+        ),
     ),
     Cell(
         "OFF",
         "PLY",
-        "colours of some faces: Geomview's grey for the others",
+        "face colours at some faces; the remaining faces get Geomview's grey",
         "kept",
-        face_colours(
+        check_face_colours(
             "a.off",
-            off("OFF").replace("3 0 2 1", "3 0 2 1 1 0 0 0.5"),
+            make_off("OFF").replace("3 0 2 1", "3 0 2 1 1 0 0 0.5"),
             [[1, 0, 0, 0.5], *[[170 / 255] * 3 + [1]] * 3],
         ),
     ),
     Cell(
         "OFF",
         "others",
-        "colours of faces",
-        "told",
-        carry("a.off", off("OFF", face="255 0 0"), "out.obj"),
+        "face colours",
+        "warning",
+        check_round_trip("a.off", make_off("OFF", face="255 0 0"), "out.obj"),
         "the colours of its faces",
     ),
     Cell(
         "OFF",
         "others",
-        "indices into a map of colours, after faces",
-        "told",
-        carry("a.off", off("OFF", face="7"), "out.obj"),
+        "colour map indices after faces",
+        "warning",
+        check_round_trip("a.off", make_off("OFF", face="7"), "out.obj"),
         "numbers after the corners of its faces",
     ),
     Cell(
         "OFF",
         "others",
-        "numbers that the head does not promise",
-        "told",
-        carry("a.off", off("OFF", "1 2"), "out.obj"),
+        "numbers that the header does not declare",
+        "warning",
+        check_round_trip("a.off", make_off("OFF", "1 2"), "out.obj"),
         "numbers after the positions of its vertices",
     ),
     Cell(
         "OFF",
         "GLB",
-        "colours of vertices, where faces have some, too",
-        "told",
-        painted_twice,
+        "vertex colours, if faces have colours, too",
+        "warning",
+        check_vertex_and_face_colours,
         "the colours of its vertices",
     ),
     Cell(
         "OFF",
         "any",
         "binary files",
-        "refused",
-        carry("a.off", "OFF BINARY\n", "out.obj"),
+        "error",
+        check_round_trip("a.off", "OFF BINARY\n", "out.obj"),
         "export it as text",
     ),
     Cell(
         "OFF",
         "any",
-        "other than three dimensions (4OFF, nOFF)",
-        "refused",
-        carry("a.off", "4OFF\n", "out.obj"),
+        "dimensions other than three (4OFF, nOFF)",
+        "error",
+        check_round_trip("a.off", "4OFF\n", "out.obj"),
         "in three dimensions",
     ),
-    Cell("STL", "OBJ", "names of solids, in text", "kept", solids),
+    Cell("STL", "OBJ", "names of solids, in text files", "kept", check_solids),
     Cell(
         "STL",
         "OBJ",
-        "the title of a binary file, as a comment",
+        "header of a binary file, as a comment",
         "kept",
-        comments("a.stl", stl(b"by hand", [0, 0]), "out.obj", ["by hand"]),
+        check_comments("a.stl", make_stl(b"by hand", [0, 0]), "out.obj", ["by hand"]),
     ),
     Cell(
         "STL",
         "PLY",
-        "colours of triangles (VisCAM, SolidView)",
+        "triangle colours (VisCAM, SolidView)",
         "kept",
-        face_colours("a.stl", stl(b"", [0x8000 | 31 << 10 | 31, 0]), [[1, 0, 1], [1, 1, 1]]),
+        check_face_colours("a.stl", make_stl(b"", [0x8000 | 31 << 10 | 31, 0]), [[1, 0, 1], [1, 1, 1]]),
     ),
     Cell(
         "STL",
         "PLY",
-        "colours of triangles (Magics)",
+        "triangle colours (Magics)",
         "kept",
-        face_colours("a.stl", stl(MAGICS, [31 << 5, 0x8000]), [[0, 1, 0], [1, 0, 0.2]]),
+        check_face_colours("a.stl", make_stl(MAGICS, [31 << 5, 0x8000]), [[0, 1, 0], [1, 0, 0.2]]),
     ),
     Cell(
         "STL",
         "OBJ",
-        "colours of triangles",
-        "told",
-        carry("a.stl", stl(b"", [0x8001, 0]), "out.obj"),
+        "triangle colours",
+        "warning",
+        check_round_trip("a.stl", make_stl(b"", [0x8001, 0]), "out.obj"),
         "the colours of its faces",
     ),
     Cell(
         "STL",
         "others",
-        "materials of Magics",
-        "told",
-        carry("a.stl", stl(MAGICS + b",MATERIAL=" + bytes(12), [0, 0]), "out.ply"),
+        "Magics materials",
+        "warning",
+        check_round_trip("a.stl", make_stl(MAGICS + b",MATERIAL=" + bytes(12), [0, 0]), "out.ply"),
         "MATERIAL= of its title",
     ),
     Cell(
         "STL",
         "others",
-        "attribute bytes that are no colours",
-        "told",
-        carry("a.stl", stl(b"", [7, 0]), "out.ply"),
+        "attribute bytes that are not colours",
+        "warning",
+        check_round_trip("a.stl", make_stl(b"", [7, 0]), "out.ply"),
         "attribute bytes of its triangles",
     ),
     Cell(
         "STL",
         "others",
         "bytes after the last triangle",
-        "told",
-        carry("a.stl", stl(b"", [0, 0], b"end"), "out.ply"),
+        "warning",
+        check_round_trip("a.stl", make_stl(b"", [0, 0], b"end"), "out.ply"),
         "3 bytes follow face 1",
     ),
 ]

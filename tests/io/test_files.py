@@ -1,4 +1,4 @@
-"""Files as other programs read them, whole or not there; texture coordinates from OBJ."""
+"""Other programs read the written files, and a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from igl_linabf.io import read_texture, write_image, write_mesh
 
 V, F = igl.icosahedron()
 V = V + np.pi
-# each corner its own coordinates, but for the first two faces, which are joined along an edge
+# each corner has its own texture coordinates, except at the edge between the first two faces
 TC = np.vstack((np.random.default_rng(0).random((60, 2)), [np.nan, np.nan]))
 FTC = np.arange(60).reshape(20, 3)
 SHARED = [(k, j) for k in range(3) for j in range(3) if F[0, k] == F[1, j]]
@@ -24,12 +24,12 @@ for k_, j_ in SHARED:
 VERTICES = 60 - len(SHARED)
 
 
-def corners(positions: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """(#F, 3, 5): position and coordinates of each corner, in the order of the faces."""
+def stack_corners(positions: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Return (#F, 3, 5): position and texture coordinates of each corner, in the order of the faces."""
     return np.concatenate((positions, uv), axis=-1)
 
 
-WANTED = corners(V[F], TC[FTC])
+WANTED = stack_corners(V[F], TC[FTC])
 
 
 @pytest.fixture(params=["obj", "ply", "glb"])
@@ -43,8 +43,8 @@ def path(request, tmp_path: Path) -> Path:
 def test_trimesh_reads_it(path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.load(path, process=False, force="mesh")
-    assert len(mesh.vertices) == VERTICES  # split along seams, and only there
-    assert np.allclose(corners(mesh.vertices, mesh.visual.uv)[mesh.faces], WANTED, atol=1e-6)
+    assert len(mesh.vertices) == VERTICES  # duplicated only along seams
+    assert np.allclose(stack_corners(mesh.vertices, mesh.visual.uv)[mesh.faces], WANTED, atol=1e-6)
 
 
 def test_meshlab_reads_it(path: Path) -> None:
@@ -57,7 +57,7 @@ def test_meshlab_reads_it(path: Path) -> None:
         uv = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
     else:
         uv = mesh.vertex_tex_coord_matrix()[faces]
-    assert np.allclose(corners(mesh.vertex_matrix()[faces], uv), WANTED, atol=1e-6)
+    assert np.allclose(stack_corners(mesh.vertex_matrix()[faces], uv), WANTED, atol=1e-6)
 
 
 def test_vtk_reads_it(path: Path) -> None:
@@ -68,8 +68,8 @@ def test_vtk_reads_it(path: Path) -> None:
     faces = mesh.faces.reshape(-1, 4)[:, 1:]
     uv = np.asarray(mesh.active_texture_coordinates)
     if path.suffix == ".glb":
-        uv = uv * [1, -1] + [0, 1]  # VTK gives what the file holds
-    assert np.allclose(corners(mesh.points, uv)[faces], WANTED, atol=1e-6)
+        uv = uv * [1, -1] + [0, 1]  # VTK does not flip v
+    assert np.allclose(stack_corners(mesh.points, uv)[faces], WANTED, atol=1e-6)
 
 
 def test_igl_reads_the_obj_to_the_last_bit(tmp_path: Path) -> None:
@@ -78,15 +78,15 @@ def test_igl_reads_the_obj_to_the_last_bit(tmp_path: Path) -> None:
     positions, map_, _, faces, texture, _ = igl.readOBJ(str(path))
     assert (positions == V).all()
     assert (faces == F).all()
-    assert (corners(positions[faces], map_[texture][..., :2]) == WANTED).all()
+    assert (stack_corners(positions[faces], map_[texture][..., :2]) == WANTED).all()
     map_, texture = read_texture(path)
     assert (map_ == TC[:60]).all()
     assert (texture == FTC).all()
-    write_mesh(path, V, F, V[:, :2])  # at vertices: FTC is F
+    write_mesh(path, V, F, V[:, :2])  # texture coordinates at vertices: FTC equals F
     assert (read_texture(path)[1] == F).all()
 
 
-def test_glb_is_as_its_standard_says(tmp_path: Path) -> None:
+def test_glb_follows_its_specification(tmp_path: Path) -> None:
     path = tmp_path / "atlas.glb"
     write_mesh(path, V, F, TC, FTC)
     data = path.read_bytes()
@@ -105,10 +105,10 @@ def test_glb_is_as_its_standard_says(tmp_path: Path) -> None:
         rows.append(np.frombuffer(body[start : start + view["byteLength"]], dtype).reshape(-1, n))
     positions, uv, faces = rows
     assert text["accessors"][0]["min"] == positions.min(axis=0).tolist()
-    assert np.allclose(corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
+    assert np.allclose(stack_corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # surfaces lose numbers of vertices at seams
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # surfaces lose vertex numbers at seams
 @pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
 def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
     needs = {"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel", "surf": "nibabel"}
@@ -141,7 +141,7 @@ def test_drawings_and_pictures_are_whole_or_not_at_all(
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_invalid_output_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"use \.obj, \.ply, \.glb"):
         write_mesh(tmp_path / "atlas.fbx", V, F, TC, FTC)
     with pytest.raises(MeshError, match=r"faces 19 refer in FTC to rows outside 0\.\.9 of TC"):
@@ -165,11 +165,11 @@ QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
         (QUAD + "f 1 2 3\n", "no texture coordinates"),
         (QUAD + "f 1/1 2/2 3/3\nf 1 3 4\n", "no texture coordinates at corners of the faces 1"),
         (QUAD + "f 1/1 2/2 3/4\n", "rows outside 0..2 of vt"),
-        (QUAD + "f 1/1 2/2 3/x\n", "line 8, .* is no face"),
+        (QUAD + "f 1/1 2/2 3/x\n", "line 8, .* is not a face"),
         ("", "no faces"),
     ],
 )
-def test_what_has_no_texture_coordinates_is_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_missing_texture_coordinates_are_refused(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "mesh.obj"
     path.write_text(text)
     with pytest.raises(MeshError, match=said):

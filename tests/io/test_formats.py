@@ -1,4 +1,4 @@
-"""OBJ, OFF, PLY and STL: the same numbers as igl's readers', and damage refused with its line."""
+"""OBJ, OFF, PLY and STL readers agree with igl's readers, and errors name the damaged line."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_the_same_to_the_last_bit_as_igl(name: str) -> None:
     assert (faces == F).all()
 
 
-def test_every_form_of_the_formats_holds_the_same_surface() -> None:
+def test_every_variant_of_each_format_has_the_same_surface() -> None:
     files = good_files(np.random.default_rng(0))
     first = parse(files["obj"][0], ".obj", "mesh")
     for suffix, forms in files.items():
@@ -50,8 +50,8 @@ POLYGONS = {
 }
 
 
-def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
-    # another triangle, beside the pentagon: a diagonal is not split where it is an edge already
+def test_polygons_are_triangulated_like_igl(tmp_path: Path) -> None:
+    # move the triangle next to the pentagon, because a diagonal must not coincide with an existing edge
     swaps = ("3 0 1 2", "3 4 3 2"), ("-5 -4// -3", "-1 -2// -3")
     other = dict(POLYGONS)
     for suffix, (old, new) in product(POLYGONS, swaps):
@@ -60,7 +60,7 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
     path.write_text(other["off"])
     positions, faces = igl.read_triangle_mesh(str(path))
     assert len(faces) == 4
-    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # of two sizes
+    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # lists of different sizes
     head = other["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
     head, body = head[: head.index("end_header")].encode(), positions.astype("<f4").tobytes() + lists
     binary = head + b"end_header\n" + body
@@ -73,8 +73,8 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("title", [b"", b"COLOR=\x00\x00\x00\xff"])
-def test_colours_of_stl_files_are_those_of_their_bits(title: bytes) -> None:
-    """Five each, and one that says whether a triangle has a colour: 1 then, and in Magics' files 0."""
+def test_stl_colours_match_their_attribute_bits(title: bytes) -> None:
+    """Components have five bits each; the highest bit is set for colours, or cleared in Magics' files."""
     shades = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     bits = (1 << 0, 1 << 5, 1 << 10) if title else (1 << 10, 1 << 5, 1 << 0)
     corners = np.arange(9.0).reshape(3, 3) ** 2
@@ -86,13 +86,13 @@ def test_colours_of_stl_files_are_those_of_their_bits(title: bytes) -> None:
     assert (mesh.extras.face_colours == shades).all()
 
 
-def test_indices_are_counted_back_from_their_own_line() -> None:
+def test_negative_obj_indices_are_relative_to_their_line() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
     twice = parse((text + text.replace("v 0 0 0", "v 0 0 5")).encode(), ".obj", "mesh")
     assert twice.F.tolist() == twice.FTC.tolist() == [[0, 1, 2], [3, 4, 5]]
 
 
-def test_polygons_of_hundreds_of_corners_come_back(tmp_path: Path) -> None:
+def test_polygons_with_hundreds_of_corners_are_preserved(tmp_path: Path) -> None:
     for n in (255, 256, 300):
         around = 2 * np.pi * np.arange(n) / n
         rim = np.column_stack((np.cos(around), np.sin(around), 0 * around))
@@ -120,43 +120,47 @@ endsolid
 @pytest.mark.parametrize(
     ("suffix", "text", "said"),
     [
-        (".obj", OBJ.replace("1 1 0", "1 1"), "line 3, 'v 1 1', is no vertex"),
-        (".obj", OBJ.replace("1 1 0", "1 1 1_0"), "line 3, .* is no vertex"),
-        (".obj", OBJ + "f 1 2 6\n", "line 8, 'f 1 2 6', names a vertex outside the 5 of the file"),
-        (".obj", OBJ + "f -6 1 2\n", "line 8, .* names a vertex outside"),
-        (".obj", OBJ + "f 0 1 2\n", "line 8, .* is no face"),
-        (".obj", OBJ + "f 1 2\n", "line 8, .* is no face"),
-        (".obj", OBJ + "f 1 2 3/1/1/1\n", "line 8, .* is no face"),
-        (".obj", OBJ + "vt x\n", "line 8, 'vt x', is no texture coordinate"),
+        (".obj", OBJ.replace("1 1 0", "1 1"), "line 3, 'v 1 1', is not a vertex"),
+        (".obj", OBJ.replace("1 1 0", "1 1 1_0"), "line 3, .* is not a vertex"),
+        (
+            ".obj",
+            OBJ + "f 1 2 6\n",
+            "line 8, 'f 1 2 6', refers to a vertex outside the 5 vertices of the file",
+        ),
+        (".obj", OBJ + "f -6 1 2\n", "line 8, .* refers to a vertex outside"),
+        (".obj", OBJ + "f 0 1 2\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "f 1 2\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "f 1 2 3/1/1/1\n", "line 8, .* is not a face"),
+        (".obj", OBJ + "vt x\n", "line 8, 'vt x', is not a texture coordinate"),
         (".off", OFF[3:], "it does not begin with OFF"),
         (".off", OFF.replace("OFF", "4OFF"), "it does not begin with OFF"),
         (".off", "OFF BINARY\n", "a binary OFF: export it as text"),
         (".off", "OFF\n", "numbers of vertices and faces are missing"),
-        (".off", OFF.replace("5 2 0", "5 3 0"), "promises 5 vertices and 3 faces, and 7 lines follow"),
-        (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is no vertex"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1"), "line 9, '3 0 1', is no face"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1 5"), r"line 9, .* names a vertex outside 0\.\.4"),
-        (".off", OFF.replace("3 0 1 2", "3 0 1 1.5"), "line 9, .* is no face"),
+        (".off", OFF.replace("5 2 0", "5 3 0"), "declares 5 vertices and 3 faces, but 7 lines follow"),
+        (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is not a vertex"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1"), "line 9, '3 0 1', is not a face"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 5"), r"line 9, .* refers to a vertex outside 0\.\.4"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 1.5"), "line 9, .* is not a face"),
         (".ply", PLY.replace("ascii", "text"), "line 2, 'format text 1.0.*', is not understood"),
-        (".ply", PLY.replace("5 0 1", "6 0 1"), "line 16, .* is no row of the element face"),
-        (".ply", PLY.replace("3 0 1 2", "3 0 1 5"), r"faces 1 name vertices outside 0\.\.4"),
-        (".ply", PLY.replace("3 0 1 2", "2 0 1"), "faces 1 have less than three vertices"),
-        (".ply", PLY.replace("vertex 5", "vertex 6"), "promises 8 rows in all, and 7 lines follow"),
-        (".ply", PLY.replace("float z", "float w"), "has not the properties x, y and z"),
+        (".ply", PLY.replace("5 0 1", "6 0 1"), "line 16, .* is not a row of the element face"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 5"), r"faces 1 refer to vertices outside 0\.\.4"),
+        (".ply", PLY.replace("3 0 1 2", "2 0 1"), "faces 1 have fewer than three vertices"),
+        (".ply", PLY.replace("vertex 5", "vertex 6"), "declares 8 rows in total, but 7 lines follow"),
+        (".ply", PLY.replace("float z", "float w"), "lacks the properties x, y and z"),
         (".ply", PLY.replace("int vertex_index", "float vertex_index"), "no list of integers vertex_indices"),
         (".ply", PLY.replace("ascii", "binary_big_endian"), "a list of|it ends in row|bytes follow"),
-        (".ply", PLY.replace("3 0 1 2", "3 0 1 -"), "line 17, .* is no row of the element face"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 -"), "line 17, .* is not a row of the element face"),
         (".ply", PLY.replace("face", "tristrips").replace("3 0 1 2", "3 0 1 5"), r"outside 0\.\.4"),
         (
             ".ply",
             PLY.replace("face", "tristrips").replace("int vertex", "float vertex"),
             "element tristrips has no",
         ),
-        (".ply", PLY.replace("face", "range_grid"), "range scan, no faces: mesh it first"),
+        (".ply", PLY.replace("face", "range_grid"), "range scan without faces: mesh it first"),
         (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
         (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
         (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
-        (".stl", "x" * 100, "its head promises 2021161080 triangles, and 0.32 follow"),
+        (".stl", "x" * 100, "its header declares 2021161080 triangles, but 0.32 follow"),
         (".stl", "", "its 0 bytes are neither"),
     ],
 )
@@ -166,8 +170,8 @@ def test_damage_is_refused_with_its_place(suffix: str, text: str, said: str) -> 
 
 
 @pytest.mark.parametrize("mark", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
-def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
-    # a byte order mark before it, UTF-16, the other case, other ends of lines
+def test_encodings_and_line_endings_do_not_change_the_mesh(mark: str) -> None:
+    # byte order mark, UTF-16, upper case, line endings of Windows
     texts = {"off": OFF, "ply": PLY, "obj": OBJ, "stl": SOLID}
     for suffix, text in texts.items():
         plain = parse(text.encode(), f".{suffix}", "mesh")
@@ -178,7 +182,7 @@ def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
             assert (mesh.V == plain.V).all()
             assert (mesh.polygons.corners == plain.polygons.corners).all()
             assert (mesh.polygons.sizes == plain.polygons.sizes).all()
-        with pytest.raises(MeshError, match="begins as text in UTF-16, and goes on"):
+        with pytest.raises(MeshError, match="begins as UTF-16 text, but continues"):
             parse(b"\xff\xfe" + f"{text} ".encode() + b"\x00\xd8", f".{suffix}", "mesh")
 
 
@@ -187,13 +191,13 @@ def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -
     with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
         mesh = parse(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()
-    with pytest.raises(MeshError, match="promises 1 triangles, and 2 follow"):
+    with pytest.raises(MeshError, match="declares 1 triangles, but 2 follow"):
         parse(data + data[-50:], ".stl", "mesh")
 
 
-def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
+def test_unknown_obj_lines_are_skipped_with_a_warning() -> None:
     with pytest.warns(
-        MeshWarning, match=r"lines 1, 9 of mesh are no statements of OBJ \(the first: 'nanf 1 2'\)"
+        MeshWarning, match=r"lines 1, 9 of mesh are not OBJ statements \(the first: 'nanf 1 2'\)"
     ):
         mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
     assert len(mesh.triangles) == 4
@@ -212,7 +216,7 @@ def test_words_of_an_off_file_may_be_spread_over_lines(tmp_path) -> None:
         read_mesh(spread)
 
 
-def test_a_face_may_go_on_in_the_next_line_and_the_head_of_off_needs_no_blank(tmp_path) -> None:
+def test_obj_faces_may_span_lines_and_off_headers_need_no_space(tmp_path) -> None:
     plain = parse(POLYGONS["obj"].encode(), ".obj", "mesh")
     split = POLYGONS["obj"].replace("f 1 2 3", "f 1 2 \\\n3 \\\n", 1)
     mesh = parse(split.encode(), ".obj", "mesh")
@@ -227,14 +231,14 @@ def test_a_face_may_go_on_in_the_next_line_and_the_head_of_off_needs_no_blank(tm
 
 
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
-def test_strips_of_a_scan_are_the_surface_of_their_faces(form: str, tmp_path: Path) -> None:
-    n, m = 5, 7  # of points in rows; two strips are joined by vertices twice, two by -1, one stands apart
+def test_triangle_strips_of_a_scan_become_faces(form: str, tmp_path: Path) -> None:
+    n, m = 5, 7  # rows of points; strips are joined by repeated vertices or by -1
     at = np.arange(n * m).reshape(n, m)
     first, second, third, last = (np.column_stack((at[i + 1], at[i])).ravel().tolist() for i in range(n - 1))
     joined = [*first, first[-1], second[0], *second, -1, *third, -1]
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel()
     F = np.stack((np.column_stack((c, a, d)), np.column_stack((d, a, b))), axis=1).reshape(-1, 3)
-    F = np.vstack(([[30, 29, 28]], F))  # a face, with a label, before those of strips
+    F = np.vstack(([[30, 29, 28]], F))  # a labelled face precedes the triangles of strips
     x, y = np.divmod(np.arange(n * m), m)
     V = np.column_stack((x, y, x * y)).astype(float)
     head = f"ply\nformat {form} 1.0\nelement vertex {n * m}\n"
@@ -262,7 +266,7 @@ def test_strips_of_a_scan_are_the_surface_of_their_faces(form: str, tmp_path: Pa
     assert again.extras.source.tables["face"]["label"].values.tolist() == [7] + [0] * (len(F) - 1)
 
 
-def test_a_file_of_points_is_refused_with_what_helps(tmp_path: Path) -> None:
+def test_a_point_cloud_is_refused_with_a_remedy(tmp_path: Path) -> None:
     no_faces = PLY.replace("face 2", "face 0").partition("7 5 0")[0]
     for text in (PLY[: PLY.index("element face")] + f"end_header\n{V}", no_faces):
         (tmp_path / "points.ply").write_text(text)

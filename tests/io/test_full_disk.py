@@ -1,15 +1,17 @@
-"""A full disk, and a folder that cannot be written to: one sentence, no partial file."""
+"""A full disk or an unwritable folder causes one error line and leaves no partial file."""
 
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import igl
 import pytest
+from commands import run
 from conftest import bumps
 
 resource = pytest.importorskip("resource", reason="limits of a process are POSIX's")
@@ -41,19 +43,19 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def run(name: str, mesh: Path, folder: Path, limit: int | None = None, **options: object):
-    """The command, with files of `limit` bytes at most."""
+def words(name: str, mesh: Path, folder: Path) -> list[str]:
+    return [argument.format(mesh=mesh, folder=folder) for argument in COMMANDS[name]]
 
-    def limited() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        if limit is not None:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    command = [argument.format(mesh=mesh, folder=folder) for argument in COMMANDS[name]]
-    return subprocess.run(
-        [sys.executable, "-m", "igl_linabf", *command],
-        **{"capture_output": True, "text": True, "timeout": 120, "preexec_fn": limited, **options},
-    )
+@contextmanager
+def limited(size: int) -> Iterator[None]:
+    """Let no file of this process grow beyond a number of bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -62,7 +64,8 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_old_file(name: str, mesh: Pa
     for path in old:
         path.write_text("old")
     # more than the OBJ takes, and less than the picture, where there are both
-    process = run(name, mesh, tmp_path, 60_000 if "and" in name else 4096)
+    with limited(60_000 if "and" in name else 4096):
+        process = run(*words(name, mesh, tmp_path))
     assert process.returncode == 2
     assert process.stdout == ""
     assert len(process.stderr.splitlines()) == 1
@@ -81,7 +84,7 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
         pytest.skip("mounting is forbidden")
     try:
         for name in COMMANDS:
-            process = run(name, mesh, tmp_path)
+            process = run(*words(name, mesh, tmp_path))
             assert process.returncode == 2
             assert process.stderr.startswith(f"igl-linabf: {tmp_path}/x.")
             assert process.stderr.endswith(": No space left on device\n")
@@ -92,9 +95,10 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
-def test_where_nothing_can_be_printed_no_file_is_written(mesh: Path, tmp_path: Path) -> None:
+def test_no_file_is_written_if_standard_output_is_full(mesh: Path, tmp_path: Path) -> None:
     with open("/dev/full", "w", encoding="utf-8") as full:
-        process = run("obj", mesh, tmp_path, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+        command = [sys.executable, "-m", "igl_linabf", *words("obj", mesh, tmp_path)]
+        process = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=500)
     assert (process.returncode, process.stderr) == (
         2,
         "igl-linabf: standard output: No space left on device\n",
@@ -107,7 +111,7 @@ def test_a_folder_that_is_none_is_one_sentence(name: str, mesh: Path, tmp_path: 
     (tmp_path / "file").write_text("")
     unwritable = [Path("/proc")] if sys.platform == "linux" else []
     for folder in (tmp_path / "nowhere", tmp_path / "file", *unwritable):
-        process = run(name, mesh, folder)
+        process = run(*words(name, mesh, folder))
         assert process.returncode == 2
         assert len(process.stderr.splitlines()) == 1
         assert str(folder) in process.stderr

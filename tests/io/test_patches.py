@@ -1,4 +1,4 @@
-"""FreeSurfer's patches: read on their surface, what they leave said, and written as its tools read them."""
+"""FreeSurfer patches are read on their surface, with warnings, and written for FreeSurfer's tools."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ freesurfer = pytest.importorskip("nibabel.freesurfer")
 ROW = [("vertex", ">i4"), ("place", ">f4", 3)]
 
 
-def ball() -> tuple[np.ndarray, np.ndarray]:
+def make_ball() -> tuple[np.ndarray, np.ndarray]:
     V, F = igl.upsample(*igl.icosahedron(), 4)
     return V / np.linalg.norm(V, axis=1)[:, None] * 50, F
 
 
-def rows_of(path: Path) -> np.ndarray:
+def read_rows(path: Path) -> np.ndarray:
     return np.frombuffer(path.read_bytes(), ROW, offset=8)
 
 
-def written(folder: Path, stays: np.ndarray, border: np.ndarray | None = None) -> Path:
-    """A patch of the ball, beside its surface; its places are in space."""
-    V, F = ball()
+def write_ball_patch(folder: Path, stays: np.ndarray, border: np.ndarray | None = None) -> Path:
+    """Write a patch of the ball next to its surface, with positions in space."""
+    V, F = make_ball()
     freesurfer.write_geometry(folder / "lh.fiducial", V, F)
     path = folder / "lh.full.patch.3d"
     vertex = np.flatnonzero(stays)
@@ -42,19 +42,19 @@ def written(folder: Path, stays: np.ndarray, border: np.ndarray | None = None) -
 
 
 def test_a_patch_keeps_the_numbers_and_flags_of_its_vertices_from_file_to_flat_file(tmp_path: Path) -> None:
-    V, F = ball()
+    V, F = make_ball()
     stays = V[:, 2] < 20
     border = np.zeros(len(V), dtype=bool)
-    border[igl.boundary_loop(F[stays[F].all(axis=1)])[::2]] = True  # other than it would be flagged here
-    mesh = read_file(written(tmp_path, stays, border))
+    border[igl.boundary_loop(F[stays[F].all(axis=1)])[::2]] = True  # differs from the default border
+    mesh = read_file(write_ball_patch(tmp_path, stays, border))
     assert len(mesh.V) == len(V)
-    np.testing.assert_allclose(mesh.V, V, atol=1e-4)  # the surface's places, not those of the patch
+    np.testing.assert_allclose(mesh.V, V, atol=1e-4)  # positions of the surface, not of the patch
     assert {tuple(face) for face in mesh.F.tolist()} == {tuple(f) for f in F[stays[F].all(axis=1)].tolist()}
     with pytest.warns(MeshWarning, match="belong to no face"):
         uv = flatten(mesh.V, mesh.F, "isometric").uv
     flat = tmp_path / "lh.full.flat.patch.3d"
     write_file(flat, mesh, uv)
-    rows = rows_of(flat)
+    rows = read_rows(flat)
     assert (np.abs(rows["vertex"]) - 1 == np.flatnonzero(stays)).all()
     assert ((rows["vertex"] < 0) == border[stays]).all()
     again = read_file(flat)
@@ -62,43 +62,43 @@ def test_a_patch_keeps_the_numbers_and_flags_of_its_vertices_from_file_to_flat_f
     np.testing.assert_allclose(again.TC[again.FTC], uv[mesh.F], rtol=1e-5, atol=1e-4)
 
 
-def test_the_surface_is_found_by_name_or_given_and_a_patch_alone_says_what_it_needs(tmp_path: Path) -> None:
-    V, F = ball()
-    path = written(tmp_path, V[:, 2] < 20)
+def test_a_patch_needs_a_surface_found_by_name_or_passed(tmp_path: Path) -> None:
+    V, F = make_ball()
+    path = write_ball_patch(tmp_path, V[:, 2] < 20)
     (tmp_path / "lh.fiducial").rename(tmp_path / "lh.mine")
     with pytest.raises(MeshError, match=r"no faces, and its surface is not beside it: .*lh\.fiducial"):
         read_file(path)
     given = read_file(path, surface=tmp_path / "lh.mine")
     for name, scale in (("smoothwm", 0.9), ("pial", 1.1)):
         freesurfer.write_geometry(tmp_path / f"lh.{name}", V * scale, F)
-    between = read_file(path)  # midway
+    between = read_file(path)  # the mean of both surfaces
     np.testing.assert_allclose(between.V, given.V, atol=1e-4)
     with pytest.raises(ValueError, match="leave out the surface"):
         read_file(tmp_path / "lh.mine", surface=tmp_path / "lh.pial")
     freesurfer.write_geometry(tmp_path / "lh.small", *igl.icosahedron())
-    with pytest.raises(MeshError, match=r"lh\.small has 12: give the surface"):
+    with pytest.raises(MeshError, match=r"lh\.small has 12: pass the surface"):
         read_file(path, surface=tmp_path / "lh.small")
 
 
 def test_pieces_crumbs_pinched_borders_and_closed_slits_are_said(tmp_path) -> None:
-    V, F = ball()
-    stays = (V[:, 2] < 20) | (V[:, 2] > 30)  # a cap beside
+    V, F = make_ball()
+    stays = (V[:, 2] < 20) | (V[:, 2] > 30)  # an additional cap
     neighbours = igl.adjacency_list(F)
     lowest = int(V[:, 2].argmin())
     ring = set(neighbours[lowest])
     second = {far for near in ring for far in neighbours[near]} - ring - {lowest}
-    stays[list(ring)] = False  # a vertex without faces
-    beyond = next(  # a vertex with one of the second ring beside it
+    stays[list(ring)] = False  # isolates a vertex
+    beyond = next(  # a vertex with a single neighbour in the second ring
         far for near in second for far in neighbours[near] if len(second.intersection(neighbours[far])) == 1
     )
-    stays[beyond] = False  # a second hole, with one vertex between them
+    stays[beyond] = False  # a second hole, separated by one vertex
     border = np.zeros(len(V), dtype=bool)
     inside = int(np.argmin(np.linalg.norm(V - [50, 0, 0], axis=1)))
     border[[inside, neighbours[inside][0]]] = True
-    path = written(tmp_path, stays, border)
-    with pytest.warns(MeshWarning) as said:
+    path = write_ball_patch(tmp_path, stays, border)
+    with pytest.warns(MeshWarning) as caught:
         mesh = read_file(path)
-    (warning,) = said
+    (warning,) = caught
     text = str(warning.message)
     cap = int((V[:, 2] > 30).sum())
     assert f"another piece of {cap} vertices" in text
@@ -108,14 +108,14 @@ def test_pieces_crumbs_pinched_borders_and_closed_slits_are_said(tmp_path) -> No
     assert str(inside) in text
     result = flatten(*igl.remove_unreferenced(mesh.V, mesh.triangles)[:2])
     assert result.outcome.good
-    assert len(result.holes) == 1  # the two holes are one, through the vertex between them
+    assert len(result.holes) == 1  # both holes share a vertex and form one
 
 
 @pytest.mark.parametrize("damage", ["short", "zero", "twice", "nan", "other"])
-def test_a_damaged_patch_is_an_error_that_names_it(tmp_path: Path, damage: str) -> None:
-    V, _ = ball()
-    path = written(tmp_path, V[:, 2] < 20)
-    data, rows = path.read_bytes(), rows_of(path).copy()
+def test_damaged_patches_are_refused_by_name(tmp_path: Path, damage: str) -> None:
+    V, _ = make_ball()
+    path = write_ball_patch(tmp_path, V[:, 2] < 20)
+    data, rows = path.read_bytes(), read_rows(path).copy()
     if damage == "zero":
         rows["vertex"][3] = 0
     elif damage == "twice":
@@ -129,8 +129,8 @@ def test_a_damaged_patch_is_an_error_that_names_it(tmp_path: Path, damage: str) 
         read_file(path)
 
 
-def python_of_pycortex() -> str:
-    """This Python, or that of IGL_LINABF_PYCORTEX; else skips."""
+def find_pycortex_python() -> str:
+    """Return a Python with pycortex: this one or the one in IGL_LINABF_PYCORTEX; otherwise skip the test."""
     with suppress(PackageNotFoundError):
         version("pycortex")
         return sys.executable
@@ -140,8 +140,8 @@ def python_of_pycortex() -> str:
     return named
 
 
-def test_pycortex_opens_what_is_written(tmp_path: Path) -> None:
-    python = python_of_pycortex()
+def test_pycortex_opens_written_patches(tmp_path: Path) -> None:
+    python = find_pycortex_python()
     surf = tmp_path / "sub" / "surf"
     surf.mkdir(parents=True)
     V, F = load("bumps")
@@ -158,7 +158,7 @@ def test_pycortex_opens_what_is_written(tmp_path: Path) -> None:
         "read = f.get_surf('sub', 'lh', 'patch', 'mine.flat', freesurfer_subject_dir=folder)\n"
         "np.savez(folder + '/read.npz', pts=read[0], polys=read[1], at=read[2])"
     )
-    done = subprocess.run([python, "-c", script], capture_output=True, encoding="utf-8", timeout=120)
+    done = subprocess.run([python, "-c", script], capture_output=True, encoding="utf-8", timeout=500)
     assert done.returncode == 0, done.stderr
     with np.load(tmp_path / "read.npz") as read:
         np.testing.assert_allclose(read["pts"][:, :2], uv, atol=1e-5 * np.ptp(uv))

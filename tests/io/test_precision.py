@@ -1,4 +1,4 @@
-"""Coordinates of surveys, and of tiny bodies, keep their digits, or a warning says how many are lost."""
+"""Coordinates of surveys and of tiny bodies keep their digits, or a warning reports the rounding error."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ SURVEY = np.array([5e5, 5.4e6, 412.7])
 PACKAGES = {".3mf": "lib3mf", ".vtp": "pyvista"}
 
 
-def written(path: Path, positions: np.ndarray) -> np.ndarray:
-    """The positions at the corners, written and read."""
+def round_trip(path: Path, positions: np.ndarray) -> np.ndarray:
+    """Write and read a mesh, and return the positions at the corners."""
     if path.suffix in PACKAGES:
         pytest.importorskip(PACKAGES[path.suffix])
     with warnings.catch_warnings():
@@ -36,9 +36,9 @@ def test_a_body_far_from_the_origin_keeps_its_shape_and_place(suffix: str, tmp_p
         for size in (1.0, 1e3):
             given = size * V[F] + origin
             if suffix == ".3mf" and np.abs(given).max() > 1e9:
-                continue  # a translation has six digits there
-            found = written(tmp_path / f"a{suffix}", size * V + origin)
-            # to single precision of its size; as a whole it may be off by what the item's number has
+                continue  # translations in 3MF have six digits
+            found = round_trip(tmp_path / f"a{suffix}", size * V + origin)
+            # accurate to single precision of the size, up to a shift by the rounded translation in 3MF
             shift = (found - given).mean(axis=(0, 1))
             assert np.abs(found - given - shift).max() < 2e-5 * size
             assert np.abs(shift).max() <= 1e-7 * np.abs(origin).max() * (suffix == ".3mf") + 1e-6 * size
@@ -46,7 +46,7 @@ def test_a_body_far_from_the_origin_keeps_its_shape_and_place(suffix: str, tmp_p
 
 @pytest.mark.parametrize("suffix", [".glb", ".3mf"])
 def test_a_tiny_body_keeps_its_shape(suffix: str, tmp_path: Path) -> None:
-    found = written(tmp_path / f"a{suffix}", 1e-7 * V)
+    found = round_trip(tmp_path / f"a{suffix}", 1e-7 * V)
     assert np.abs(found / 1e-7 - V[F]).max() < 1e-5
 
 
@@ -58,8 +58,8 @@ def test_what_single_precision_cannot_hold_is_said(tmp_path: Path) -> None:
         write_mesh(tmp_path / "b.glb", V, F, V[:, :2] + 1e7)
 
 
-def test_3mf_says_where_lib3mf_has_too_few_digits(tmp_path: Path) -> None:
+def test_coordinates_too_large_for_lib3mf_are_refused(tmp_path: Path) -> None:
     pytest.importorskip("lib3mf")
-    with pytest.raises(MeshError, match=r"the number 1e\+12, and 3MF takes 1e\+09 at most"):
+    with pytest.raises(MeshError, match=r"the number 1e\+12, and 3MF takes at most 1e\+09"):
         write_mesh(tmp_path / "a.3mf", 1e12 * V / np.abs(V).max(), F, V[:, :2])
     assert not (tmp_path / "a.3mf").exists()

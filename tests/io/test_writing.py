@@ -1,4 +1,4 @@
-"""Files in the formats that igl reads, and OBJ out, whole or not at all."""
+"""Formats that igl writes are read, and OBJ files are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from igl_linabf.io.materials import Colour, Material
 
 
 @pytest.mark.parametrize("suffix", ["obj", "off", "ply", "stl"])
-def test_reads_what_igl_writes(tmp_path, suffix: str) -> None:
+def test_files_written_by_igl_are_read(tmp_path, suffix: str) -> None:
     V, F = load("bumps")
     path = tmp_path / f"mesh.{suffix}"
     igl.write_triangle_mesh(str(path), V, F)
     positions, faces = read_mesh(path)
-    assert len(positions) == len(V)  # STL's corners are welded
+    assert len(positions) == len(V)  # corners of STL are welded
     assert np.allclose(positions[faces], V[F], atol=1e-5)
-    # linabf(V, F) in the same numbering, up to what the format keeps of the coordinates
+    # linabf(V, F) with the same numbering, up to the precision of the format
     ours, theirs = linabf(V, F, rtol=1e-10), linabf(positions, faces, rtol=1e-10)
     assert np.allclose(theirs[faces], ours[F], atol=1e-3)
 
 
-def test_obj_has_the_map_to_the_last_bit(tmp_path) -> None:
+def test_obj_stores_the_map_exactly(tmp_path) -> None:
     V, F = load("bumps")
-    V = np.vstack((V, [9, 9, 9]))  # an unreferenced vertex: no vt for it
+    V = np.vstack((V, [9, 9, 9]))  # an unreferenced vertex gets no vt
     uv = np.vstack((linabf(V[:-1], F), [np.nan, np.nan]))
     path = tmp_path / "flat.obj"
     write_obj(path, V, F, uv)
@@ -79,7 +79,7 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path) -> None:
     ("name", "text"),
     [("a.obj", "hello\n"), ("a.off", "OFF\n3 1"), ("a.ply", "ply"), ("a.txt", "x"), ("a.stl", "")],
 )
-def test_what_is_no_mesh_is_refused(tmp_path, name: str, text: str) -> None:
+def test_files_that_are_not_meshes_are_refused(tmp_path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(MeshError, match=name):
@@ -89,7 +89,7 @@ def test_what_is_no_mesh_is_refused(tmp_path, name: str, text: str) -> None:
 
 
 def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
-    """Two materials of one name, one without, and one of the name that stands for none, as glTF has them."""
+    """As in glTF, two materials share a name, one has none, and one has the name of the default material."""
     V, F = igl.icosahedron()
     names = ("red", "red", "", "two\nlines", "end\\", "igl_linabf", "a # b", "a")
     of = np.array([*range(len(names)), *[-1] * (len(F) - len(names))])
@@ -98,7 +98,7 @@ def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
         as_mesh_file(V, F),
         extras=Extras(materials=(names, of), parts=(("none", "x", "x"), of % 4 - 1), looks=looks),
     )
-    with pytest.warns(MeshWarning, match="names as they are"):
+    with pytest.warns(MeshWarning, match="the exact names"):
         write_file(tmp_path / "out.obj", mesh, V[:, :2])
     after = read_file(tmp_path / "out.obj")
     assert after.materials == (
@@ -121,7 +121,7 @@ def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".vtp", ".3mf"])
-def test_comments_that_a_format_does_not_keep_are_told(tmp_path, suffix: str) -> None:
+def test_a_warning_reports_lost_comments(tmp_path, suffix: str) -> None:
     pytest.importorskip({".vtp": "pyvista", ".3mf": "lib3mf"}[suffix])
     V, F = igl.icosahedron()
     mesh = replace(as_mesh_file(V, F), extras=Extras(comments=("made by hand",)))
@@ -130,13 +130,13 @@ def test_comments_that_a_format_does_not_keep_are_told(tmp_path, suffix: str) ->
 
 
 @pytest.mark.parametrize("suffix", ["ply", "obj"])
-def test_texture_coordinates_of_seams_come_back_as_they_were(tmp_path, suffix: str) -> None:
+def test_texture_coordinates_at_seams_are_preserved(tmp_path, suffix: str) -> None:
     V, F = igl.icosahedron()
     TC = np.random.default_rng(0).random((60, 2)).astype(np.float32)
     path = tmp_path / f"atlas.{suffix}"
     write_mesh(path, V, F, TC, np.arange(60).reshape(20, 3))
     positions, faces = read_mesh(path)
-    assert (positions == V).all()  # no vertex is written twice
+    assert (positions == V).all()  # no vertex is duplicated
     assert (faces == F).all()
     map_, corners = read_texture(path)
     assert (map_[corners].reshape(-1, 2) == TC).all()

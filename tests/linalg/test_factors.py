@@ -1,4 +1,4 @@
-"""The core's Cholesky factor against CHOLMOD's and NumPy's, of any pattern."""
+"""The Cholesky factor of the core agrees with CHOLMOD and NumPy for all patterns."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def lower_of(A: sparse.sparray) -> sparse.csc_array:
 
 
 def random(n: int, density: float, rng: np.random.Generator) -> sparse.csc_array:
-    """Diagonally dominant."""
+    """Return a random diagonally dominant matrix."""
     A = sparse.random_array((n, n), density=min(density, 1.0), rng=rng)
     A = A + A.T
     return sparse.csc_array(A + sparse.diags_array(np.asarray(abs(A).sum(axis=0)).ravel() + 1))
@@ -34,7 +34,7 @@ def grid(side: int) -> sparse.csc_array:
 
 
 def bordered(side: int) -> sparse.csc_array:
-    """A grid with a dense row."""
+    """Return the matrix of a grid with one dense row."""
     A = sparse.lil_array(grid(side))
     A[side, :] = A[:, side] = 0.01
     A[side, side] = 100.0
@@ -49,7 +49,7 @@ def analysed(kind, lower: sparse.csc_array, block: int = 1):
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 40, 900])
 def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
     rng = np.random.default_rng(n)
-    for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # also of forests
+    for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # including forests
         A = random(n, density, rng)
         lower = lower_of(A)
         factor = analysed(kind, lower).factor(lower.data)
@@ -61,8 +61,8 @@ def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
 
 
 @pytest.mark.parametrize("A", [bordered(30), sparse.block_diag([grid(12)] * 30), grid(160)])
-def test_large_factors_are_those_of_cholmod(A) -> None:
-    """Bordered; of many pieces; so large that threads share it."""
+def test_large_factors_agree_with_cholmod(A) -> None:
+    """The matrices have a dense row, many components, or a size at which threads share the work."""
     lower, rng = lower_of(A), np.random.default_rng(0)
     own, *other = (analysed(kind, lower).factor(lower.data) for kind in KINDS)
     for sides in SIDES:
@@ -74,8 +74,8 @@ def test_large_factors_are_those_of_cholmod(A) -> None:
 
 
 @pytest.mark.parametrize("A", [grid(30), bordered(30), sparse.block_diag([grid(12)] * 30)])
-def test_sides_with_few_entries_have_the_columns_of_the_inverse(A) -> None:
-    """Most supernodes hold nothing of them; the entry may be in any of their columns, and in any side."""
+def test_sparse_right_hand_sides_give_columns_of_the_inverse(A) -> None:
+    """The right-hand side is zero in most supernodes; its entry can be in any column of a supernode."""
     n, lower, by_scipy = A.shape[0], lower_of(A), linalg.splu(sparse.csc_array(A))
     factor, rng = analysed(Cholesky, lower).factor(lower.data), np.random.default_rng(0)
     for width in (1, 2, 3, 7):
@@ -83,7 +83,7 @@ def test_sides_with_few_entries_have_the_columns_of_the_inverse(A) -> None:
             sides = np.zeros((n, width))
             sides[at, np.arange(width)] = 1.0
             assert np.allclose(factor.solve(sides), by_scipy.solve(sides), rtol=1e-9, atol=1e-13)
-    single = np.arange(n) == n // 2  # what it is multiplied to cancels on the way
+    single = np.arange(n) == n // 2  # products with this entry cancel
     assert np.allclose(factor.solve(A @ single), single, atol=1e-12)
 
 
@@ -99,7 +99,7 @@ def test_factors_of_blocks_are_right(kind, n: int) -> None:
     A = sparse.triu(upper) + sparse.triu(upper, 1).T
     b = rng.normal(size=(2 * n, 3))
     assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
-    block[own, 1, 0] = np.nan  # which is not read
+    block[own, 1, 0] = np.nan  # must not be read
     assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
 
 
@@ -116,14 +116,16 @@ def test_complex_hermitian_systems_are_factored(name: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("supernodal", [False, True])
-def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
+def test_indefinite_and_singular_matrices_are_rejected_with_their_row(
+    kind, supernodal: bool, monkeypatch
+) -> None:
     if supernodal:
         monkeypatch.setattr(oracle, "SIMPLICIAL_ROWS", 0)
     good = lower_of(sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]))
     row, column = good.indices, np.repeat(np.arange(50), np.diff(good.indptr))
     full, b = good + sparse.tril(good, -1).T, np.arange(100.0).reshape(50, 2)
     analysis = analysed(kind, good)
-    for bad_value in (-3.0, 0.0, np.nan, *[np.inf] * (kind is Cholesky)):  # the other one takes that
+    for bad_value in (-3.0, 0.0, np.nan, *[np.inf] * (kind is Cholesky)):  # CHOLMOD accepts infinity
         bad = np.where((row == 20) | (column == 20), 0.0, good.data)
         bad[(row == 20) & (column == 20)] = bad_value
         with pytest.raises(NotPositiveDefiniteError) as caught:
@@ -133,13 +135,13 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         assert np.allclose(full @ factor.solve(b), b)
         twice = analysis.factor(2 * good.data)
         assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
-        assert np.allclose(full @ factor.solve(b), b)  # not changed under another's hands
+        assert np.allclose(full @ factor.solve(b), b)  # the first factor is unchanged
         del twice
-        assert np.allclose(full @ analysis.factor(good.data).solve(b), b)  # where its memory is used again
+        assert np.allclose(full @ analysis.factor(good.data).solve(b), b)  # in reused memory
 
 
 def grids(sizes, rng):
-    """The Laplacians of grids with random weights and fixed surroundings, side by side."""
+    """Return a block-diagonal matrix of grid Laplacians with random weights and Dirichlet boundaries."""
     parts = []
     for k, m in sizes:
         row, column = sparse.eye_array(k, k=1), sparse.eye_array(m, k=1)
@@ -150,7 +152,7 @@ def grids(sizes, rng):
     return sparse.block_diag(parts, format="csc")
 
 
-def test_small_systems_side_by_side_are_factored_each_for_itself() -> None:
+def test_the_blocks_of_a_block_diagonal_matrix_are_factored_independently() -> None:
     rng = np.random.default_rng(0)
     sizes = [(1, 1), (9, 14), (1, 70), (30, 30), (8, 8)]
     A = grids(sizes, rng)
@@ -165,13 +167,13 @@ def test_small_systems_side_by_side_are_factored_each_for_itself() -> None:
         x = made.factor(lower.data).solve(b)
         assert x.shape == b.shape
         np.testing.assert_allclose(A @ x, b, rtol=0, atol=1e-12)
-    fill = made.bytes / 8  # with the zeros that supernodes take in
+    fill = made.bytes / 8  # including the explicit zeros of relaxed supernodes
     assert fill < 1.5 * linalg.splu(A, permc_spec="MMD_AT_PLUS_A").L.nnz
     first, last = 1 + 126 + 70, 1 + 126 + 70 + 900
     lower.data[lower.indptr[first + 450]] *= -1
     with pytest.raises(NotPositiveDefiniteError) as error:
         made.factor(lower.data)
-    assert first <= error.value.row < last  # its block
+    assert first <= error.value.row < last  # the row is in the indefinite block
 
 
 @pytest.mark.parametrize("threads", ["1", "2"])
@@ -213,7 +215,7 @@ def test_a_bad_pivot_is_named_by_its_row_wherever_it_is_in_a_supernode(n: int) -
 def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
     side: int, threads: str, monkeypatch
 ) -> None:
-    """All that is eliminated before is positive definite: the pivot is above all subtrees."""
+    """All earlier pivots are positive, so that the bad pivot is above all subtrees."""
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
     least = 2 * (2.1 - 2 * np.cos(np.pi / (side + 1)))
     lower = lower_of(grid(side))
@@ -231,7 +233,7 @@ def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
 
 @pytest.mark.parametrize("shape", [(150, 150), (400, 400)])
 def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], monkeypatch) -> None:
-    """Of factors whose largest fronts several threads share, too."""
+    """This includes factors whose largest fronts are shared by several threads."""
     lower, made = lower_of(grid(shape[0])), []
     b = np.random.default_rng(0).normal(size=(lower.shape[0], 3))
     for threads in ("1", "2", "3"):
@@ -240,11 +242,11 @@ def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], mon
     assert (made[1] == made[0]).all() and (made[2] == made[0]).all()
 
 
-def test_what_is_no_pattern_is_refused() -> None:
+def test_invalid_patterns_are_rejected() -> None:
     for indptr, indices in (
-        ([0, 1, 2], [0, 0]),  # no diagonal
-        ([0, 2, 3], [1, 0, 1]),  # not first
-        ([0, 2, 3], [0, 2, 1]),  # too far down
+        ([0, 1, 2], [0, 0]),  # the diagonal is missing
+        ([0, 2, 3], [1, 0, 1]),  # the diagonal is not first
+        ([0, 2, 3], [0, 2, 1]),  # the row is out of range
         ([0, 3, 2], [0, 1, 1]),
         ([], []),
     ):

@@ -1,4 +1,4 @@
-"""Conjugate gradients: each of the systems side by side is solved as by itself, and says how it ended."""
+"""Conjugate gradients solve each block of a system independently, and report its convergence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Blocks = list[np.ndarray]
 
 
 def systems(seed: int = 0) -> tuple[Blocks, Blocks, Blocks]:
-    """Positive definite matrices, their diagonals' inverses as preconditioners, and right-hand sides."""
+    """Return positive definite matrices, Jacobi preconditioners, and right-hand sides."""
     rng = np.random.default_rng(seed)
     matrices = []
     for n in SIZES:
@@ -25,7 +25,7 @@ def systems(seed: int = 0) -> tuple[Blocks, Blocks, Blocks]:
 
 
 def by_definition(A: np.ndarray, M: np.ndarray, b: np.ndarray, rtol: float) -> tuple[np.ndarray, int]:
-    """Hestenes and Stiefel 1952, preconditioned by M: the solution, and the steps."""
+    """Solve by the algorithm of Hestenes and Stiefel (1952) with preconditioner M; also count the steps."""
     x, r, steps = np.zeros_like(b), b.copy(), 0
     p, rho = np.zeros_like(b), 1.0
     while np.linalg.norm(r) > rtol * np.linalg.norm(b):
@@ -52,21 +52,21 @@ def solve(
 
 
 @pytest.mark.parametrize("rtol", [0.3, 1e-3, 1e-8])
-def test_each_system_has_the_iterates_and_the_steps_that_it_has_alone(rtol: float) -> None:
+def test_each_block_has_the_iterates_and_steps_of_a_separate_system(rtol: float) -> None:
     A, M, b = systems()
-    b[0] = np.zeros_like(b[0])  # solved before it begins
+    b[0] = np.zeros_like(b[0])  # solved without a step
     found, steps, converged = solve(A, M, b, rtol)
     assert all(converged)
     for x, taken, *given in zip(found, steps, A, M, b, strict=True):
         expected, number = by_definition(*given, rtol)
         assert taken == number
         np.testing.assert_allclose(x, expected, rtol=1e-6, atol=1e-9)
-    assert len(set(steps)) > 2  # they end one after another
+    assert len(set(steps)) > 2  # they converge at different times
 
 
-def test_one_step_alone_is_enough_where_it_reaches_the_first_tolerance_and_later_ones_at_the_other() -> None:
+def test_the_first_step_has_to_reach_first_rtol_and_later_steps_rtol() -> None:
     A, M, b = systems()
-    M[1] = np.linalg.inv(A[1]) * 1.01  # solves it in one step
+    M[1] = np.linalg.inv(A[1]) * 1.01  # converges in one step
     _, plain, _ = solve(A, M, b, 0.5)
     _, asked, _ = solve(A, M, b, 0.5, first_rtol=1e-11)
     assert plain[1] == asked[1] == 1 and plain[4] == 1 < asked[4]
@@ -74,13 +74,13 @@ def test_one_step_alone_is_enough_where_it_reaches_the_first_tolerance_and_later
         assert after == min(max(before, 2), size)
 
 
-def test_what_does_not_come_to_an_end_is_told_and_takes_nothing_along() -> None:
+def test_blocks_that_do_not_converge_are_reported_and_do_not_affect_other_blocks() -> None:
     A, M, b = systems()
     alone, steps, _ = solve(A, M, b, 1e-9)
     _, short, converged = solve(A, M, b, 1e-9, most=3)
     assert short == [min(3, taken) for taken in steps]
     assert converged == [taken <= 3 for taken in steps]
-    A[1] = np.full_like(A[1], np.nan)  # as after an overflow
+    A[1] = np.full_like(A[1], np.nan)  # the result of an overflow
     found, steps, converged = solve(A, M, b, 1e-9)
     assert converged == [True, False, True, True, True] and steps[1] <= 1
     for k in (0, 2, 4):

@@ -1,4 +1,4 @@
-"""Memory that is not there: a refusal before work begins."""
+"""Computations that exceed the free memory are rejected before they begin."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def bytes_free(monkeypatch):
     return limit
 
 
-def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, monkeypatch) -> None:
+def test_a_factor_that_does_not_fit_is_rejected_before_work_begins(bytes_free, monkeypatch) -> None:
     V, F = bumps(8000)
     monkeypatch.setattr(memory, "BYTES_PER_FACE", 1)
     bytes_free(memory.factor_bytes(len(V) // 2))
@@ -56,28 +56,31 @@ def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, mo
         flatten(V, F, LinABF(rtol=1e-10))
 
 
-def test_what_does_not_fit_at_all_is_refused_with_the_estimate(bytes_free) -> None:
+def test_a_mesh_that_does_not_fit_into_memory_is_rejected_with_an_estimate(bytes_free) -> None:
     V, F = load("bumps")
     bytes_free(memory.BYTES_PER_FACE * len(F) - 1)
     with pytest.raises(MeshError, match=r"1,\d{3} faces take about .* GiB.*are free: decimate the mesh"):
         flatten(V, F)
-    # least squares needs a factor in any case
+    # a least-squares layout always needs a factor
     bytes_free(memory.BYTES_PER_FACE * len(F) + 1)
     with pytest.raises(MeshError, match="decimate the mesh"):
         flatten(V, F, LinABF(layout="least-squares"))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
-@pytest.mark.parametrize(("limit", "says"), [(2**28, "refused: 327,679 faces"), (2**32, "327679 converged")])
-def test_a_limit_of_the_process_is_kept(limit: int, says: str) -> None:
+@pytest.mark.parametrize(
+    ("limit", "says"),
+    [(2**28, "refused: 327,679 faces"), pytest.param(2**32, "327679 converged", marks=pytest.mark.slow)],
+)
+def test_the_memory_limit_of_the_process_is_respected(limit: int, says: str) -> None:
     process = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(limit)], capture_output=True, encoding="utf-8", timeout=600
+        [sys.executable, "-c", LIMITED, str(limit)], capture_output=True, encoding="utf-8", timeout=500
     )
     assert process.returncode == 0, process.stderr
     assert process.stdout.startswith(says)
 
 
-def test_what_is_free_is_within_what_there_is() -> None:
+def test_free_memory_does_not_exceed_total_memory() -> None:
     free = memory.available()
     assert free is not None
     assert 2**26 < free < 2**46
@@ -85,7 +88,7 @@ def test_what_is_free_is_within_what_there_is() -> None:
 
 @pytest.mark.parametrize("block", [1, 2])
 @pytest.mark.parametrize("side", [30, 100])
-def test_the_estimate_of_a_factor_is_above_what_it_takes_and_not_by_much(side: int, block: int) -> None:
+def test_the_estimated_size_of_a_factor_is_a_tight_upper_bound(side: int, block: int) -> None:
     n = side * side
     pattern = Pattern(planar_topology(igl.triangulated_grid(side, side)[1], np.arange(n)), np.arange(n), n)
     taken = Cholesky(pattern.indptr, pattern.indices, block).bytes
@@ -94,7 +97,7 @@ def test_the_estimate_of_a_factor_is_above_what_it_takes_and_not_by_much(side: i
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
 @pytest.mark.parametrize("limit", ["system", "address space", "memory.max", "memory_memory.limit_in_bytes"])
-def test_what_is_free_is_what_the_tightest_limit_leaves(
+def test_free_memory_is_limited_by_the_tightest_limit(
     limit: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     import resource
@@ -115,4 +118,4 @@ def test_what_is_free_is_what_the_tightest_limit_leaves(
     ):
         (tmp_path / version).write_text(str(free + taken if limit == version else "max"))
         (tmp_path / used).write_text(str(taken))
-    assert memory.available() == pytest.approx(free, abs=2**24)  # the process may grow between
+    assert memory.available() == pytest.approx(free, abs=2**24)  # the process may allocate memory in between

@@ -1,4 +1,4 @@
-"""The solvers agree, analyse once, and say when something else ran."""
+"""The solvers agree, analyse patterns once, and report fallbacks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_solvers_agree_to_the_default_tolerance(name: str) -> None:
             assert best_fit_distance(uv, first) <= apart
 
 
-def test_without_scikit_sparse_all_works_the_same(monkeypatch) -> None:
+def test_results_are_the_same_without_scikit_sparse(monkeypatch) -> None:
     V, F = load("cortex")
     expected = {layout: linabf(V, F, layout=layout, rtol=1e-11) for layout in ("auto", "least-squares")}
     monkeypatch.setattr(solvers, "has_cholmod", lambda: False)
@@ -68,10 +68,10 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
     monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # from where slivers are corrected for
     flatten(V, F)
-    # the Laplacian, and the small system of the slivers; step and chord share one factor of each
+    # the Laplacian and the small system of slivers; a step and its chord step share both factors
     n, slivers = analysed
     assert n > 50 * slivers
-    assert factored == [n, slivers, n]  # the last is the layout's
+    assert factored == [n, slivers, n]  # the last factor belongs to the layout
     analysed.clear()
     factored.clear()
     result = flatten(V, F, LinABF(iterations=12))
@@ -89,7 +89,7 @@ def test_the_number_of_threads_does_not_change_a_bit(method: str, monkeypatch) -
     assert all((made.uv == maps[0].uv).all() for made in maps[1:])
 
 
-def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
+def test_the_system_is_factored_where_conjugate_gradients_do_not_converge(monkeypatch) -> None:
     V, F = load("cortex")
     expected = flatten(V, F, LinABF(iterations=2, solver="direct"))
     monkeypatch.setattr(conjugate_gradients, "__defaults__", (2,))
@@ -101,7 +101,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
 
 
-def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
+def test_a_singular_layout_is_an_error_with_a_location(monkeypatch) -> None:
     V, F = load("bumps")
 
     def singular(self, values) -> None:

@@ -1,4 +1,4 @@
-"""Distances on the surface and in the map, by computations that share nothing with the library's."""
+"""Distance errors agree with computations that are independent of the library."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def grid(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.insert(V, 2, 0.0, axis=1), F
 
 
-def test_a_developable_surface_laid_flat_has_no_error_and_a_scaled_map_that_of_its_scale() -> None:
+def test_an_unrolled_cylinder_has_no_error_and_a_scaled_map_the_error_of_its_scale() -> None:
     flat, F = grid(12)
     angle = 3 * flat[:, 0]
-    V = np.column_stack((np.cos(angle), np.sin(angle), 3 * flat[:, 1])) / 3  # rolled up, to its chords
+    V = np.column_stack((np.cos(angle), np.sin(angle), 3 * flat[:, 1])) / 3  # rolled up, with edges as chords
     # a chord of the circle is shorter than its arc
     assert distance_error(V, F, flat[:, :2]) < 0.01
     for scale in (0.5, 1.25):
         assert distance_error(flat, F, scale * flat[:, :2] + 7) == pytest.approx(abs(scale - 1), rel=1e-9)
 
 
-def test_neighbours_are_those_within_the_rings_and_their_distances_are_shortest_paths() -> None:
+def test_neighbours_are_within_the_rings_and_distances_are_shortest_paths() -> None:
     V, F = bumps(200)
     found = Distances.within(Submesh.checked(V, F), 3)
     adjacent = igl.adjacency_matrix(F).toarray() > 0
@@ -35,14 +35,14 @@ def test_neighbours_are_those_within_the_rings_and_their_distances_are_shortest_
     np.fill_diagonal(near, False)
     assert set(map(tuple, found.ends.T.tolist())) == set(map(tuple, np.argwhere(near).tolist()))
     none = np.zeros(0, dtype=np.int64)
-    for source in (0, 50, 199):  # over the whole surface
+    for source in (0, 50, 199):  # by a search over the whole surface
         mine = found.ends[0] == source
         whole = igl.exact_geodesic(V, F, np.array([source]), none, found.ends[1][mine], none)
         assert (found.length[mine] >= whole - 1e-9).all()
         assert np.median(found.length[mine] / whole) == pytest.approx(1, abs=1e-9)
 
 
-def test_a_sample_of_the_vertices_tells_what_all_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sample_of_vertices_estimates_the_error_of_all_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = bumps(3000)
     uv = flatten(V, F, "isometric").uv
     sampled = distance_error(V, F, uv, 3)
@@ -51,7 +51,7 @@ def test_a_sample_of_the_vertices_tells_what_all_tell(monkeypatch: pytest.Monkey
 
 
 def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    V, F = load("bumps")
+    V, F = bumps(400)
     by_area = flatten(V, F, "isometric").uv
     few = distance_error(V, F, flatten(V, F, "isometric", fit="lengths").uv)
     monkeypatch.setattr("igl_linabf.flattening.functions.FIT_SOURCES", 10_000)
@@ -60,10 +60,10 @@ def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.
     assert all(distance_error(V, F, scale * uv) > least for scale in (0.98, 0.999, 1.001, 1.02))
     assert distance_error(V, F, by_area) >= least
     assert least <= few < least + 1e-3
-    assert np.ptp(uv / by_area) < 1e-6 * abs(uv / by_area).max()  # nothing but the scale differs
+    assert np.ptp(uv / by_area) < 1e-6 * abs(uv / by_area).max()  # the maps differ by a scale only
 
 
-def test_quality_measures_distances_where_they_are_asked_for() -> None:
+def test_quality_measures_distances_on_request() -> None:
     V, F = load("bumps")
     uv = flatten(V, F).uv
     assert quality(V, F, uv).distance_error is None

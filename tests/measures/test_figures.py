@@ -1,4 +1,4 @@
-"""The figures are what they are called, by computations that share nothing with the library's."""
+"""Quality figures agree with computations that are independent of the library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from igl_linabf.surface import Submesh
 def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(0)
-    uv = flatten(V, F).uv @ rng.normal(size=(2, 2)) * 3  # sheared, so that nothing is 1
+    uv = flatten(V, F).uv @ rng.normal(size=(2, 2)) * 3  # sheared, so that no figure has its ideal value
     if np.median(igl.doublearea(uv, F)) < 0:
         uv = uv[:, ::-1]
     sigma = np.linalg.svd(jacobians(V, F, uv), compute_uv=False)
@@ -53,7 +53,7 @@ def test_change_of_edges_and_spread_of_texels(name: str) -> None:
     assert np.isclose(q.texel_spread, last / first)
 
 
-def test_figures_of_several_maps_are_those_of_each() -> None:
+def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
     meshes = [(V, F, flatten(V, F).uv) for V, F in (bumps(60, 1), bumps(200, 2), load("bumps"))]
     flipped = meshes[1][2]
     near = meshes[1][1][7]
@@ -98,7 +98,7 @@ def test_overlaps_are_counted_within_charts_and_not_between_them() -> None:
     onto_each_other = np.vstack((V[:, :2], V[:, :2] + 0.1))
     assert quality(twice, both, onto_each_other).overlaps == 0
     assert len(overlaps(onto_each_other, both, between=True)) > len(F)
-    folded = V[:, :2] * [1, 1] - 2 * np.maximum(V[:, :1], 0) * [1, 0]  # the right half onto the left one
+    folded = V[:, :2] * [1, 1] - 2 * np.maximum(V[:, :1], 0) * [1, 0]  # right half onto left half
     assert quality(V, F, folded).overlaps == len(overlaps(folded, F)) > len(F) / 2
 
 
@@ -113,13 +113,13 @@ def test_collapsed_triangles_count_as_flips_and_infinite_stretch() -> None:
 
 
 @pytest.mark.parametrize("spoil", [lambda uv: uv[:-1], lambda uv: uv * np.nan, lambda uv: uv[:, :1]])
-def test_maps_that_do_not_fit_are_refused(spoil) -> None:
+def test_maps_that_do_not_fit_are_rejected(spoil) -> None:
     V, F = load("bumps")
     with pytest.raises(MeshError, match="uv"):
         quality(V, F, spoil(V[:, :2]))
 
 
-def test_prints_as_a_table() -> None:
+def test_quality_prints_as_a_table() -> None:
     V, F = load("bumps")
     q = quality(V, F, V[:, :2])
     assert f"{q.angle_distortion:.4g}" in str(q)

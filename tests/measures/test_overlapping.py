@@ -1,4 +1,4 @@
-"""Overlaps are those that clipping every pair finds, and the seams take them apart."""
+"""Overlaps agree with clipping all pairs of triangles, and seams remove them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from igl_linabf.surface import face_components
 
 
 def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A straight strip, four rows wide, and its map: wound around a centre, onto itself."""
+    """Return a straight strip with four rows, and a map that winds it around a centre onto itself."""
     t, h = np.meshgrid(np.linspace(0, 2 * np.pi * turns, n), np.linspace(0, 0.4, 5), indexing="ij")
     t, h = t.ravel(), h.ravel()
     i = (5 * np.arange(n - 1)[:, None] + np.arange(4)).ravel()
@@ -27,7 +27,7 @@ def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """All pairs of triangles with a common area."""
+    """Return all pairs of triangles whose intersection has an area."""
     polygons = shapely.polygons(uv[F])
     i, j = np.triu_indices(len(F), 1)
     area = shapely.area(shapely.intersection(polygons[i], polygons[j]))
@@ -35,13 +35,13 @@ def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """The charts that a cut leaves."""
+    """Return the charts after a cut."""
     V, F, _ = cut(V, F, seams)
     chart = face_components(F, len(V))
     return [igl.remove_unreferenced(V, F[chart == i])[:2] for i in range(chart.max() + 1)]
 
 
-def test_pairs_of_a_spiral_are_those_that_clipping_finds() -> None:
+def test_pairs_of_a_spiral_agree_with_clipping() -> None:
     _, F, uv = strip()
     pairs = overlaps(uv, F)
     assert len(pairs) > 500
@@ -49,7 +49,7 @@ def test_pairs_of_a_spiral_are_those_that_clipping_finds() -> None:
 
 
 @pytest.mark.parametrize("turns", [0.98, 1.02, 1.1])
-def test_pairs_where_the_ends_of_a_ring_meet_are_those_that_clipping_finds(turns: float) -> None:
+def test_pairs_where_the_ends_of_a_ring_meet_agree_with_clipping(turns: float) -> None:
     angle, radius = np.linspace(0, 2 * np.pi * turns, 40), np.linspace(1, 2.5, 12)
     z = (np.exp(1j * angle)[:, None] * radius).ravel()
     corner = np.arange(len(z)).reshape(40, 12)
@@ -59,13 +59,14 @@ def test_pairs_where_the_ends_of_a_ring_meet_are_those_that_clipping_finds(turns
         np.column_stack((z.real, z.imag)),
     )
     assert (len(overlaps(uv, F)) > 0) == (turns > 1)
+    expected = by_clipping(uv, F)
     for scale, faces in ((1, F), (1e-9, F), (1e6, F[:, ::-1])):
-        assert np.array_equal(overlaps(scale * uv, faces), by_clipping(uv, F))
+        assert np.array_equal(overlaps(scale * uv, faces), expected)
 
 
 @pytest.mark.parametrize("turns", [1.4, 2.3, 3.1])
 def test_no_pair_is_missed_where_a_wide_chart_winds_over_itself(turns: float) -> None:
-    """Far from its boundary, too: compared with all faces, as those of several charts are."""
+    """Includes pairs far from the boundary; compares with the search over all faces."""
     angle, radius = np.linspace(0, 2 * np.pi * turns, int(60 * turns)), np.linspace(1, 4, 20)
     z = (np.exp(1j * angle)[:, None] * radius).ravel()
     corner = np.arange(len(z)).reshape(len(angle), 20)
@@ -79,13 +80,13 @@ def test_no_pair_is_missed_where_a_wide_chart_winds_over_itself(turns: float) ->
 
 def test_a_flipped_face_inside_a_sound_boundary_overlaps_its_neighbours() -> None:
     uv, F = igl.triangulated_grid(7, 7)
-    uv[24] += [0.4, 0.1]  # beyond the vertices around it
+    uv[24] += [0.4, 0.1]  # beyond its neighbours
     pairs = overlaps(uv, F)
     assert len(pairs)
     assert np.array_equal(pairs, by_clipping(uv, F))
 
 
-def test_pairs_among_flipped_faces_are_those_that_clipping_finds() -> None:
+def test_pairs_of_flipped_faces_agree_with_clipping() -> None:
     _, F, uv = strip(0.9, 20)
     uv = uv + np.random.default_rng(0).normal(scale=0.1, size=uv.shape)
     pairs = overlaps(uv, F)
@@ -105,7 +106,7 @@ def test_pairs_do_not_depend_on_numbering_nor_on_a_similarity() -> None:
     assert np.array_equal(np.unique(renumbered, axis=0), pairs)
 
 
-def test_touching_is_no_overlap_and_charts_are_compared_on_request() -> None:
+def test_touching_faces_do_not_overlap_and_charts_are_compared_on_request() -> None:
     _, F, uv = strip(0.3, 10)
     right = uv + np.array([1.1, 0])
     two, both = np.concatenate((uv, right)), np.concatenate((F, F + len(uv)))
@@ -119,17 +120,20 @@ def test_touching_is_no_overlap_and_charts_are_compared_on_request() -> None:
 
 @pytest.mark.parametrize(("depth", "counts"), [(1e-2, 1), (1e-5, 1), (3e-6, 1), (3e-7, 0), (-1e-9, 0)])
 @pytest.mark.parametrize("size", [1.0, 1e-9])
-def test_a_millionth_of_a_height_is_the_least_depth(depth: float, counts: int, size: float) -> None:
-    # two triangles of height 1, the lower one's apex so deep in the upper one
+def test_overlaps_are_deeper_than_a_millionth_of_the_smaller_height(
+    depth: float, counts: int, size: float
+) -> None:
+    # two triangles of height 1; the apex of the lower one is inside the upper one by `depth`
     uv = size * np.array([[0, 0], [4, 0], [2, 1.0], [2, depth], [1, depth - 1], [3, depth - 1]])
     F = np.array([[0, 1, 2], [3, 4, 5]])
     assert len(overlaps(uv, F, between=True)) == counts
 
 
 def two_sheets() -> tuple[np.ndarray, np.ndarray]:
-    """Two sheets of a plane, through each other along a slit: no flipped face, no crossing of the loops.
+    """Return two sheets of a plane that pass through each other along a slit.
 
-    At the two ends of the slit the angles sum to 4 pi; both boundary loops run counter-clockwise.
+    No face is flipped, and the boundary loops do not cross. At the two ends of the slit, the angles sum to
+    4 pi. Both boundary loops run counter-clockwise.
     """
     sheets, faces, n = [], [], 0
     for half in (3, 2):
@@ -148,12 +152,12 @@ def two_sheets() -> tuple[np.ndarray, np.ndarray]:
         for sheet, (k, xy) in enumerate(zip((0, 49), sheets, strict=True))
         for i, p in enumerate(xy.astype(int).tolist(), k)
     }
-    for old, new in ((at[1, -1, 0], at[0, -1, 0]), (at[1, 1, 0], at[0, 1, 0])):  # the ends are common
+    for old, new in ((at[1, -1, 0], at[0, -1, 0]), (at[1, 1, 0], at[0, 1, 0])):  # share the ends of the slit
         faces[1][faces[1] == old] = new
     middle = at[0, 0, 0], at[1, 0, 0]
     for F, mine, other in ((faces[0], *middle), (faces[1], *middle[::-1])):
         below = uv[F].mean(axis=1)[:, 1] < 0
-        F[below[:, None] & (mine == F)] = other  # who comes from below goes on in the other sheet
+        F[below[:, None] & (mine == F)] = other  # faces below the slit continue in the other sheet
     return uv, np.concatenate(faces)
 
 
@@ -164,12 +168,12 @@ def test_two_sheets_through_each_other_overlap_although_their_loops_do_not_cross
     used = np.unique(F)
     assert len(used) == 49 + 25 - 2
     pairs = overlaps(uv, F)
-    assert len(pairs) >= 32  # every face of the smaller sheet
+    assert len(pairs) >= 32  # every face of the smaller sheet overlaps
     clipped = {tuple(pair) for pair in by_clipping(uv, F).tolist()}
     assert {tuple(pair) for pair in pairs.tolist()} == clipped
 
 
-def test_vertices_of_no_face_may_be_nan() -> None:
+def test_unreferenced_vertices_may_be_nan() -> None:
     _, F, uv = strip()
     padded = np.concatenate((np.full((2, 2), np.nan), uv))
     assert np.array_equal(overlaps(padded, F + 2), overlaps(uv, F))
@@ -212,7 +216,7 @@ def test_a_wound_strip_is_unwound_in_one_piece() -> None:
 
 
 @pytest.mark.parametrize("pairs", [[[0, 0]], [[0, 9999]], [[0, 1, 2]], [[0.5, 1.0]]])
-def test_pairs_that_are_none_are_refused(pairs: list) -> None:
+def test_invalid_pairs_are_rejected(pairs: list) -> None:
     V, F, _ = strip()
     with pytest.raises(MeshError, match="pairs"):
         separating_seams(V, F, pairs)

@@ -1,4 +1,4 @@
-"""The distortion of each triangle, by computations that share nothing with the library's."""
+"""Distortions of triangles agree with computations that are independent of the library."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from igl_linabf import MeshError, distortion, linabf, quality
 @pytest.mark.parametrize("name", ["bumps", "cortex"])
 def test_each_triangle_by_finite_differences_and_igl(name: str) -> None:
     V, F = load(name)
-    uv = linabf(V, F) @ np.array([[3.0, 1.0], [0.5, 2.0]])  # sheared, so that nothing is 1
+    uv = linabf(V, F) @ np.array([[3.0, 1.0], [0.5, 2.0]])  # sheared, so that no measure has its ideal value
     sigma = np.linalg.svd(jacobians(V, F, uv), compute_uv=False)
     area, flat = igl.doublearea(V, F), igl.doublearea(uv, F)
     share = (flat / flat.sum()) / (area / area.sum())
@@ -26,7 +26,7 @@ def test_each_triangle_by_finite_differences_and_igl(name: str) -> None:
     assert np.allclose(distortion(V, F, uv, "area"), np.log(share))
 
 
-def test_the_triangles_make_the_figures_of_the_whole() -> None:
+def test_figures_of_the_whole_map_follow_from_its_triangles() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     weight, q = igl.doublearea(V, F) / igl.doublearea(V, F).sum(), quality(V, F, uv)
@@ -36,7 +36,7 @@ def test_the_triangles_make_the_figures_of_the_whole() -> None:
     assert np.isclose(weight @ np.abs(distortion(V, F, uv, "area")), q.area_distortion)
 
 
-def test_collapsed_triangles_are_infinite_and_mirrored_ones_as_their_image() -> None:
+def test_collapsed_triangles_are_infinite_and_flipped_triangles_equal_their_mirror_image() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     for measure in ("angle", "conformal", "stretch", "area"):
@@ -47,7 +47,7 @@ def test_collapsed_triangles_are_infinite_and_mirrored_ones_as_their_image() -> 
     assert np.isfinite(distortion(V, F, uv)).all()
 
 
-def test_what_cannot_be_measured_is_refused() -> None:
+def test_invalid_arguments_are_rejected() -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="'angle', 'conformal', 'stretch', 'area'"):
         distortion(V, F, V[:, :2], "sheer")

@@ -1,4 +1,4 @@
-"""Pieces: as few as fit, holes that stay holes, upright with one grain, on as few pages as that takes."""
+"""Pieces are joined if they fit, keep their holes, stand upright with one grain, and use few pages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TURNED *= np.linalg.det(TURNED)
 
 
 def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Surface:
-    """An open prism of radius 1, or a frustum; without one of its sides it is no ring."""
+    """Return an open prism of radius 1, or a frustum; without `whole`, one of its sides is missing."""
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
     V = np.concatenate((ring, ring * [top, top, 1] + [0, 0, height]))
@@ -33,7 +33,7 @@ def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Sur
 
 
 def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
-    """Squares of 10 mm without some of them."""
+    """Return a plate of squares of 10 mm, without the given squares."""
     x, y = np.meshgrid(10.0 * np.arange(n + 1), 10.0 * np.arange(m + 1), indexing="ij")
     V = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
     cells = np.array([i * (m + 1) + j for i in range(n) for j in range(m) if (i, j) not in holes])
@@ -44,7 +44,7 @@ def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
 
 
 def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
-    """A plate with walls, those of its holes too."""
+    """Return a thick plate, with walls along its rim and around its holes."""
     rim = igl.boundary_facets(F)[0]
     walls = np.concatenate((rim[:, [0, 1]], rim[:, [1, 0]]))
     third = np.concatenate((rim[:, 1], rim[:, 0])) + len(V)
@@ -80,7 +80,7 @@ ONE_PIECE = {
 
 
 @pytest.mark.parametrize("name", ONE_PIECE)
-def test_what_can_be_developed_is_one_piece_of_true_lengths(tmp_path: Path, name: str) -> None:
+def test_developable_surfaces_are_one_piece_with_true_lengths(tmp_path: Path, name: str) -> None:
     V, F = ONE_PIECE[name]
     for turn in (np.eye(3), TURNED):
         pattern = made(tmp_path / "p.svg", (V @ turn.T, F))
@@ -89,7 +89,7 @@ def test_what_can_be_developed_is_one_piece_of_true_lengths(tmp_path: Path, name
         outline = np.vstack((pattern.outlines[0], pattern.outlines[0][:1]))
         x, y = outline.T
         enclosed = (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() / 2
-        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # nothing lies over anything
+        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # no overlaps
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -110,11 +110,11 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
         )
         assert length == pytest.approx(2 * (130 + 90) + 40 * len(holes), rel=1e-6)
     pattern = made(tmp_path / "p.svg", thick(V, F, 2))
-    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # of both sides of a thick plate, too
+    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # holes on both sides of the thick plate
     assert pattern.error < 1e-6
 
 
-def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
+def test_a_tab_stays_joined_to_its_plate(tmp_path: Path) -> None:
     V, F = plate(set(), 12, 8)
     edge = np.flatnonzero(V[:, 1] == 80)[[5, 6]]  # a tab of 10 mm, bent up, on a side of 120 mm
     tab = np.vstack((V, V[edge] + [0, 0, 30.0]))
@@ -124,8 +124,8 @@ def test_a_tab_on_a_plate_is_bent_from_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("wide", [10.0, 2.5])
-def test_pieces_hang_together_where_they_share_the_longer_edge(tmp_path: Path, wide: float) -> None:
-    """Two walls in one piece stand on a floor, and on either its side of 4 or its other one."""
+def test_pieces_are_joined_along_the_longer_edge(tmp_path: Path, wide: float) -> None:
+    """Two walls in one piece stand on a floor and are joined to it along the longer of two edges."""
     V = np.array([[0, 0, 0], [wide, 0, 0], [wide, 4, 0], [0, 4, 0], [0, 0, 1], [wide, 0, 1], [wide, 4, 1.0]])
     F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
     atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
@@ -135,7 +135,7 @@ def test_pieces_hang_together_where_they_share_the_longer_edge(tmp_path: Path, w
     assert sum(seam.length for seam in pattern.seams) == pytest.approx(min(wide, 4))
 
 
-def test_seams_that_were_asked_for_stay(tmp_path: Path) -> None:
+def test_given_seams_are_kept(tmp_path: Path) -> None:
     V, F = plate({(6, 4)}, 13, 9)
     across = np.flatnonzero(np.isclose(V[:, 0], 60))
     across = across[np.argsort(V[across, 1])]
@@ -148,7 +148,7 @@ def test_seams_that_were_asked_for_stay(tmp_path: Path) -> None:
     assert write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, every, progress=False)).pieces == 5
 
 
-def test_all_arrows_point_up_if_the_grain_points_anywhere(tmp_path: Path) -> None:
+def test_all_arrows_point_up(tmp_path: Path) -> None:
     tubes, faces, n = [], [], 0
     for k, axes in enumerate(([0, 1, 2], [2, 0, 1], [1, 2, 0])):
         V, F = band(24, 7.0 + k)
@@ -172,7 +172,7 @@ def test_the_arrow_of_a_box_lies_along_its_edges(tmp_path: Path) -> None:
         assert np.sort(abs(arrow[0])) == pytest.approx([0, 1], abs=1e-6), size
 
 
-def test_up_turns_the_pieces_and_leaves_the_arrows_to_the_grain(tmp_path: Path) -> None:
+def test_up_rotates_the_pieces_and_arrows_follow_the_grain(tmp_path: Path) -> None:
     V, F = band(4, 3.0, whole=False)
     for up, size in (([0, 0, 1], (3 * np.sqrt(2), 3)), ([0, 0, -2], (3 * np.sqrt(2), 3))):
         pattern = made(tmp_path / "p.svg", (V, F), up=up)
@@ -187,7 +187,7 @@ def pages(path: Path) -> int:
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), np.eye(3)[[2, 0, 1]], TURNED])
-def test_a_rectangle_lies_straight_on_as_few_pages_as_hold_it(tmp_path: Path, turn: np.ndarray) -> None:
+def test_a_rectangle_is_axis_aligned_and_uses_few_pages(tmp_path: Path, turn: np.ndarray) -> None:
     V = np.array([[0, 0, 0], [251, 0, 0], [251, 100, 0], [0, 100, 0.0]]) @ turn.T
     pattern = made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
     assert sorted(pattern.size) == pytest.approx([100, 251])
@@ -195,14 +195,14 @@ def test_a_rectangle_lies_straight_on_as_few_pages_as_hold_it(tmp_path: Path, tu
 
 
 @pytest.mark.parametrize("length", [1850, 1920, 1990])
-def test_all_of_a_strip_is_on_a_page(tmp_path: Path, length: float) -> None:
+def test_pages_cover_a_whole_strip(tmp_path: Path, length: float) -> None:
     V = np.array([[0, 0, 0], [length, 0, 0], [length, 60, 0], [0, 60, 0.0]])
     made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
-    # of 297 mm a page shows 277, and 10 of these are on the next one, too; the strip begins after 10
+    # a page of 297 mm shows 277 mm, and overlaps the next one by 10 mm; the strip starts at 10 mm
     assert 277 + 267 * (pages(tmp_path / "p.pdf") - 1) >= 10 + length
 
 
-def test_many_pieces_are_laid_side_by_side(tmp_path: Path) -> None:
+def test_many_pieces_do_not_overlap(tmp_path: Path) -> None:
     V, F = band(3, 0.5, whole=False)
     grid = [V + np.array([3.0 * i, 3.0 * j, 0]) for i in range(12) for j in range(12)]
     faces = np.concatenate([F + len(V) * k for k in range(len(grid))])
@@ -217,7 +217,7 @@ def test_many_pieces_are_laid_side_by_side(tmp_path: Path) -> None:
     assert not len(overlaps(np.concatenate(flat), fans, between=True))
 
 
-def test_the_command_turns_pieces_by_an_axis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_rotates_pieces_by_an_axis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     V, F = band(5, 0.2)
     igl.write_triangle_mesh(str(tmp_path / "band.obj"), 1000 * V, F)
     out = str(tmp_path / "band.svg")

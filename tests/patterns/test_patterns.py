@@ -1,4 +1,4 @@
-"""Patterns: true lengths, both sides of each seam marked alike, and files that other programs read."""
+"""Patterns have true lengths, equal marks on both sides of each seam, and files that other programs read."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nasty_meshes import NASTY
 from igl_linabf import MeshError, MeshWarning, linabf, unwrap, write_pattern
 from igl_linabf.cli import main
 from igl_linabf.patterns import Pattern, pattern_of
-from igl_linabf.patterns.pieces import laid_out
+from igl_linabf.patterns.pieces import lay_out
 
 pytest.importorskip("svgwrite")
 ezdxf = pytest.importorskip("ezdxf")
@@ -26,7 +26,7 @@ pytest.importorskip("matplotlib")
 def sheet(
     n: int, m: int, radius: object, turn: float = 5.0, height: float = 200.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Quadrangles around an axis, open at one side; the radius depends on the height."""
+    """Return quadrangles around an axis, open at one side, with a radius that depends on the height."""
     a, z = np.meshgrid(np.linspace(0, 5, n), np.linspace(0, 200, m), indexing="ij")
     r = radius(z)
     V = np.stack((r * np.cos(a), r * np.sin(a), z), axis=-1).reshape(-1, 3)
@@ -85,7 +85,7 @@ def read_svg(path: Path) -> tuple[ElementTree.Element, dict[str, list[np.ndarray
 
 
 def made_box(path: Path) -> Pattern:
-    """The four sides of a box in a row, 200 mm long, with lid and bottom."""
+    """Write the net of a box: four sides in a row of 200 mm, with lid and bottom."""
     V, F = box()
     seams = [[0, 4], [0, 1], [0, 2], [2, 3], [4, 5], [4, 6], [6, 7]]
     return write_pattern(path, V, F, unwrap(V, F, seams, progress=False))
@@ -117,7 +117,7 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     V, F = quads()
     atlas = unwrap(V, F, method="isometric", progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
-    cut, _ = laid_out(V, F, atlas, 1.0, np.array([0.0, 0.0, 1.0]))
+    cut, _ = lay_out(V, F, atlas, 1.0, np.array([0.0, 0.0, 1.0]))
     place = {tuple(np.round(p, 9)): v for p, v in zip(cut.flat, cut.origin.tolist(), strict=True)}
     covered = 0
     for seam in pattern.seams:
@@ -129,20 +129,20 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     assert covered == len(atlas.seams)
 
 
-def test_diagonals_of_bent_polygons_are_no_folds(tmp_path: Path) -> None:
+def test_diagonals_of_bent_polygons_are_not_folds(tmp_path: Path) -> None:
     V = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 20], [0, 10, 0.0]])
     for F, folds in (([[0, 1, 3], [1, 2, 3]], 1), ([[0, 1, 2, 3]], 0)):
         assert len(write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, progress=False)).folds) == folds
 
 
-def test_both_sides_of_a_seam_are_measured_apart() -> None:
+def test_both_sides_of_a_seam_are_measured_separately() -> None:
     square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
     F = np.array([[0, 1, 2], [0, 2, 3]])
     beside = square + np.array([100, 0, 0])
     flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
     V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
     (seam,) = pattern_of(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
-    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # by which the map is larger
+    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # scale of the map relative to the pattern
     assert seam.length == 100
     assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
     assert seam.change == pytest.approx(-0.25 / scale)
@@ -170,9 +170,9 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     assert len(sizes) == 1
     assert sorted(sizes.pop()) == pytest.approx([210, 297], abs=0.01)
     assert len(boxes) > 1
-    free = (210 - 20 - 10) * (297 - 20 - 10)  # of a page, beyond its frame and what overlaps
+    free = (210 - 20 - 10) * (297 - 20 - 10)  # printed area of a page without its overlap
     assert len(boxes) >= pattern.size[0] * pattern.size[1] / free
-    # a box that fits is on one page, and its bar is as long as it says
+    # a small box is on one page, and its scale bar has the stated length
     made_box(tmp_path / "small.pdf")
     pdfium = pytest.importorskip("pypdfium2")
     page = pdfium.PdfDocument(tmp_path / "small.pdf")[0]
@@ -180,7 +180,7 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     image = np.asarray(page.render(scale=scale).to_pil().convert("L"))
     dark = image < 128
     rows = np.flatnonzero(dark.sum(axis=1) > 0.3 * dark.shape[1])
-    bar = np.ptp(np.flatnonzero(dark[rows[-1]]))  # it is below all pieces
+    bar = np.ptp(np.flatnonzero(dark[rows[-1]]))  # the bar is below all pieces
     assert bar * 25.4 / 72 / scale == pytest.approx(100, abs=0.5)
 
 
@@ -191,8 +191,8 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     assert (
         main(["pattern", str(tmp_path / "ball.obj"), "-o", str(out), "--units", "cm", "--paper", "A3"]) == 0
     )
-    said = capsys.readouterr().out
-    assert re.search(r"seam +pieces +mm +mm +on the surface +change", said)
+    output = capsys.readouterr().out
+    assert re.search(r"seam +pieces +mm +mm +on the surface +change", output)
     lines = ezdxf.readfile(out).modelspace().query('LWPOLYLINE[layer=="outline"]')
     step = [np.linalg.norm(np.diff(np.array([p[:2] for p in line]), axis=0), axis=1) for line in lines]
     edge = 10 * np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
@@ -200,7 +200,7 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     assert main(["pattern", str(tmp_path / "ball.obj"), "-o", str(tmp_path / "ball.jpg")]) == 2
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+def test_invalid_arguments_of_patterns_are_refused(tmp_path: Path) -> None:
     V, F = box()
     atlas = unwrap(V, F, progress=False)
     with pytest.raises(MeshError, match=r"use one that ends in \.svg, \.dxf, \.pdf"):
@@ -225,7 +225,7 @@ def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
     assert any(seam.twisted for seam in pattern.seams)
     edges = igl.boundary_facets(F)[0]
     rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()
-    # all of the outline is the surface's own rim, or a side of a numbered seam
+    # the outline consists of the boundary of the surface and of both sides of the seams
     flat = igl.boundary_facets(atlas.FTC)[0]
     around = V[atlas.origin[flat]]
     outline = np.linalg.norm(around[:, 0] - around[:, 1], axis=1).sum()
@@ -234,7 +234,7 @@ def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
 @pytest.mark.parametrize("name", sorted(NASTY.keys() - {"all on a line", "coordinates of 1e200"}))
-def test_what_unwrap_repairs_can_be_drawn(tmp_path: Path, name: str) -> None:
+def test_repaired_surfaces_can_be_drawn(tmp_path: Path, name: str) -> None:
     V, F = NASTY[name]()
     atlas = unwrap(V, F, progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
@@ -246,7 +246,7 @@ def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
     square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
     strip = square * [4, 1, 1] + [200, 0, 0]
     F = np.array([[0, 1, 2], [0, 2, 3]])
-    # the square is halved one way and grows by a tenth the other; the strip makes up for its area
+    # the square shrinks by half in x and grows by a tenth in y; the strip compensates the change of area
     flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
     made = pattern_of(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
     assert made.error == pytest.approx(0.5)

@@ -1,4 +1,4 @@
-"""A pattern is as large as the file says, and it is said which unit was taken."""
+"""A pattern has the size that its file states, and the command reports the unit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LENGTH = {"meter": 1000.0, "inch": 25.4, "centimeter": 10.0, "foot": 304.8, "mic
 
 
 def icosahedron(path: Path, unit: str | None) -> Path:
-    """A file whose edges are one unit long."""
+    """Write an icosahedron whose edges are one unit long."""
     pytest.importorskip("lib3mf" if path.suffix == ".3mf" else "numpy")
     side = np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
     mesh = MeshFile(V / side, Polygons.of(F), extras=Extras(units=unit))
@@ -29,39 +29,40 @@ def icosahedron(path: Path, unit: str | None) -> Path:
 
 
 def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
-    """What the command says of the pattern, whose seams run along edges."""
+    """Run the command, and return its JSON output."""
     pytest.importorskip("svgwrite")
     assert main(["pattern", str(path), "-o", str(path.with_suffix(".svg")), "--json", *more]) == 0
     return json.loads(capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("unit", LENGTH)
-def test_the_unit_of_a_file_is_that_of_its_pattern(
+def test_a_pattern_has_the_unit_of_its_file(
     unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # a GLB is in metres, whatever it was made of
+    paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in a GLB are in metres
     for name, edge in paths.items():
         path = icosahedron(tmp_path / name, unit)
-        said = drawn(path, capsys)
+        output = drawn(path, capsys)
         edge = LENGTH[unit]
-        lengths = [seam["length"] for seam in said["pattern"]["seams"]]
+        lengths = [seam["length"] for seam in output["pattern"]["seams"]]
         assert np.allclose(np.mod(np.array(lengths) / edge + 0.5, 1), 0.5, atol=1e-3)
-        assert said["units_given_by"] == "file"
+        assert output["units_given_by"] == "file"
         mesh = read_file(path)
         made = write_pattern(tmp_path / "c.svg", mesh.V, mesh.F, unwrap(mesh.V, mesh.F), mesh.units)
-        assert made.units == mesh.units == said["pattern"]["units"]
+        assert made.units == mesh.units == output["pattern"]["units"]
         assert min(seam.length for seam in made.seams) == pytest.approx(min(lengths))
 
 
-def test_where_the_file_says_nothing_millimetres_are_taken_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_millimetres_are_the_reported_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.obj"
     write_mesh(path, V, F, V[:, :2])
     assert read_file(path).units is None
     assert drawn(path, capsys)["units_given_by"] == "default"
     assert main(["pattern", str(path), "-o", str(tmp_path / "a.svg"), "--force"]) == 0
-    assert "the surface is in mm (taken so, as its file does not say: --units)" in capsys.readouterr().out
+    assert (
+        "the surface is in mm (the default, because its file does not state a unit: see --units)"
+        in capsys.readouterr().out
+    )
     asked = drawn(icosahedron(tmp_path / "b.glb", "meter"), capsys, "--units", "cm")
     assert (asked["units_given_by"], asked["pattern"]["units"]) == ("option", "cm")
     assert min(seam["length"] for seam in asked["pattern"]["seams"]) == pytest.approx(10, rel=1e-5)

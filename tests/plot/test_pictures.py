@@ -1,4 +1,4 @@
-"""Pictures, by what is in them."""
+"""Pictures, tested by their pixels and meshes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def picture(tmp_path):
     return take
 
 
-def test_board_on_the_surface_and_the_flat_map_beside_it(picture) -> None:
+def test_compare_shows_the_checkerboard_on_surface_and_map(picture) -> None:
     V, F = load("bumps")
     image = picture({"linABF": linabf(V, F)}, V, F, frequency=10)
     surface, flat = image[:, :400], image[:, 400:]
@@ -48,7 +48,7 @@ def test_board_on_the_surface_and_the_flat_map_beside_it(picture) -> None:
     assert near(flat, "black").any()  # the boundary
     assert not near(image, WARNING).any()
     assert 7 <= squares(flat) <= 10
-    # the surface is shaded, and not white
+    # the surface is shaded and not white
     assert 0.2 < (surface.astype(int).sum(axis=-1) < 720).mean() < 0.95
     assert np.unique(surface.reshape(-1, 3), axis=0).shape[0] > 100
 
@@ -69,7 +69,7 @@ def test_flipped_triangles_are_red(picture) -> None:
     assert near(image[:, 400:], WARNING).sum() > 50
 
 
-def test_compare_has_a_row_for_each_map_turned_alike(picture, tmp_path) -> None:
+def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
     V, F = load("bumps")
     ours, lscm = linabf(V, F), flatten(V, F, "lscm").uv
     turned = ours @ np.array([[0.0, 5.0], [-5.0, 0.0]]) + 7
@@ -81,7 +81,7 @@ def test_compare_has_a_row_for_each_map_turned_alike(picture, tmp_path) -> None:
     plotter.show(screenshot=str(path))
     image = pixels(path).astype(int)
     first, second, third = np.split(image, 3)
-    assert np.abs(first[80:] - second[80:]).mean() < 1  # but for the caption
+    assert np.abs(first[80:] - second[80:]).mean() < 1  # without the caption
     assert np.abs(first[80:] - third[80:]).mean() > 1
     plotter.close()
 
@@ -98,7 +98,7 @@ def test_fit_undoes_a_similarity_and_keeps_nan() -> None:
     assert best_fit_distance(back[kept], uv[kept]) < 1e-12
 
 
-def test_parts_can_be_put_into_a_plotter_of_ones_own() -> None:
+def test_pictures_can_be_added_to_a_given_plotter() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     plotter = pv.Plotter(off_screen=True, shape=(1, 2))
@@ -122,7 +122,7 @@ def off_screen() -> pv.Plotter:
 
 
 def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A flat square, the right half of which is stretched to twice its width."""
+    """Return a flat square, and a map that stretches its right half to twice the width."""
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)))
     V = np.column_stack((x, y, 0 * x))
     F = pv.PolyData(V).delaunay_2d().regular_faces.astype(np.int64)
@@ -140,7 +140,7 @@ def test_distortion_is_coloured_by_its_value_on_a_scale_around_zero(tmp_path) ->
         assert np.nanstd(left) < 1e-6
         assert np.nanstd(right) < 1e-6
         assert np.nanmean(left) < 0.01
-        # scaled to one total, areas on the left are 2/3 of what they were, on the right 4/3
+        # after scaling to the total area, areas change by 2/3 on the left and by 4/3 on the right
         expected = 1.0 if measure == "conformal" else 0.5 + 0.5 * np.log(4 / 3) / np.log(3 / 2)
         assert abs(np.nanmean(right) - expected) < 0.01
 
@@ -176,7 +176,7 @@ def test_scalars_colour_the_flat_map(tmp_path) -> None:
         assert seen[0] < 0.05
         assert seen[-1] > 0.95
         assert (np.diff(seen) > -0.01).all()
-    with pytest.raises(MeshError, match="one a vertex or one a face"):
+    with pytest.raises(MeshError, match="one per vertex or one per face"):
         plot_uv(uv, F, scalars=[1.0, 2.0], plotter=off_screen())
 
 
@@ -188,13 +188,13 @@ def test_flipped_triangles_are_red_in_distortion_too(tmp_path) -> None:
         plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), lighting=False)
         plotter.view_xy()
         assert near(shot(plotter, tmp_path / "map.png"), WARNING).sum() > 10
-    uv[:] = 0  # everything collapsed
+    uv[:] = 0  # all faces collapse
     plotter = plot_distortion(V, F, uv, "angle", plotter=off_screen(), lighting=False)
     plotter.view_xy()
     assert near(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
 
 
-def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
+def test_given_seams_are_dark_lines(tmp_path) -> None:
     V, F, _ = sheared()
     uv = V[:, :2].copy()
     middle = np.flatnonzero(np.abs(V[:, 0]) < 1e-9)
@@ -209,11 +209,11 @@ def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
     rows, columns = np.nonzero(images[1])
     assert len(np.unique(rows)) > 380
     assert (abs(columns - 200) < 5).all()
-    with pytest.raises(MeshError, match="no edges of the mesh"):
+    with pytest.raises(MeshError, match="not edges of the mesh"):
         plot_checkerboard(V, F, uv, seams=[[0, 220]], plotter=off_screen())
 
 
-def test_an_atlas_brings_its_seams(tmp_path) -> None:
+def test_seams_of_an_atlas_are_drawn(tmp_path) -> None:
     ball = pv.Icosphere(nsub=3)
     V, F = ball.points.astype(float), ball.regular_faces.astype(np.int64)
     atlas = unwrap(V, F)
@@ -224,7 +224,7 @@ def test_an_atlas_brings_its_seams(tmp_path) -> None:
     V_cut, F_cut, _ = cut(V, F, atlas.seams)
     compared = plot_compare(V, F, {"linABF": atlas}, off_screen=True, show=False)
     assert near(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
-    with pytest.raises(MeshError, match="atlas is of"):
+    with pytest.raises(MeshError, match="atlas has"):
         plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
 
 
@@ -232,7 +232,7 @@ def test_an_atlas_brings_its_seams(tmp_path) -> None:
 @pytest.mark.parametrize("face", [[1, 1, 2], [11, 12, 13], [13, 13, 14], [0, 0, 0]])
 def test_faces_without_area_are_left_out_of_an_atlas_picture(face: list[int]) -> None:
     V, F = igl.icosahedron()
-    V = np.vstack((V, [[9, 9, 9], [9, 9, 9], [8, 8, 8.0]]))  # two in one place
+    V = np.vstack((V, [[9, 9, 9], [9, 9, 9], [8, 8, 8.0]]))  # two coincident vertices
     atlas = unwrap(V, [*F.tolist(), face])
     for plot in (plot_checkerboard, plot_distortion):
         drawn = plot(V, [*F.tolist(), face], atlas, plotter=off_screen())
@@ -263,10 +263,10 @@ def test_pictures_follow_the_theme(tmp_path) -> None:
     plot_compare(V, F, {"linABF": linabf(V, F)}, screenshot=str(path), **options).close()
     image = pixels(path)
     assert near(image, theme.background.hex_rgb).mean() > 0.3
-    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100  # the caption can be read
+    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100  # the caption is legible
 
 
-def test_parts_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
+def test_pictures_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(pv, "OFF_SCREEN", True)
     V, F = load("bumps")
     uv = linabf(V, F)
@@ -306,7 +306,7 @@ def test_a_texture_has_the_period_of_the_atlas() -> None:
         np.testing.assert_allclose(corners / 50, atlas.TC[atlas.FTC], atol=1e-6)
 
 
-def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:
+def test_cones_are_spheres_and_both_sides_of_a_seam_have_the_same_colour() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     V /= np.linalg.norm(V, axis=1)[:, None]
     atlas = unwrap(V, F, cones=6)
@@ -327,6 +327,6 @@ def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:
     assert (in_map[0] == on_surface[0]).all() and (in_map[1] == 2 * on_surface[1]).all()
     start, end = sides.points[sides.lines.reshape(-1, 3)[:, 1:].T]
     length = np.linalg.norm(end - start, axis=1)
-    for colour in in_map[0]:  # its two sides are equally long, edge by edge
+    for colour in in_map[0]:  # both sides have the same length, edge by edge
         own = np.sort(length[(sides.cell_data["colour"] == colour).all(axis=1)])
         assert np.allclose(own[0::2], own[1::2], rtol=1e-6)

@@ -1,4 +1,4 @@
-"""The window, tried as a user does: keys and clicks go in through the X server, pixels come out of it."""
+"""The window, tested by key presses, clicks and pixels of an X server."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
 from igl_linabf.plot.drawn_seams import DrawnSeams
 
 SIZE = (1400, 830)
-SIDES = 700  # pixels from above: below are the sliders and the help
-PATIENCE = 60  # seconds, after which a window that has not changed is given up
+SIDES = 700  # height of both sides, pixels; the sliders and the help are below
+PATIENCE = 300  # seconds to wait for a change of the window
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    """The name of an X display of one's own."""
+    """Name of a private X display."""
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed")
     pytest.importorskip("Xlib", reason="python-xlib is not installed")
@@ -49,7 +49,7 @@ def server() -> Iterator[str]:
 
 
 class Window:
-    """A running `igl-linabf view`: what a user can do with it."""
+    """A running `igl-linabf view`, operated like a user would."""
 
     def __init__(self, display: str, mesh: Path, *options: str) -> None:
         from Xlib.display import Display
@@ -80,7 +80,7 @@ class Window:
         return np.frombuffer(data, np.uint8).reshape(form.height, form.width, 4)[..., 2::-1].astype(int)
 
     def until(self, holds: Callable[[np.ndarray], bool]) -> np.ndarray:
-        """The window's picture, as soon as it is whole and that holds of it."""
+        """Return the picture of the window as soon as it is stable and satisfies a condition."""
         end = time.monotonic() + PATIENCE
         last = self.image()
         while True:
@@ -103,7 +103,7 @@ class Window:
         self.display.sync()
 
     def drag(self, start: tuple[int, int], *way: tuple[int, int]) -> None:
-        """Press at a pixel of the window, move, and release; without a way, a click."""
+        """Press at a pixel of the window, move along a path, and release; without a path, click."""
         from Xlib import X
         from Xlib.ext import xtest
 
@@ -143,7 +143,7 @@ def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
 
 
 def marks(image: np.ndarray) -> list[np.ndarray | None]:
-    """Where the marked point is on the left, and on the right: (column, row)."""
+    """Return the column and row of the marked point on the left and on the right."""
     found = []
     for left in (0, SIZE[0] // 2):
         rows, columns = np.nonzero(near(image[:, left : left + SIZE[0] // 2], MARK, 30))
@@ -156,7 +156,7 @@ def flat(image: np.ndarray) -> np.ndarray:
 
 
 def coloured(image: np.ndarray) -> bool:
-    """Whether the map has the colours of a distortion; the board's blue is nearly one of the lower half."""
+    """Return True if the map shows a distortion; only its upper colours differ from the board's blue."""
     return bool((colours(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
 
 
@@ -164,6 +164,7 @@ def both_marked(image: np.ndarray) -> bool:
     return all(place is not None for place in marks(image))
 
 
+@pytest.mark.slow
 def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     window = opened(*load("bumps"))
     before = squares(flat(window.image()))
@@ -184,29 +185,31 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     assert near(before[SIDES:], "black", 60).sum() > 500
     window.key("h")
     after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
-    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not lie over the map
+    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not cover the map
     window.key("q")
     assert window.process.wait(timeout=PATIENCE) == 0
     assert window.process.stderr.read() == ""
 
 
-def test_methods_by_key_show_what_they_flip(opened) -> None:
+@pytest.mark.slow
+def test_keys_change_the_method_and_flips_are_shown(opened) -> None:
     window = opened(*rings(40, crown))
     assert not near(window.image(), WARNING).any()  # linABF
     window.key("m")
-    window.key("m")  # over ABF to igl.lscm
+    window.key("m")  # to ABF, then to igl.lscm
     window.until(lambda image: near(image, WARNING).sum() > 100)
     window.key("bracketright")  # linABF, one iteration
     window.until(lambda image: not near(image, WARNING).any())
 
 
+@pytest.mark.slow
 def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window = opened(*load("bumps"))
     left = np.array([300, 400])
     window.drag(tuple(left))
     first = marks(window.until(both_marked))
     assert np.abs(first[0] - left).max() < 6
-    # the point on the map leads back to the point on the surface
+    # a click on the marked point of the map marks the same point on the surface
     elsewhere = (SIZE[0] * 3 // 4 + 80, 300)
     window.drag(elsewhere)
     second = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - elsewhere).max() < 6))
@@ -214,24 +217,25 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window.drag(tuple(np.round(first[1]).astype(int)))
     back = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - first[1]).max() < 3))
     assert np.abs(back[0] - first[0]).max() < 6
-    # it stays with the point when the surface is turned, which marks nothing
+    # turning the surface neither moves the mark nor sets a new one
     before = window.image()
     window.drag((300, 400), (360, 405), (420, 410))
     turned = window.until(lambda im: (np.abs(im - before)[60:, :700].max(axis=2) > 60).mean() > 0.05)
     assert both_marked(turned)
     assert np.abs(marks(turned)[1] - back[1]).max() < 2
-    # and it goes with another map
+    # the mark stays with another map
     window.key("d")
     window.until(coloured)
     assert both_marked(window.image())
 
 
+@pytest.mark.slow
 def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window = opened(*rings(40, crown))
     y = 772
     window.drag((77, y), (55, y), (40, y))  # linABF to igl.lscm
     window.until(lambda image: near(image, WARNING).sum() > 100)
-    window.drag((189, y), (205, y))  # iterations go back to linABF
+    window.drag((189, y), (205, y))  # changing the iterations selects linABF
     window.until(lambda image: not near(image, WARNING).any())
     assert not coloured(window.image())
     window.drag((469, y), (490, y))
@@ -240,7 +244,8 @@ def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window.until(lambda image: near(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
 
 
-def test_seams_are_drawn_by_clicks_and_taken_back(opened) -> None:
+@pytest.mark.slow
+def test_seams_are_drawn_by_clicks_and_undone(opened) -> None:
     window = opened(*load("bumps"))
     before = window.image()
     window.key("s")
@@ -262,35 +267,37 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     viewer.toggle_drawing()
     ends = [int(np.argmin(np.linalg.norm(V - at, axis=1))) for at in ([1, 0, 0], [0, 0, -1], [-1, 0, 0])]
     for vertex in ends:
-        viewer.drawn.to(vertex)
+        viewer.drawn.add_vertex(vertex)
     length = sum(np.linalg.norm(V[a] - V[b]) for a, b in viewer.drawn.edges)
     assert np.pi < length < 1.1 * np.pi  # two quarters of a great circle, along edges
     cut = viewer.shown
-    assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
+    assert (
+        len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1
+    )  # inner vertices of the path are doubled
     viewer.take_back()
     assert len(viewer.drawn.paths) == 1
-    assert viewer.drawn.end == ends[1]  # the next click goes on from there
+    assert viewer.drawn.end == ends[1]  # the next click continues there
     viewer.take_back()
     assert viewer.drawn.edges == ()
     assert viewer.drawn.end == ends[0]
     assert viewer.shown is whole
 
 
-def test_a_seam_ends_at_its_own_end_and_where_no_path_leads() -> None:
+def test_a_seam_ends_at_its_last_vertex_and_between_components() -> None:
     V, F = igl.icosahedron()
     two = DrawnSeams(np.concatenate((V, V + 5)), np.concatenate((F, F + len(V))))
     first, second = F[0, :2].tolist()
-    for vertex in (first, second, second):  # the click on its end ends it
-        two.to(vertex)
+    for vertex in (first, second, second):  # a click on the last vertex ends the seam
+        two.add_vertex(vertex)
     assert two.end is None
     assert two.edges == ((min(first, second), max(first, second)),)
-    two.to(first)
-    two.to(int(F[0, 0]) + len(V))  # in another piece: a seam begins there
+    two.add_vertex(first)
+    two.add_vertex(int(F[0, 0]) + len(V))  # in another component, where a new seam starts
     assert two.end == F[0, 0] + len(V)
     assert len(two.paths) == 1
 
 
-def test_a_click_takes_the_side_that_is_seen() -> None:
+def test_a_click_marks_the_visible_side() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     viewer = Viewer(V, F, off_screen=True)
     viewer.plotter.show(auto_close=False)
@@ -308,7 +315,7 @@ def test_a_click_takes_the_side_that_is_seen() -> None:
     viewer.plotter.close()
 
 
-def test_saved_files_replace_none(tmp_path) -> None:
+def test_saved_files_get_new_names(tmp_path) -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, off_screen=True, save_as=tmp_path / "bumps")
     viewer.plotter.show(auto_close=False)
@@ -319,11 +326,12 @@ def test_saved_files_replace_none(tmp_path) -> None:
     assert np.allclose(TC[FTC], (uv / uv.max())[F])
     viewer.plotter.close()
     missing = Viewer(V, F, off_screen=True, save_as=tmp_path / "none" / "bumps")
-    missing.act(missing.save_mesh)  # an error is said in the window
+    missing.act(missing.save_mesh)  # the window shows the error
     assert not (tmp_path / "none").exists()
     missing.plotter.close()
 
 
+@pytest.mark.slow
 def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window = opened(*igl.upsample(*igl.icosahedron(), 3))
     image = window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)
@@ -332,9 +340,18 @@ def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() < seams / 4)
 
 
-@pytest.mark.parametrize("display", [{}, {"DISPLAY": ":4711"}, {"WAYLAND_DISPLAY": "wayland-9"}])
+@pytest.mark.parametrize(
+    "display",
+    [
+        {},
+        *(
+            pytest.param(x, marks=pytest.mark.slow)
+            for x in ({"DISPLAY": ":4711"}, {"WAYLAND_DISPLAY": "wayland-9"})
+        ),
+    ],
+)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
-def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
+def test_a_missing_display_is_one_sentence(tmp_path, display) -> None:
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))
     kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     command = [sys.executable, "-m", "igl_linabf", "view", str(tmp_path / "mesh.ply")]
@@ -342,9 +359,9 @@ def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
         command, env=kept | display, capture_output=True, encoding="utf-8", timeout=PATIENCE
     )
     assert process.returncode == 2
-    said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
-    assert len(said) == 1
-    assert "there is no display" in said[0]
+    lines = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
+    assert len(lines) == 1
+    assert "there is no display" in lines[0]
 
 
 def test_a_screenshot_needs_no_display(tmp_path) -> None:
@@ -361,7 +378,7 @@ def test_a_screenshot_needs_no_display(tmp_path) -> None:
     assert max(squares(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
 
 
-def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
+def test_maps_are_cached_and_aligned(monkeypatch) -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, off_screen=True)
     maps = {}
@@ -384,7 +401,7 @@ def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
     viewer.plotter.close()
 
 
-def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
+def test_boundaries_and_cones_are_shown_for_methods_that_support_them() -> None:
     V, F = load("bumps")
     viewer = Viewer(V, F, "lscm", boundary="circle", off_screen=True)
     loop = igl.boundary_loop(F)
@@ -405,7 +422,7 @@ def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
         Viewer(V, F, boundary="circle", cones=4, off_screen=True)
 
 
-def test_what_cannot_be_viewed_is_refused() -> None:
+def test_invalid_arguments_of_the_window_are_refused() -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="method is 'magic'"):
         view(V, F, "magic", off_screen=True)

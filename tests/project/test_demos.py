@@ -1,4 +1,4 @@
-"""The demos run as they are called in the README, and their numbers hold."""
+"""The demos run as documented in the README, and their numbers are right."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import igl
 import numpy as np
+import pytest
 import pyvista as pv
 from conftest import FOLDER, ROOT, load, pixels
 from pixels import colourful
@@ -17,7 +18,7 @@ from igl_linabf.plot import MARK, WARNING
 
 
 def row(text: str, label: str) -> list[float]:
-    """The numbers of a table's row, but those of other programs, which are where they are installed."""
+    """Return the numbers of a row of a table, without the columns of other programs."""
     lines = text.splitlines()
     i = next(i for i, line in enumerate(lines) if line.startswith(label))
     values = [float(v.replace(",", "")) for v in re.split(r"\s{2,}", lines[i])[1:]]
@@ -26,6 +27,7 @@ def row(text: str, label: str) -> list[float]:
     return [value for name, value in zip(names, values, strict=True) if name not in peers.PEERS]
 
 
+@pytest.mark.slow
 def test_cortex(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cortex.py")
     assert row(text, "triangles") == [18654] * 4
@@ -52,12 +54,13 @@ def test_compare_lscm_on_any_mesh(tmp_path) -> None:
 
 
 def flipped_in(picture: Path) -> list[bool]:
-    """Whether each row of a comparison shows flipped triangles, in the colour that marks them."""
+    """Return whether each row of a comparison shows flipped triangles, in the colour that marks them."""
     image = pixels(picture)[:, 700:, :3].astype(int)
     red = np.abs(image - pv.Color(WARNING).int_rgb).sum(axis=2) < 12
     return [part.sum() > 200 for part in np.split(red, len(image) // 700)]
 
 
+@pytest.mark.slow
 def test_obtuse_lscm_turns_triangles_over_and_linear_abf_agrees_with_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "obtuse.py")
     for method in ("lscm", "dncp", "scp"):
@@ -66,6 +69,7 @@ def test_obtuse_lscm_turns_triangles_over_and_linear_abf_agrees_with_abf(tmp_pat
     assert flipped_in(tmp_path / "out" / "obtuse.png") == [True, True, True, False, False]
 
 
+@pytest.mark.slow
 def test_the_second_iteration_fixes_what_the_first_one_leaves(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "second_iteration.py")
     flips = [line.split()[2] for line in text.splitlines() if re.match(r" +[123] ", line)]
@@ -74,6 +78,7 @@ def test_the_second_iteration_fixes_what_the_first_one_leaves(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "second_iteration.png") == [True, False, False]
 
 
+@pytest.mark.slow
 def test_high_curvature(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "high_curvature.py")
     spiky, crown = text.split("crown: ")
@@ -83,6 +88,7 @@ def test_high_curvature(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "spiky.png")[:3] == [False] * 3
 
 
+@pytest.mark.slow
 def test_holes_close_uncut(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "holes.py")
     assert row(text, "flipped")[0] > 0
@@ -90,10 +96,11 @@ def test_holes_close_uncut(tmp_path) -> None:
     holes = [line.split() for line in text.splitlines() if re.match(r" +\d+ +(20|24)  ", line)]
     assert len(holes) == 7
     assert all(float(value) < 1e-8 for line in holes for value in line[5:])
-    assert any(float(line[4]) > 1e-2 for line in holes)  # one step leaves the loops open
+    assert any(float(line[4]) > 1e-2 for line in holes)  # after one step, the loops are open
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
+@pytest.mark.slow
 def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "hidden_seams.py")
     assert re.search(r"nut: \d charts, L2 stretch 1\.00", text)
@@ -107,6 +114,7 @@ def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
     assert 0 < hidden < anywhere / 2
 
 
+@pytest.mark.slow
 def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "seams_bunny.py")
     parts = text.split("trade ")[1:]
@@ -125,6 +133,7 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "baking.py")
     assert "differ by" in text
@@ -137,6 +146,7 @@ def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
     assert dressed > 0.1
 
 
+@pytest.mark.slow
 def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "even_texels.py")
     found = re.findall(
@@ -152,20 +162,22 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
     assert picture.shape[0] == 1000
 
 
+@pytest.mark.slow
 def test_charts_share_no_texel_and_pages_hold_two_surfaces(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "packing.py")
     found = re.findall(r"(.+): (\d+)% covered, (\d+) texels shared", text)
     assert [name for name, *_ in found][:3] == ["padding 2", "padding 12", "two surfaces"]
     near, apart = (int(share) for _, share, _ in found[:2])
-    assert near > apart  # padding takes room
+    assert near > apart  # padding takes space
     picture = pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     parts = [part for row in np.split(picture, 2) for part in np.split(row, 3, axis=1)]
-    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, pages are not
+    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, the page is not
     for (_, share, _), seen in zip(found, shown, strict=True):
-        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page is 0.8 of its panel
+        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page covers 0.8 of its panel
 
 
+@pytest.mark.slow
 def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "pins.py")
     found = re.findall(r"^(.+): (\d+) flipped, pins at most (\S+) mm away", text, re.M)
@@ -177,20 +189,22 @@ def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_
     assert min(part.sum() for part in np.split(dots, 3, axis=1)) > 14 * 20
 
 
+@pytest.mark.slow
 def test_boundaries_to_order(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "boundaries.py")
     assert len(re.findall(r", 0 flipped", text)) == 6
     for name in ("face", "sleeve"):
         picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
         assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
-        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are below
+        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are in the lower row
         circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
         height, width = (np.ptp(part) + 1 for part in circle)
-        assert abs(height - width) <= 4  # a circle, of which about half is blue
+        assert abs(height - width) <= 4  # a circle; the checkerboard makes about half of it blue
         share = len(rectangle[0]) / np.prod([np.ptp(part) + 1 for part in rectangle])
         assert 0.4 < share < 0.62
 
 
+@pytest.mark.slow
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "greedy.py")
     one, converged = text.split("converged\n")
@@ -201,11 +215,12 @@ def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_p
     assert pixels(tmp_path / "out" / "greedy.png").shape[:2] == (1400, 1400)
 
 
+@pytest.mark.slow
 def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "stretch.py")
     models = [name for name in ("horse", "dino", "bunny") if f"\n{name}, " in text]
     assert "bunny" in models
-    for name in ("horse", "dino"):  # each is measured, or said to be missing
+    for name in ("horse", "dino"):  # each is measured or reported as missing
         there = FOLDER is not None and any(Path(FOLDER).glob(f"*{name}*"))
         assert (f"\n{name}, " in text) == there
         assert (f"{name}: no such file" in text) == (not there)
@@ -218,6 +233,7 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
         assert abf[1] <= ours[1] <= lscm[1]
 
 
+@pytest.mark.slow
 def test_checkerboards(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "checkerboards.py")
     assert len(re.findall(r" 0 flipped", text)) == 6
@@ -232,6 +248,7 @@ def test_checkerboards(tmp_path) -> None:
     assert min(seams[4:]) > 2 * max(seams[1:4])
 
 
+@pytest.mark.slow
 def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "angle_error.py")
     before, after = (float(m) for m in re.findall(r"median (\S+)", text))
@@ -240,9 +257,10 @@ def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
     assert ours < lscm
     picture = pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
     bright = [((p[..., 1] > 150) & (p[..., 2] < 120)).mean() for p in np.split(picture, 2, axis=1)]
-    assert bright[0] > 5 * bright[1]  # but for the scale's own bar, the green and the yellow are gone
+    assert bright[0] > 5 * bright[1]  # only the colour bar is still green and yellow
 
 
+@pytest.mark.slow
 def test_quads_are_nearly_right_angled_and_written(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "quads.py")
     found = re.findall(r"(\w+): ([\d,]+) faces, (\d+)% quads, angles ([\d.]+) \+-([\d.]+)", text)
@@ -257,6 +275,7 @@ def test_quads_are_nearly_right_angled_and_written(tmp_path) -> None:
     assert min(colourful(tmp_path / "out" / "quads.png", 3, 2)) > 8
 
 
+@pytest.mark.slow
 def test_the_window_is_drawn_where_there_is_no_display(tmp_path, monkeypatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
@@ -267,6 +286,7 @@ def test_the_window_is_drawn_where_there_is_no_display(tmp_path, monkeypatch) ->
     assert min(half.sum() for half in np.split(marked, 2, axis=1)) > 100
 
 
+@pytest.mark.slow
 def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
     igl.write_triangle_mesh(str(tmp_path / "bumps.off"), *load("bumps"))
     text = run(tmp_path, ROOT / "benchmarks" / "timing.py", "--repeat", 1, "bumps.off")
@@ -274,6 +294,7 @@ def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
     assert "CHOLMOD" in text
 
 
+@pytest.mark.slow
 def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cones_bunny.py")
     figures = re.findall(r"differ by ([\d.]+)% in length and (\S+) degrees\nF/3nt (\S+),", text)
@@ -287,6 +308,7 @@ def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None
     )  # arcs in colours
 
 
+@pytest.mark.slow
 def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "polygons.py")
     assert " 0 of them diagonals" in text
@@ -295,6 +317,7 @@ def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -
     assert min(colourful(tmp_path / "out" / "polygons.png", 1, 2)) > 5
 
 
+@pytest.mark.slow
 def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "pattern.py")
     assert "edges change by 0.00% at most" in text  # the lampshade is a cone

@@ -1,4 +1,4 @@
-"""The pages build without a warning, and what they say is there: functions, files, tests, pictures."""
+"""The pages build without a warning, and refer to existing functions, files, tests and pictures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import ROOT, load, pixels
-from documented import reference
+from documented import read_reference
 from pixels import near, squares
 
 import igl_linabf
@@ -29,7 +29,7 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to ope
 
 
 def public() -> Iterator[tuple[str, object]]:
-    """Every public function and class of the package, under the name it is called by."""
+    """Yield every public function and class of the package, with its public name."""
     for name in igl_linabf.__all__:
         if not inspect.ismodule(getattr(igl_linabf, name)):
             yield f"igl_linabf.{name}", getattr(igl_linabf, name)
@@ -47,7 +47,7 @@ def test_every_public_function_has_an_example(name: str) -> None:
 
 
 def test_the_reference_has_every_public_name() -> None:
-    assert {name for name, _ in public()} <= set(reference())
+    assert {name for name, _ in public()} <= set(read_reference())
 
 
 def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
@@ -58,7 +58,7 @@ def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
     assert len(blocks) >= 2
     names: dict[str, object] = {}
     for block in blocks:
-        exec(block, names)  # each goes on from the one before
+        exec(block, names)  # each block uses the names of the previous blocks
     pv.close_all()
     assert names["uv"].shape == (len(names["V"]), 2)
     assert Path("camelhead.glb").stat().st_size > 10_000
@@ -88,16 +88,18 @@ def test_citation_and_changelog_are_of_this_version() -> None:
 )
 def test_the_galleries_can_show_what_a_script_draws(script: Path) -> None:
     text = script.read_text(encoding="utf-8")
-    # of a closed plotter, the gallery has the picture that was shown
+    # the gallery takes the picture that `show` made, even after the plotter is closed
     assert ".screenshot(" not in text
-    if script.stem != "compare_lscm":  # the galleries do not run it
-        assert "sys.exit" not in text  # the build would end there, with success
+    if script.stem != "compare_lscm":  # not run by the galleries
+        assert "sys.exit" not in text  # this would end the build without an error
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
-    """The pages, of the gallery's demos only the one with an interactive scene being run."""
-    pytest.importorskip("sphinx", "8.2", reason="older ones, as on Python 3.10, know no type aliases")
+    """Build the pages; of all demos, run only the demo with an interactive scene."""
+    pytest.importorskip(
+        "sphinx", "8.2", reason="older versions, as on Python 3.10, do not support type aliases"
+    )
     folder = tmp_path_factory.mktemp("site")
     made = shutil.ignore_patterns("_build", "gallery", "recipes", "generated", "scenes", "out", "__pycache__")
     for name in ("docs", "demos", "recipes"):
@@ -106,13 +108,13 @@ def site(tmp_path_factory) -> Path:
         shutil.copy(ROOT / name, folder)
     only = "sphinx_gallery_conf.filename_pattern=in_the_browser"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-D", only, "docs", "html"]
-    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=300)
+    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=500)
     assert process.returncode == 0, process.stderr
     return folder / "html"
 
 
 def chromium(page: Path, folder: Path, *arguments: str) -> str:
-    """Open a page without a screen; what it prints."""
+    """Open a page without a display, and return the output."""
     command = [
         CHROMIUM,
         "--headless",
@@ -125,11 +127,12 @@ def chromium(page: Path, folder: Path, *arguments: str) -> str:
         *arguments,
         page.as_uri(),
     ]
-    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=180)
+    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     assert process.returncode == 0, process.stderr
     return process.stdout
 
 
+@pytest.mark.slow
 def test_every_page_of_the_folder_is_in_the_site(site) -> None:
     names = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").glob("*.md")}
     assert all((site / name).is_file() for name in names)
@@ -139,6 +142,7 @@ def test_every_page_of_the_folder_is_in_the_site(site) -> None:
             assert (site / pages / f"{script.stem}.html").is_file()
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     frame = re.search(
@@ -150,7 +154,7 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     surface, flat = image[:, :700], image[:, 700:]
     light, dark = near(flat, LIGHT).mean(), near(flat, DARK).mean()
     assert 0.08 < light < 0.4
-    assert 0.7 < light / dark < 1.4  # a checkerboard is half and half
+    assert 0.7 < light / dark < 1.4  # half of a checkerboard is light
     assert near(flat, "black").any()  # the boundary
     assert 20 <= squares(flat) <= 30
     drawn = ~near(surface, "white")
@@ -158,10 +162,11 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     assert np.unique(surface[drawn], axis=0).shape[0] > 1000  # shaded
     blue = (
         surface[..., 2].astype(int) - surface[..., 0]
-    )  # dark squares are blue in any light, light ones yellow
+    )  # dark squares are blue and light squares yellow, whatever the shading
     assert 0.5 < (blue[drawn] > 15).sum() / (blue[drawn] < 0).sum() < 2
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_formulas_are_typeset_without_a_network(site, tmp_path) -> None:
     text = chromium(site / "method.html", tmp_path, "--dump-dom")

@@ -1,4 +1,4 @@
-"""What the reference says of parameters and of what is returned, by numpydoc's own checks."""
+"""The reference documents all parameters and results, according to the checks of numpydoc."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import dataclasses
 import enum
 
 import pytest
-from documented import reference, resolved
+from documented import read_reference, resolve
 from numpydoc.docscrape import get_doc_object
 from numpydoc.validate import Validator, validate
 
 CHECKS = {
     "PR01",  # a parameter is not documented
-    "PR02",  # one is documented that is not there
-    "PR03",  # they come in another order than in the signature
+    "PR02",  # a documented parameter does not exist
+    "PR03",  # the order of the parameters differs from the signature
     "PR04",  # a parameter has no type
     "PR10",  # no space before the colon after its name
-    "RT01",  # something is returned, which is not documented
-    "YD01",  # or yielded
-    "GL06",  # a section has a title that numpydoc does not know
+    "RT01",  # the returned value is not documented
+    "YD01",  # the yielded value is not documented
+    "GL06",  # a section has an unknown title
     "GL08",  # there is no docstring
 }
 
 
-class Documented(Validator):
-    """As numpydoc's, but the fields of a dataclass are documented as attributes, which its class has."""
+class DataclassValidator(Validator):
+    """A validator that accepts the fields of a dataclass as documented attributes."""
 
     def __init__(self, obj_name: str) -> None:
-        super().__init__(get_doc_object(resolved(obj_name)))
+        super().__init__(get_doc_object(resolve(obj_name)))
 
     @property
     def doc_all_parameters(self) -> dict[str, tuple[str, str]]:
@@ -38,10 +38,10 @@ class Documented(Validator):
         return {name: value for name, value in described.items() if name not in properties}
 
 
-@pytest.mark.parametrize("name", reference())
+@pytest.mark.parametrize("name", read_reference())
 def test_parameters_and_returns_are_documented(name: str) -> None:
-    thing = resolved(name)
-    wrong = [error for error in validate(name, Documented)["errors"] if error[0] in CHECKS]
+    thing = resolve(name)
+    wrong = [error for error in validate(name, DataclassValidator)["errors"] if error[0] in CHECKS]
     if isinstance(thing, type) and issubclass(thing, enum.Enum):
-        wrong = [error for error in wrong if not error[0].startswith("PR")]  # Enum's own parameters
+        wrong = [error for error in wrong if not error[0].startswith("PR")]  # inherited from Enum
     assert not wrong, wrong

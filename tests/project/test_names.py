@@ -1,4 +1,4 @@
-"""The names that docs, docstrings and messages use are there, under just these names."""
+"""All names that docs, docstrings and messages use exist."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from types import ModuleType
 
 import pytest
 from conftest import ROOT
-from documented import reference, resolved
+from documented import read_reference, resolve
 
 import igl_linabf
 
@@ -22,12 +22,12 @@ SOURCES = [*(ROOT / "igl_linabf").rglob("*.py"), *SCRIPTS]
 FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl)")
 
 
-def check(names: list[str]) -> None:
-    """Fail by those names that stand for nothing."""
+def check_names(names: list[str]) -> None:
+    """Assert that all names can be resolved."""
     wrong = {}
     for name in names:
         try:
-            resolved(name)
+            resolve(name)
         except (AttributeError, ImportError) as error:
             wrong[name] = str(error)
     assert not wrong, wrong
@@ -38,12 +38,12 @@ def label(path: Path) -> str:
 
 
 @pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=label)
-def test_every_name_of_the_package_and_of_igl_is_there(path: Path) -> None:
-    check(re.findall(r"\b(?:igl_linabf|igl)(?:\.[A-Za-z_]\w*)+", path.read_text(encoding="utf-8")))
+def test_every_name_of_the_package_and_of_igl_exists(path: Path) -> None:
+    check_names(re.findall(r"\b(?:igl_linabf|igl)(?:\.[A-Za-z_]\w*)+", path.read_text(encoding="utf-8")))
 
 
-def imported(source: str) -> list[str]:
-    """What a script imports from the package and from igl, and what it uses of modules among these."""
+def find_imports(source: str) -> list[str]:
+    """Return the names that a script imports from the package and igl, or uses of their modules."""
     tree, names = ast.parse(source), {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and not node.level:
@@ -51,7 +51,7 @@ def imported(source: str) -> list[str]:
         if isinstance(node, ast.Import):
             names |= {name.asname: name.name for name in node.names if name.asname}
     names = {short: name for short, name in names.items() if name.split(".")[0] in ("igl_linabf", "igl")}
-    modules = [short for short, name in names.items() if isinstance(resolved(name), ModuleType)]
+    modules = [short for short, name in names.items() if isinstance(resolve(name), ModuleType)]
     used = [
         f"{names[node.value.id]}.{node.attr}"
         for node in ast.walk(tree)
@@ -61,23 +61,23 @@ def imported(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=label)
-def test_every_name_that_a_script_takes_of_a_module_is_there(path: Path) -> None:
-    check(imported(path.read_text(encoding="utf-8")))
+def test_every_name_that_a_script_uses_of_a_module_exists(path: Path) -> None:
+    check_names(find_imports(path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("path", PAGES, ids=label)
-def test_every_dotted_name_in_backticks_is_there(path: Path) -> None:
+def test_every_dotted_name_in_backticks_exists(path: Path) -> None:
     names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text(encoding="utf-8"))
-    check([name for name in names if not FILE.fullmatch(name, name.rindex("."))])
+    check_names([name for name in names if not FILE.fullmatch(name, name.rindex("."))])
 
 
-def test_every_entry_of_the_reference_is_there() -> None:
-    assert len(reference()) > 40
-    check(reference())
+def test_every_entry_of_the_reference_exists() -> None:
+    assert len(read_reference()) > 40
+    check_names(read_reference())
 
 
-def rows_of(page: str, head: str) -> list[list[str]]:
-    """The cells of the table whose first line begins with `head`."""
+def read_rows(page: str, head: str) -> list[list[str]]:
+    """Return the cells of the table whose first line starts with `head`."""
     table = re.search(
         rf"^\| {head} \|.*\n\|[-| ]+\|\n((?:\|.*\n?)+)", (ROOT / page).read_text("utf-8"), re.MULTILINE
     )
@@ -85,22 +85,26 @@ def rows_of(page: str, head: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table[1].splitlines()]
 
 
-def named(cell: str) -> list[str]:
+def find_code_names(cell: str) -> list[str]:
     return re.findall(r"`([^`]+)`", cell)
 
 
-def test_the_map_shows_every_room_and_every_file_that_it_names_is_there() -> None:
-    rooms = [name.rstrip("/") for row in rows_of("CONTRIBUTING.md", "room") for name in named(row[0])]
-    check([f"igl_linabf.{name}" for name in rooms])
+def test_the_table_of_rooms_is_complete_and_names_existing_files() -> None:
+    rooms = [
+        name.rstrip("/") for row in read_rows("CONTRIBUTING.md", "room") for name in find_code_names(row[0])
+    ]
+    check_names([f"igl_linabf.{name}" for name in rooms])
     assert set(rooms) == {module.name for module in pkgutil.iter_modules(igl_linabf.__path__)}
-    for folders, files, *_ in rows_of("CONTRIBUTING.md", "folder"):
-        (folder,) = named(folders)
-        missing = [n for n in named(files) if n.endswith(".py") and not (ROOT / folder / n).is_file()]
+    for folders, files, *_ in read_rows("CONTRIBUTING.md", "folder"):
+        (folder,) = find_code_names(folders)
+        missing = [
+            n for n in find_code_names(files) if n.endswith(".py") and not (ROOT / folder / n).is_file()
+        ]
         assert not missing, missing
 
 
-def equations(text: str) -> set[int]:
-    """The numbers after "eq.": of "eq. 5, 6 and 11-13" 5, 6, 11, 12 and 13."""
+def find_equations(text: str) -> set[int]:
+    """Return the numbers after "eq."; for "eq. 5, 6 and 11-13", these are 5, 6, 11, 12 and 13."""
     found = set()
     for several in re.findall(r"\beq\. (\d+(?:-\d+)?(?:(?:, | and )\d+(?:-\d+)?)*)", text):
         for first, last in re.findall(r"(\d+)(?:-(\d+))?", several):
@@ -108,22 +112,24 @@ def equations(text: str) -> set[int]:
     return found
 
 
-@pytest.mark.parametrize("row", rows_of("docs/method.md", "in the paper"), ids=lambda row: row[1])
-def test_what_the_paper_numbers_is_where_the_method_says_and_says_so(row: list[str]) -> None:
+@pytest.mark.parametrize("row", read_rows("docs/method.md", "in the paper"), ids=lambda row: row[1])
+def test_the_places_of_numbered_items_of_the_paper_cite_them(row: list[str]) -> None:
     number, _, places = row
-    assert named(places)
-    for place in named(places):
+    assert find_code_names(places)
+    for place in find_code_names(places):
         if "/" in place:
             source = (ROOT / place).read_text("utf-8")
         else:
-            source = inspect.getsource(typing.cast("type", resolved(place)))
+            source = inspect.getsource(typing.cast("type", resolve(place)))
         if number.startswith("eq."):
-            assert equations(number) <= equations(source), place
+            assert find_equations(number) <= find_equations(source), place
         else:
             assert number.lower() in source.lower(), place
 
 
 def test_the_method_has_every_equation_that_the_code_cites() -> None:
-    listed = set().union(*(equations(row[0]) for row in rows_of("docs/method.md", "in the paper")))
-    cited = set().union(*(equations(path.read_text("utf-8")) for path in (ROOT / "igl_linabf").rglob("*.py")))
+    listed = set().union(*(find_equations(row[0]) for row in read_rows("docs/method.md", "in the paper")))
+    cited = set().union(
+        *(find_equations(path.read_text("utf-8")) for path in (ROOT / "igl_linabf").rglob("*.py"))
+    )
     assert cited <= listed

@@ -1,4 +1,4 @@
-"""The recipes run as they are shown, and their files and pictures hold what they say."""
+"""The recipes run, and their output and pictures are right."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_each_has_a_title_a_test_and_its_place_in_the_gallery() -> None:
         assert name in WHAT
 
 
-# panels of each picture, (rows, columns), and a pattern of what is printed
+# name: ((rows, columns) of panels in the picture, pattern of the output)
 WHAT = {
     "blender_python": ((1, 2), r"all +576 .* 0 +0"),
     "colours_into_glb": ((1, 2), r"off by [0-2] of 255 in the median"),
@@ -35,6 +35,7 @@ WHAT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     (rows, columns), said = WHAT[name]
@@ -42,6 +43,7 @@ def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     assert min(colourful(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
 
 
+@pytest.mark.slow
 def test_tensors_are_those_of_the_mesh(tmp_path: Path) -> None:
     pytest.importorskip("torch")
     text = run(tmp_path, ROOT / "recipes" / "differentiable_renderer.py")

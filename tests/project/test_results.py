@@ -1,4 +1,4 @@
-"""docs/results.md: it is what the benchmarks print, and no run takes a mesh from it."""
+"""docs/results.md is the output of the benchmarks, and no run removes a mesh from it."""
 
 from __future__ import annotations
 
@@ -29,16 +29,17 @@ It holds.
 """
 
 
-def test_a_lost_mesh_a_lost_column_and_a_lost_section_are_named() -> None:
-    assert results.lost(PAGE, PAGE) == []
-    assert results.lost(PAGE, PAGE.replace("| cow | 2 |\n", "| horse | 2 |\n| bunny | 1 |\n")) == ["One: cow"]
-    assert results.lost(PAGE, PAGE.replace(" xatlas |", "")) == ["Two: column xatlas"]
-    (said,) = results.lost(PAGE, PAGE.split("## Two")[0])
-    assert said.startswith("Two: ")
-    assert results.lost("", PAGE) == []
+def test_lost_meshes_columns_and_sections_are_named() -> None:
+    assert results.find_losses(PAGE, PAGE) == []
+    without_cow = PAGE.replace("| cow | 2 |\n", "| horse | 2 |\n| bunny | 1 |\n")
+    assert results.find_losses(PAGE, without_cow) == ["One: cow"]
+    assert results.find_losses(PAGE, PAGE.replace(" xatlas |", "")) == ["Two: column xatlas"]
+    (loss,) = results.find_losses(PAGE, PAGE.split("## Two")[0])
+    assert loss.startswith("Two: ")
+    assert results.find_losses("", PAGE) == []
 
 
-def test_a_run_with_fewer_meshes_leaves_the_page_as_it_is(tmp_path, monkeypatch, capsys) -> None:
+def test_a_run_with_fewer_meshes_does_not_change_the_page(tmp_path, monkeypatch, capsys) -> None:
     page = tmp_path / "results.md"
     page.write_text(PAGE)
     monkeypatch.setattr(results, "PAGE", page)
@@ -61,7 +62,7 @@ def test_the_page_has_every_section_under_its_command() -> None:
     assert table1.DIFFERS in page
 
 
-def test_the_page_begins_with_what_the_first_table_shows() -> None:
+def test_the_page_starts_with_the_finding_of_the_first_table() -> None:
     page = (ROOT / "docs" / "results.md").read_text("utf-8")
     first = page.split("\n\n")[1]
     title, command = results.SECTIONS[0]
@@ -69,7 +70,7 @@ def test_the_page_begins_with_what_the_first_table_shows() -> None:
     assert f"## {title}\n\n`python benchmarks/{command}`\n\n{first}" in page
 
 
-def test_only_the_sections_asked_for_are_made_anew(tmp_path, monkeypatch) -> None:
+def test_only_requested_sections_are_replaced(tmp_path, monkeypatch) -> None:
     page = tmp_path / "results.md"
     page.write_text(PAGE)
     monkeypatch.setattr(results, "PAGE", page)

@@ -1,4 +1,4 @@
-"""What the core computes in triangles and at vertices, as the paper has it; arrays over corners are (3, #F).
+"""Reference for the angle computations of the core, by the formulas of the paper; corner arrays are (3, #F).
 
 Zayer, Levy, Seidel, Linear Angle Based Parameterization, SGP 2007.
 """
@@ -6,7 +6,7 @@ Zayer, Levy, Seidel, Linear Angle Based Parameterization, SGP 2007.
 import numpy as np
 from scipy import sparse
 
-NEXT, PREV = [1, 2, 0], [2, 0, 1]  # corners k + 1 and k + 2: the left and the right angle of corner k's fan
+NEXT, PREV = [1, 2, 0], [2, 0, 1]  # corners k + 1 and k + 2: the left and right angles in the wheel of k
 
 
 def sum_by(index, values, n):
@@ -17,7 +17,7 @@ def sum_by(index, values, n):
 
 
 def products(V, corner):
-    """Twice the areas, the scalar products of sides at corners, and the double areas that are of rounding."""
+    """Compute twice the areas, the scalar products of sides at corners, and the rounding errors of areas."""
     at = V[corner]
     side = at[PREV] - at[NEXT]
     dot = -(side[NEXT] * side[PREV]).sum(axis=2)
@@ -34,7 +34,7 @@ def normals(V, corner):
 
 
 def dihedrals(V, corner, sides, normal):
-    """The angles between normals at edges; negative where the surface is concave."""
+    """Compute the angles between normals at edges; negative at concave edges."""
     m = corner.shape[1]
     turned = normal[sides[0] % m] - normal[sides[1] % m]
     angle = 2 * np.arcsin(np.minimum(np.linalg.norm(turned, axis=1) / 2, 1))
@@ -55,7 +55,7 @@ def cotangents(alpha):
 
 
 def rescaled(corner, length, factor):
-    """The angles of triangles with sides times factors; which triangles cannot have such sides."""
+    """Compute the angles after sides are multiplied by factors; mark triangles that cannot exist."""
     side = length * factor[corner]
     side /= side.max(axis=0)
     half = side.sum(axis=0) / 2
@@ -66,13 +66,13 @@ def rescaled(corner, length, factor):
 
 
 def angle_sums(corner, alpha, cot, n):
-    """sum alpha (eq. 5), sum log sin gamma - log sin beta (eq. 10) around vertices; cot is at most 1e75."""
+    """Compute sum alpha (eq. 5) and sum log sin gamma - log sin beta (eq. 10) at vertices; |cot| <= 1e75."""
     log_sine = -0.5 * np.log1p(np.minimum(np.abs(cot), 1e75) ** 2)
     return sum_by(corner, alpha, n), sum_by(corner, log_sine[PREV] - log_sine[NEXT], n)
 
 
 def limit_step(alpha, e, reach):
-    """Up to a share of the way to a vanishing angle; where an angle would vanish."""
+    """Limit steps to a share of the way to a vanishing angle; mark triangles where an angle would vanish."""
     with np.errstate(divide="ignore"):
         times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
     return e * np.minimum(reach * times, 1), times <= 1
@@ -82,7 +82,7 @@ def limit_step(alpha, e, reach):
 
 
 def rows(corner, cot, n):
-    """M, two sparse matrices (n, 3 #F): vertex rows (eq. 5), derivatives of wheel rows (eq. 8 to 10)."""
+    """Return M as sparse matrices (n, 3 #F): vertex rows (eq. 5), derivatives of wheel rows (eq. 8 to 10)."""
     m = corner.shape[1]
     number = np.arange(3 * m).reshape(3, m)
     shape = (n, 3 * m)
@@ -93,17 +93,17 @@ def rows(corner, cot, n):
 
 
 def row_sums(corner, cot, e, n):
-    """M e."""
+    """Return M e."""
     return tuple(part @ e.ravel() for part in rows(corner, cot, n))
 
 
 def projection(w):
-    """P = diag(w) - w w^T / sum w of each triangle, (#F, 3, 3)."""
+    """Return P = diag(w) - w w^T / sum w of each triangle, (#F, 3, 3)."""
     return np.eye(3) * w.T[:, None] - w.T[:, :, None] * (w / w.sum(axis=0)).T[:, None]
 
 
 def conformal(cot):
-    """K, the cotangent matrices (#F, 3, 3)."""
+    """Return the cotangent matrices K, (#F, 3, 3)."""
     K = np.empty((cot.shape[1], 3, 3))
     for k in range(3):
         K[:, NEXT[k], PREV[k]] = K[:, PREV[k], NEXT[k]] = -cot[k] / 2
@@ -116,7 +116,7 @@ def times(matrices, y):
 
 
 def transposed(corner, cot, vertex, wheel):
-    """M^T x."""
+    """Return M^T x."""
     parts = rows(corner, cot, len(vertex))
     return (parts[0].T @ vertex + parts[1].T @ wheel).reshape(3, -1)
 
@@ -126,7 +126,7 @@ def projected(w, d, y):
 
 
 def errors(corner, w, d, cot, vertex, wheel):
-    """P M^T x."""
+    """Return P M^T x."""
     return times(projection(w), transposed(corner, cot, vertex, wheel))
 
 
@@ -135,12 +135,12 @@ def conformally(cot, y):
 
 
 def conformal_errors(corner, cot, vertex, wheel):
-    """K M^T x."""
+    """Return K M^T x."""
     return times(conformal(cot), transposed(corner, cot, vertex, wheel))
 
 
 def reduced(corner, row, n, w, cot):
-    """S = sum M_t P_t M_t^T over rows that vertices may share, -1 for none: (vertex, wheel), (2, 2, n, n)."""
+    """Return S = sum M_t P_t M_t^T, (2, 2, n, n); vertices may share a row, or have no row (-1)."""
     m = corner.shape[1]
     to_rows = sparse.csr_array((np.ones(len(row)), (np.where(row < 0, n, row), np.arange(len(row)))))
     M = [(to_rows @ part)[:n] for part in rows(corner, cot, len(row))]
@@ -151,12 +151,12 @@ def reduced(corner, row, n, w, cot):
 
 
 def conformal_scale(w):
-    """s of s K, the geometric mean of the eigenvalue ratios of P and K."""
+    """Return the scale s of s K, the geometric mean of the eigenvalue ratios of P and K."""
     return 2 * np.sqrt(w.prod(axis=0) / w.sum(axis=0))
 
 
 def disparity(w, d, cot):
-    """rho + 1 / rho, rho the ratio of the eigenvalues of P and s K, on the plane sum e = 0."""
+    """Return rho + 1 / rho, where rho is the eigenvalue ratio of P and s K on the plane sum e = 0."""
     plane = np.linalg.svd(np.ones((1, 3)))[2][1:]
     P, K = plane @ projection(w) @ plane.T, plane @ conformal(cot) @ plane.T
     both = np.linalg.solve(K, P)
@@ -164,7 +164,7 @@ def disparity(w, d, cot):
 
 
 def laplacian(ends, weight, n):
-    """x^T L x = sum of weight (x_i - x_j)^2 over edges between rows `ends`; x = 0 at row -1."""
+    """Return L such that x^T L x sums weight (x_i - x_j)^2 over edges between rows `ends`; x is 0 at -1."""
     L = np.zeros((n + 1, n + 1))
     for (i, j), w in zip(ends.T, weight, strict=True):
         if i != j:
@@ -184,7 +184,7 @@ def signed_double_areas(z, corner):
 
 
 def changes(V, uv, corner, double_area, dot):
-    """Angles, what they are more in the map, double areas there, singular values, ratios of lengths."""
+    """Compute angles, their changes by the map, signed double areas, singular values, and length ratios."""
     z, at = (uv @ [1, 1j])[corner], V[corner]
     right, left = z[NEXT] - z, z[PREV] - z
     cross = right.conj() * left
@@ -200,7 +200,7 @@ def changes(V, uv, corner, double_area, dot):
 
 
 def centred(z, corner, double_area, area):
-    """A map scaled to an area, its centroid at 0, principal axes along x and y, third moment positive."""
+    """Scale a map to an area, with centroid 0, principal axes along x and y, and a positive third moment."""
     at, share = z[corner], double_area / double_area.sum()
     z = z - share @ at.mean(axis=0)
     a, b, c = z[corner]
@@ -211,7 +211,7 @@ def centred(z, corner, double_area, area):
 
 
 def developed(z, known, start, twin, corner, cot):
-    """Breadth first: apexes beside known sides by cot of the angles; the largest misfit at known ones."""
+    """Place apexes of known sides by cotangents in breadth-first order; also return the largest misfit."""
     m = corner.shape[1]
     z, known, seen, worst = z.copy(), known.copy(), np.zeros(m, dtype=bool), 0.0
     queue = [(h, z[corner[(h // m + 2) % 3, h % m]] - z[corner[(h // m + 1) % 3, h % m]]) for h in start]
@@ -235,14 +235,14 @@ def developed(z, known, start, twin, corner, cot):
 
 
 def developed_edges(turning, log_ratio):
-    """Edges of a loop over their total length; one leaves each vertex."""
+    """Return the edges of a loop, divided by their total length; edge k starts at vertex k."""
     length = np.cumsum(log_ratio - log_ratio.mean())
     edge = np.exp(length - length.max() + 1j * np.cumsum(turning))
     return edge / np.abs(edge).sum()
 
 
 def developed_loop(turning, log_ratio, movable):
-    """The outer loop drawn from exterior angles, closed by min sum delta^2 / l; and how far it was open."""
+    """Lay out the outer loop from exterior angles, closed by min sum delta^2 / l; also return the gap."""
     missing = (2 * np.pi - turning.sum()) / np.count_nonzero(movable)
     edge = developed_edges(turning + np.where(movable, missing, 0.0), log_ratio)
     length, u = np.abs(edge), np.stack((edge.real, edge.imag)) / np.abs(edge)
@@ -252,14 +252,14 @@ def developed_loop(turning, log_ratio, movable):
 
 
 def lay_out_loops(loops, turning, log_ratio):
-    """The gaps of closed loops of vertices, and their derivatives, one loop after the other."""
+    """Return the gaps of closed loops of vertices, and their derivatives, one loop after another."""
     gaps, q = [], [np.empty(0, np.complex128)]
     for loop in loops:
         angle, ratio = turning[loop], log_ratio[loop]
-        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)  # the mesh on the left: clockwise
+        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)  # clockwise, with the mesh on the left
         edge = developed_edges(angle, ratio)
         to_end = np.cumsum(edge[::-1])[::-1]
         gaps.append(to_end[0])
-        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # the mean over all beginnings
+        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # the mean over all start vertices
         q.append(to_end - to_end.mean())
     return np.array(gaps), np.concatenate(q)

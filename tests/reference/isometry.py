@@ -1,4 +1,4 @@
-"""What the core computes for isometric maps; arrays over corners are (3, #F), maps are complex.
+"""Reference for the isometric maps of the core; corner arrays are (3, #F), and maps are complex.
 
 Degener, Meseth, Klein, An Adaptable Surface Parameterization Method, IMR 2003; Smith, De Goes, Kim, Analytic
 Eigensystems for Isotropic Distortion Energies, ACM TOG 38(1), 2019.
@@ -8,12 +8,12 @@ import numpy as np
 
 
 def derivatives(corner, gradient, z):
-    """p and q of each triangle, whose map is w -> p w + q conj(w)."""
+    """Return p and q of each triangle, whose map is w -> p w + q conj(w)."""
     return (gradient * z[corner]).sum(axis=0), (gradient.conj() * z[corner]).sum(axis=0)
 
 
 def by_squares(A, B, weight):
-    """E = c a^weight by A = |p|^2 and B = |q|^2; J = A - B."""
+    """Return E = c a^weight as a function of A = |p|^2 and B = |q|^2; J = A - B."""
     J = A - B
     return (A + B) / J * ((J + 1 / J) / 2) ** weight
 
@@ -28,7 +28,7 @@ def isometric_energy(corner, gradient, share, z, weight):
 
 
 def first_and_second(A, B, weight):
-    """E_A, E_B, E_AA, E_AB, E_BB, by the product rule for c and h = a^weight."""
+    """Return E_A, E_B, E_AA, E_AB, E_BB, by the product rule for c and h = a^weight."""
     J = A - B
     c, c_A, c_B = (A + B) / J, -2 * B / J**2, 2 * A / J**2
     c_AA, c_AB, c_BB = 4 * B / J**3, -2 * (A + B) / J**3, 4 * A / J**3
@@ -45,11 +45,11 @@ def first_and_second(A, B, weight):
 
 
 def slope_and_hessian(corner, gradient, share, z, weight):
-    """The slope (6, #F) and the convex part (6, 6, #F) of the energy, by x of the three corners, then y.
+    """Return the gradient (6, #F) and the convexified Hessian (6, 6, #F) by x of the three corners, then y.
 
-    By real and imaginary part of p and q the Hessian is that of a function of |p| and |q|: E_r / r around,
-    and the second derivatives by |p| and |q| in the plane of p and q. Of this 4 by 4 matrix negative
-    eigenvalues are left out.
+    With respect to the real and imaginary parts of p and q, the Hessian is that of a function of |p| and |q|:
+    E_r / r in the angular directions, and the second derivatives by |p| and |q| in the plane of p and q.
+    Negative eigenvalues of this 4 by 4 matrix are clamped to 0.
     """
     p, q = derivatives(corner, gradient, z)
     r, s = np.abs(p), np.abs(q)
@@ -66,13 +66,15 @@ def slope_and_hessian(corner, gradient, share, z, weight):
     values, vectors = np.linalg.eigh(hessian)
     convex = np.einsum("tai,ti,tbi->tab", vectors, np.maximum(values, 0), vectors)
     g = gradient
-    to_corners = np.array(  # real and imaginary part of p and q by x of the corners, then y
-        [
-            np.concatenate((g.real, -g.imag)),
-            np.concatenate((g.imag, g.real)),
-            np.concatenate((g.real, g.imag)),
-            np.concatenate((-g.imag, g.real)),
-        ]
+    to_corners = (
+        np.array(  # derivatives of the real and imaginary parts of p and q by x of the corners, then y
+            [
+                np.concatenate((g.real, -g.imag)),
+                np.concatenate((g.imag, g.real)),
+                np.concatenate((g.real, g.imag)),
+                np.concatenate((-g.imag, g.real)),
+            ]
+        )
     )
     by_parts = np.array([2 * E_A * p.real, 2 * E_A * p.imag, 2 * E_B * q.real, 2 * E_B * q.imag])
     slope = np.einsum("at,ait->it", by_parts, to_corners)
@@ -80,7 +82,7 @@ def slope_and_hessian(corner, gradient, share, z, weight):
 
 
 def outer_products(rows, own, across, entries):
-    """Blocks of the sum of row row^T; `across` is ~place where a block is added transposed."""
+    """Assemble the blocks of the sum of row row^T; `across` is ~position if a block is added transposed."""
     made = np.zeros((entries, 2, 2))
     for row in rows.reshape(-1, 2, 3, rows.shape[1]):  # x or y, corner, triangle
         for k in range(3):
@@ -94,12 +96,12 @@ def outer_products(rows, own, across, entries):
 
 
 def collapse_lengths(corner, gradient, z, direction):
-    """The least positive root t of |p + t dp|^2 = |q + t dq|^2, infinite if there is none."""
+    """Return the smallest positive root t of |p + t dp|^2 = |q + t dq|^2, or infinity."""
     (p, q), (dp, dq) = derivatives(corner, gradient, z), derivatives(corner, gradient, direction)
     a = np.abs(dp) ** 2 - np.abs(dq) ** 2
     b = (p.conj() * dp).real - (q.conj() * dq).real
     c = np.abs(p) ** 2 - np.abs(q) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        total = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # no cancellation
+        total = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # avoids cancellation
         roots = np.stack((total / a, c / total))
     return np.where(roots > 0, roots, np.inf).min(axis=0)

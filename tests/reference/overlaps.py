@@ -1,4 +1,4 @@
-"""Overlaps in the plane, their sheets, and regions put together: by definition, of all pairs of triangles."""
+"""Reference for overlaps, their sheets, and the assembly of regions, by comparing all pairs of triangles."""
 
 import numpy as np
 from scipy import sparse
@@ -11,7 +11,7 @@ LONG, DIRECTIONS = 15.0, 24
 
 
 def upright(triangle):
-    """Triangles, (#T, 3), turned counter-clockwise, their heights, and the rounding of their corners."""
+    """Orient triangles, (#T, 3), counter-clockwise; also return heights and rounding errors of corners."""
     a, b, c = triangle.T
     area = ((b - a).conj() * (c - a)).imag
     longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
@@ -21,7 +21,7 @@ def upright(triangle):
 
 
 def overlap_of(one, other, least):
-    """Whether no side of either counter-clockwise triangle has the other beyond it, but for `least`."""
+    """Return True if no side of either counter-clockwise triangle separates them, up to the depth `least`."""
 
     def separates(a, b):
         side = np.roll(a, -1) - a
@@ -33,7 +33,7 @@ def overlap_of(one, other, least):
 
 
 def overlapping(z, F, chart):
-    """Pairs of faces i < j of one chart, each deeper in the other than a millionth of the smaller height."""
+    """Return pairs of faces i < j of a chart that overlap by more than a millionth of the smaller height."""
     triangle, height, rounding = upright(z[F])
     solid = np.flatnonzero(height > rounding)
     pairs = [(i, j) for i in solid for j in solid if i < j and chart[i] == chart[j]]
@@ -43,7 +43,7 @@ def overlapping(z, F, chart):
 
 
 def overlap_sheets(pairs, beside, m, most):
-    """The two sheets of each of the `most` largest overlaps: pairs of m faces; some are `beside` others."""
+    """Return the two sheets of each of the `most` largest overlaps of m faces, `beside` their neighbours."""
     pairs = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0)
     number = {pair: k for k, pair in enumerate(map(tuple, pairs.tolist()))}
     near = [set() for _ in range(m)]
@@ -84,7 +84,7 @@ def overlap_sheets(pairs, beside, m, most):
 
 
 def taken(points, page):
-    """The area of the smallest rectangle around points in a few directions; of a long one, what it wastes."""
+    """Return the area of the smallest bounding rectangle in a few directions, with a penalty if overlong."""
     along = np.exp(-2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     far = (points[:, None] * along).real.max(axis=0).reshape(4, -1)
     sides = np.array([far[0] + far[2], far[1] + far[3]])
@@ -92,7 +92,7 @@ def taken(points, page):
 
 
 def merge_regions(regions, depths, pairs, turns, shifts, worths, pages):
-    """The chart of each region and its motion there, after the hinges have been tried one after the other."""
+    """Try the hinges one after another; return the chart of each region, and its motion to the chart."""
     n = len(regions)
     chart, turn, shift = np.arange(n), np.ones(n, dtype=complex), np.zeros(n, dtype=complex)
     corner = [

@@ -1,4 +1,4 @@
-"""What the core's packing loops compute, cell by cell and edge by edge."""
+"""Reference for the packing functions of the core, cell by cell and edge by edge."""
 
 import numpy as np
 from scipy import sparse
@@ -8,7 +8,7 @@ FREE = -1
 
 
 def winding(start, end, weight, point):
-    """How often an outline winds around a point: the sides that cross the half-line to its right."""
+    """Compute the winding number of an outline around a point from crossings of the ray to its right."""
     rise = end.imag - start.imag
     crossed = (start.imag <= point.imag) != (end.imag <= point.imag)
     x = start.real + (point.imag - start.imag) / np.where(crossed, rise, 1) * (end.real - start.real)
@@ -16,7 +16,7 @@ def winding(start, end, weight, point):
 
 
 def meets(start, end, low, high):
-    """Whether sides meet the upright rectangle from low to high (Liang, Barsky 1984)."""
+    """Return True for sides that meet the rectangle from low to high (Liang, Barsky 1984)."""
     first, last = np.zeros(len(start)), np.ones(len(start))
     for part in (np.real, np.imag):
         a, by = part(start), part(end) - part(start)
@@ -29,9 +29,9 @@ def meets(start, end, low, high):
 
 
 def mask(start, end, weight, half):
-    """The corner of the grid of an outline, and the cells (rows, columns) that it touches.
+    """Return the corner of the grid of an outline, and a mask (rows, columns) of the cells that it touches.
 
-    These are the cells around whose centre it winds, and those within `half` of a side, in u and in v.
+    A cell is touched if the outline winds around its centre, or if a side is within `half` in u and in v.
     """
     corner = complex(start.real.min() - half, start.imag.min() - half)
     a, b = start - corner, end - corner
@@ -47,7 +47,7 @@ def mask(start, end, weight, half):
 
 
 def cells_of(shape, blocks):
-    """A mask's cells from its blocks, which do not overlap."""
+    """Return the cells of a mask from its blocks, which must not overlap."""
     cells = np.zeros(shape, dtype=np.int64)
     for row, column, length, high in blocks:
         cells[row : row + high, column : column + length] += 1
@@ -56,9 +56,9 @@ def cells_of(shape, blocks):
 
 
 def place(taken, extent, masks):
-    """The best mask, and where (x, y): there the square that holds all is smallest, then the farness least.
+    """Return the best mask and its position (x, y): smallest bounding square, then nearest to the origin.
 
-    `extent` is the width and the height that are taken.
+    `extent` is the width and the height of the occupied part.
     """
     side, best = len(taken), (np.inf, np.inf, FREE, FREE, FREE)
     for k, cells in masks.items():
@@ -71,7 +71,7 @@ def place(taken, extent, masks):
 
 
 def place_masks(side, most, spans, cells):
-    """Mask, page, x and y of charts one after the other, -1 of those without a place; the pages' extents."""
+    """Place charts one after another; return mask, page, x and y, or -1, and the extents of the pages."""
     places, pages = np.full((len(spans), 4), FREE), []
     for chart, (first, after) in enumerate(spans):
         page = 0
@@ -92,7 +92,7 @@ def place_masks(side, most, spans, cells):
 
 
 def on_shelves(sizes, taken):
-    """Corners of rectangles one after the other: as many as a shelf holds in each gap between taken cells."""
+    """Place as many rectangles as fit into each gap between occupied cells of a shelf; return the corners."""
     side, places, first, bottom = len(taken), [], 0, 0.0
     while first < len(sizes) and bottom + sizes[first, 1] <= side:
         height, before = sizes[first, 1], first
@@ -108,18 +108,18 @@ def on_shelves(sizes, taken):
 
 
 def rectangle(z):
-    """The area of the upright rectangle around points."""
+    """Return the area of the axis-aligned bounding rectangle of points."""
     return np.ptp(z.real) * np.ptp(z.imag)
 
 
 def least_rectangle(z):
-    """That of the smallest rectangle along any way from one point to another: a side of the hull is one."""
+    """Return the smallest area of a bounding rectangle along the line through any two points."""
     ways = np.unique((z[:, None] - z).ravel())
     return min(rectangle(z * way.conj() / abs(way)) for way in ways[ways != 0])
 
 
 def divisions(points, ends, length, outer, normal, offset, outwards):
-    """For each line: the hulls' areas, the longest diagonal of a part, and the length of the cut."""
+    """Return, for each line, the area of hulls, the longest diagonal of a part, and the length of the cut."""
     made = []
     for side, to in zip(normal, offset, strict=True):
         beyond = points @ side > to

@@ -1,4 +1,4 @@
-"""The core's loops over triangles against what defines them."""
+"""The angle computations of the core agree with their definitions."""
 
 import itertools
 
@@ -16,7 +16,7 @@ from igl_linabf.surface import planar_mesh
 
 
 class Given:
-    """A mesh with holes and sharp angles, and what goes with it."""
+    """A mesh with holes and sharp angles, and derived arrays."""
 
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
@@ -29,7 +29,7 @@ class Given:
         self.d, self.e = self.w.sum(axis=0), rng.normal(size=alpha.shape)
         self.x, self.z = rng.normal(size=(2, t.n)), mesh.V[:, :2] @ [1, 1j]
         self.pattern, self.row = (constraints := constraints_of(t)).pattern, constraints.row
-        self.merged = np.minimum(self.row, 20)  # many vertices share the last row, as around holes
+        self.merged = np.minimum(self.row, 20)  # many vertices share the last row, like vertices of a hole
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def same(made, expected):
 
 
 def arguments(g):
-    """What each function gets."""
+    """Return the arguments of each function."""
     inside = np.ascontiguousarray(g.sides[:, g.sides[1] >= 0])
     beyond = np.concatenate((g.alpha, [[1e-12, 1.0, 3.0], [-1.0, 4.0, 6.0], [0.5, 2.0, 1.6]]), axis=1)
     huge = np.where(g.rng.random(g.cot.shape) < 0.1, 1e70, g.cot)
@@ -79,15 +79,15 @@ def arguments(g):
 
 
 @pytest.mark.parametrize("name", arguments(Given()))
-def test_the_core_computes_what_the_paper_says(name, given):
+def test_the_core_agrees_with_the_formulas_of_the_paper(name, given):
     args = arguments(given)[name]
-    if name == "disparity":  # of angles of triangles: K is singular otherwise
+    if name == "disparity":  # requires angles of triangles, because K is singular otherwise
         alpha = np.arctan2(given.mesh.double_area, given.mesh.dot)
         args = (alpha**2, (alpha**2).sum(axis=0), 1 / np.tan(alpha))
     same(getattr(core, name)(*args), getattr(reference, name)(*args))
 
 
-def test_a_corner_without_a_side_has_no_angle_in_a_map(given):
+def test_the_angle_at_a_side_without_length_is_zero(given):
     uv = given.V[:, :2].copy()
     uv[given.corner[1, 5]] = uv[given.corner[0, 5]]
     changed = core.changes(given.V, uv, given.corner, given.mesh.double_area, given.mesh.dot)
@@ -97,7 +97,7 @@ def test_a_corner_without_a_side_has_no_angle_in_a_map(given):
     assert changed[2][5] == changed[3][5] == changed[4][5] == 0
 
 
-def test_collapsed_triangles_have_a_right_of_way(given):
+def test_the_core_agrees_with_the_reference_for_collapsed_triangles(given):
     empty = np.zeros((3, 4))
     assert np.isinf(core.cotangents(empty)).all()
     total, log_ratio = core.angle_sums(given.corner, given.alpha, np.full_like(given.cot, np.inf), given.n)
@@ -111,7 +111,7 @@ def test_collapsed_triangles_have_a_right_of_way(given):
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
 @pytest.mark.parametrize("wheels", [21, 18])
-def test_the_blocks_are_those_of_the_reduced_system(kind, wheels, given):
+def test_system_blocks_agree_with_the_reduced_system(kind, wheels, given):
     g, n = given, 21
     ends = g.merged[g.edges.T]
     indptr, indices, slot = core.entries(ends, n)
@@ -143,7 +143,7 @@ def test_the_blocks_are_those_of_the_reduced_system(kind, wheels, given):
     same(made, (upper @ C)[5:17].reshape(12, 12))
 
 
-def test_the_weights_of_edges_are_those_of_the_element_matrices(given):
+def test_edge_weights_agree_with_element_matrices(given):
     g = given
     pair, half = core.pair_weights(g.w, g.d), core.conformal_weights(g.w, g.d, g.cot)
     P, K = (
@@ -160,7 +160,7 @@ def test_the_weights_of_edges_are_those_of_the_element_matrices(given):
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
-def test_the_entries_are_those_of_the_laplacian(kind, given):
+def test_entries_agree_with_the_laplacian(kind, given):
     g, n = given, 21
     ends, weight = g.merged[g.edges.T], g.rng.normal(size=len(g.edges))
     indptr, indices, slot = core.entries(ends, n)
@@ -179,12 +179,12 @@ def test_the_entries_are_those_of_the_laplacian(kind, given):
     same(made, np.column_stack((expected.real, expected.imag))[:n])
 
 
-def test_some_rows_are_those_of_the_matrix(given):
+def test_selected_rows_agree_with_the_matrix(given):
     g = given
     indptr, indices, _ = core.entries(g.pattern.ends, g.pattern.n)
     n, rng = g.pattern.n, np.random.default_rng(2)
     block = rng.normal(size=(len(indices), 4))
-    upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).toarray()
+    upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).tocsr()
     whole, some = upper + upper.T, np.flatnonzero(rng.random(n) < 0.2)
     number = np.full(n, -1)
     number[some] = np.arange(len(some))
@@ -197,7 +197,7 @@ def test_some_rows_are_those_of_the_matrix(given):
             (own.reshape(-1, 2, 2), column, start), shape=(2 * len(some), 2 * n)
         ).toarray()
         both = (2 * some[:, None] + np.arange(2)).ravel()
-        same(rows, whole[both])
+        same(rows, whole[both].toarray())
     x, r, z = rng.normal(size=len(both)), rng.normal(size=2 * n + 3), rng.normal(size=2 * n)
     made = core.without_rows(start, column, own, x, r)
     same(made[: 2 * n], r[: 2 * n] - rows.T @ x)
@@ -210,7 +210,7 @@ def test_maps_are_centred_by_their_moments(turn, given):
     g, m = given, given.corner.shape[1]
     lopsided = 1.5 * g.z.real + 1j * g.z.imag + 0.1 * g.z.real**2
     z = np.exp(1j * turn) * (lopsided + 3 - 2j)
-    z = np.concatenate((z, 5 * np.conj(z)))  # two maps side by side
+    z = np.concatenate((z, 5 * np.conj(z)))  # two concatenated maps
     corner, double = np.hstack((g.corner, g.corner + g.n)), np.tile(g.mesh.double_area, 2)
     area, ends = np.array([1.0, 3.0]), (np.array([0, g.n, 2 * g.n]), np.array([0, m, 2 * m]))
     made = core.centred(z, corner, double, area, *ends)
@@ -219,7 +219,7 @@ def test_maps_are_centred_by_their_moments(turn, given):
         same(made[own], reference.centred(z[own], g.corner, g.mesh.double_area, area[k]))
 
 
-def test_a_symmetric_map_is_turned_by_a_rule_that_does_not_depend_on_rounding():
+def test_the_rotation_of_a_symmetric_map_does_not_depend_on_rounding():
     square, corner = np.array([0, 1, 1 + 1j, 1j]), np.array([[0, 0], [1, 2], [2, 3]])
     ends = np.array([0, 4]), np.array([0, 2])
     made = [
@@ -232,7 +232,7 @@ def test_a_symmetric_map_is_turned_by_a_rule_that_does_not_depend_on_rounding():
 
 
 @pytest.mark.parametrize("size", [40, 300_000])
-def test_vectors_go_and_turn_block_by_block(size):
+def test_conjugate_gradient_steps_are_taken_block_by_block(size):
     rng, start = np.random.default_rng(0), np.array([0, 3, 3, size, size])
     p, q, x, r = rng.normal(size=(4, size))
     share = np.array([0.7, 1, rng.normal(), 0])
@@ -250,7 +250,7 @@ def test_vectors_go_and_turn_block_by_block(size):
     same(square, dots(left, left))
     core.block_turn(start, share, np.array([1, 2, 0, 0.0]), q, turned)
     same(turned, q + each * p)
-    with pytest.raises(TypeError):  # a copy would be filled
+    with pytest.raises(TypeError):  # the function would write to a copy
         core.block_turn(start, share, share, q, turned.astype(np.float32))
 
 
@@ -258,7 +258,7 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
     rng, start = np.random.default_rng(0), np.array([0, 600_000])
     a, b = rng.normal(size=(2, 600_000))
     found = set()
-    for threads in ("1", "2", "5", "0", "all"):  # what is no number of threads: as many as there are cores
+    for threads in ("1", "2", "5", "0", "all"):  # invalid values select the number of cores
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         found.add(
             (*core.block_dots(start, a, b), *core.block_step(start, np.ones(1), b, a, b.copy(), a.copy()))
@@ -267,8 +267,8 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
-def test_products_of_many_rows_are_those_of_the_matrix_for_any_number_of_threads(kind, monkeypatch):
-    """From 250,000 rows on, threads share them, and rows add to those of the other half."""
+def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads(kind, monkeypatch):
+    """From 250,000 rows on, threads share the rows, and rows contribute to both halves of the result."""
     rng, n = np.random.default_rng(0), 250_001
     ends = np.stack((rng.integers(n, size=n), rng.integers(n, size=n)))
     indptr, indices, _ = core.entries(ends, n)
@@ -286,7 +286,7 @@ def test_products_of_many_rows_are_those_of_the_matrix_for_any_number_of_threads
         np.testing.assert_array_equal(a, b)
 
 
-def test_sums_refuse_what_is_beyond_their_end():
+def test_sums_reject_invalid_indices():
     with pytest.raises(ValueError, match="not below n"):
         core.sum_by(np.array([0, 3]), np.ones(2), 3)
     with pytest.raises(ValueError, match="not below n"):
@@ -297,7 +297,7 @@ def test_sums_refuse_what_is_beyond_their_end():
 
 
 @pytest.mark.parametrize("sizes", [[30], [5, 80, 1, 40]])
-def test_blocks_are_solved_as_each_by_itself(sizes):
+def test_blocks_are_solved_independently(sizes):
     rng, start = np.random.default_rng(0), np.concatenate(([0], np.cumsum(sizes)))
     parts = [B @ B.T + np.diag(rng.uniform(1, 99, n)) for n in sizes for B in (rng.normal(size=(n, n)),)]
     A = sparse.block_diag([sparse.csr_array(part) for part in parts], format="csr")
@@ -315,7 +315,7 @@ def test_blocks_are_solved_as_each_by_itself(sizes):
     np.testing.assert_allclose(x, splu(A.tocsc()).solve(b), atol=1e-8)
 
 
-def test_a_block_that_fails_leaves_the_others_alone():
+def test_a_block_that_fails_does_not_affect_other_blocks():
     A = sparse.diags_array([1.0, 2, 3, np.nan, 0, 5]).tocsr()
     b, start = np.array([1.0, 1, 0, 1, 1, 1]), np.array([0, 2, 3, 4, 5, 6])
     x, steps, converged = conjugate_gradients(A.dot, b, lambda r: r, 1e-12, 9, start=start)
@@ -324,7 +324,7 @@ def test_a_block_that_fails_leaves_the_others_alone():
     np.testing.assert_allclose(x[[0, 1, 2, 5]], [1, 0.5, 0, 0.2])
 
 
-def test_a_single_step_may_be_enough():
+def test_a_single_step_can_suffice():
     A, b = sparse.diags_array([1.0, 1.1]), np.array([1.0, 1.0])
     steps = [
         conjugate_gradients(A.dot, b, lambda r: r, 1e-9, first_rtol=first)[1][0] for first in (None, 0.1)
@@ -332,11 +332,11 @@ def test_a_single_step_may_be_enough():
     assert steps == [2, 1]
 
 
-def test_loops_end_where_turning_and_scale_lead():
+def test_loops_follow_their_turning_and_scale():
     rng, n = np.random.default_rng(1), 40
     loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
     turning, log_ratio = rng.normal(size=(2, n)) / 3
-    log_ratio[5] = 800.0  # more than an exponential holds
+    log_ratio[5] = 800.0  # exp overflows
     made = core.lay_out_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
     for a, b in zip(made, reference.lay_out_loops(loops, turning, log_ratio), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
@@ -358,10 +358,8 @@ def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
             assert gap == pytest.approx(relative, abs=1e-11)
 
 
-@pytest.mark.parametrize(
-    "ratio", [800.0, 2000.0]
-)  # more than an exponential holds; some edges have no length
-def test_an_outer_loop_whose_edges_vanish_is_drawn_all_the_same(ratio):
+@pytest.mark.parametrize("ratio", [800.0, 2000.0])  # exp overflows, and some edges have no length
+def test_an_outer_loop_with_vanishing_edges_is_laid_out(ratio):
     log_ratio = np.array([0.0, ratio, 0.0, 0.1, 0.0])
     z, gaps = core.developed_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))
     assert np.isfinite(z).all() and 0 < gaps[0] <= 1

@@ -1,4 +1,4 @@
-"""The core's loops over graphs give what NumPy and SciPy do."""
+"""The graph functions of the core agree with NumPy and SciPy."""
 
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ NO_PAIRS = np.empty((0, 2), dtype=np.int64)
 
 
 def mesh_and_graph():
-    """A disk with holes, and its graph in CSR, of random lengths."""
+    """Return a disk with holes, and its graph in CSR with random edge lengths."""
     mesh = planar_mesh(*MESHES["crown"]())
     t, rng = mesh.topology, np.random.default_rng(1)
     length = rng.uniform(1, 2, len(t.edges))
@@ -25,7 +25,7 @@ def mesh_and_graph():
 
 
 def cases():
-    """Each function with what it may get, on a mesh and on graphs of many edges between two nodes."""
+    """Return arguments for each function, on a mesh and on graphs with multiple edges."""
     mesh, t, length, ways = mesh_and_graph()
     rng, m = np.random.default_rng(1), t.corner.shape[1]
     few, count = np.minimum(t.edges, 20), rng.integers(5, size=(2, 40))
@@ -49,7 +49,7 @@ def cases():
         "shortest_pairs": [
             (t.edges, length, t.n),
             (few + 3, rng.permutation(len(few)) * 1.0, 24),
-            (count.T, rng.integers(2, size=40) * 1.0, 5),  # equally short edges, some from a node to itself
+            (count.T, rng.integers(2, size=40) * 1.0, 5),  # edges of equal length and self-loops
         ],
         "far_apart": [
             (*graph, order, hops, np.arange(t.n) % 9 == 4) for graph in (ways[:2], wide) for hops in (0, 1, 2)
@@ -78,15 +78,26 @@ def cases():
         ],
         "arcs_between": [
             (some, np.bincount(some.ravel(), minlength=t.n) != 2)
-            for some in (t.edges[::2], t.edges[t.sides[1] < 0], NO_PAIRS)  # the second: closed rows
+            for some in (
+                t.edges[::2],
+                t.edges[t.sides[1] < 0],
+                NO_PAIRS,
+            )  # the second consists of closed arcs
         ],
         "opened": [
             (t.edges, faces, half, 5, t.n, m),
             (t.edges, faces, half[:20], 0, t.n, m),
             (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
-            (t.edges, faces, reference.spanning_forest(t.edges, half, t.n)[::2], 3, t.n, m),  # no cycle
+            (
+                t.edges,
+                faces,
+                reference.spanning_forest(t.edges, half, t.n)[::2],
+                3,
+                t.n,
+                m,
+            ),  # without a cycle
             (t.edges, faces, NONE, 3, t.n, m),
-            (*around_a_torus(), 0, 36, 72),  # a cycle that does not separate
+            (*around_a_torus(), 0, 36, 72),  # a cycle that does not separate the surface
         ],
         "behind_least_cut": [
             (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
@@ -96,7 +107,7 @@ def cases():
 
 
 def around_a_torus():
-    """The edges of a torus, their nodes and faces, and one way around it."""
+    """Return the edges of a torus, their nodes and faces, and a loop around it."""
     i, j = np.divmod(np.arange(36), 6)
     a, b, c, d = 6 * i + j, (i + 1) % 6 * 6 + j, (i + 1) % 6 * 6 + (j + 1) % 6, 6 * i + (j + 1) % 6
     corner = np.concatenate((np.stack((a, b, c)), np.stack((a, c, d))), axis=1)
@@ -108,7 +119,7 @@ CASES = [(name, k) for name, all_of in cases().items() for k in range(len(all_of
 
 
 @pytest.mark.parametrize(("name", "k"), CASES)
-def test_the_core_is_the_same_as_the_reference(name, k):
+def test_the_core_agrees_with_the_reference(name, k):
     args = cases()[name][k]
     made, expected = getattr(_core, name)(*args), getattr(reference, name)(*args)
     if name == "cycles":
@@ -118,10 +129,10 @@ def test_the_core_is_the_same_as_the_reference(name, k):
     for a, b in zip(made, expected, strict=True):
         a, b = np.asarray(a), np.asarray(b)
         assert a.dtype == b.dtype and a.shape == b.shape
-        np.testing.assert_allclose(a, b, rtol=1e-11)  # only distances are no whole numbers
+        np.testing.assert_allclose(a, b, rtol=1e-11)  # all results except distances are integers
 
 
-def test_edges_with_three_sides_or_two_that_run_the_same_way_are_not_sound():
+def test_edges_with_three_sides_or_two_sides_of_the_same_direction_are_not_sound():
     book = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]]).T
     turned = np.array([[0, 1, 2], [0, 1, 3]]).T
     for corner, sound in ((book[:, :2], True), (book, False), (turned, False), (book[:, :0], True)):
@@ -146,14 +157,14 @@ def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
 
 
 def steps(walk, n):
-    """The edges of a walk over copies of n nodes, each by its ends."""
+    """Return the edges, as pairs of ends, of a walk over copies of n nodes."""
     return [sorted(step) for step in pairwise((walk % n).tolist())]
 
 
 @pytest.mark.parametrize("ways", [1, 3, 6])
 @pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
-def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph(ways, to_the_rim):
-    """On a square whose rim is one node: excursions from there are put together as is shortest."""
+def test_walks_that_cross_many_curves_are_as_short_as_in_copies_of_the_graph(ways, to_the_rim):
+    """On a square whose rim is a single node, the walk is the shortest set of excursions from the rim."""
     rng, k = np.random.default_rng(ways), 24
     square = np.arange(k * k).reshape(k, k)
     rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
@@ -182,8 +193,8 @@ def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph
     assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
 
 
-def test_where_some_way_cannot_be_crossed_an_odd_number_of_times_there_is_no_walk():
-    """On a triangle with an edge beside it, that leads nowhere."""
+def test_there_is_no_walk_if_a_curve_cannot_be_crossed_an_odd_number_of_times():
+    """The graph is a triangle with a dangling edge."""
     ends = np.array([[0, 1], [1, 2], [2, 0], [2, 3]])
     indptr, indices, edge = _core.shortest_pairs(ends, np.ones(4), 4)
     for flip, found in (([1, 1, 0, 0], 0), ([1, 0, 0, 0], 3), ([3, 3, 0, 1], 0), ([1, 2, 0, 0], 3)):
@@ -194,11 +205,13 @@ def test_where_some_way_cannot_be_crossed_an_odd_number_of_times_there_is_no_wal
         assert walk[0] == 4 * (copies - 1) and (walk[-1] == 0) == (found > 0)
 
 
-def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
+def test_nodes_too_far_from_the_targets_are_omitted_from_paths_towards_them():
     mesh, t, _, ways = mesh_and_graph()
     open_, position = np.arange(t.n) % 7 > 0, mesh.V
     whole, _ = _core.ways_towards(*ways, 3, open_, position, position[:0], 0.0, 20.0)
-    share = 0.5 * (ways[2].min() / np.ptp(position, axis=0).max())  # any edge may be as short as that
+    share = 0.5 * (
+        ways[2].min() / np.ptp(position, axis=0).max()
+    )  # a valid lower bound, even for the shortest edge
     end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
     for most in (whole[end], whole[end] / 2):
         part, before = _core.ways_towards(*ways, 3, open_, position, position[[end]], share, most)
@@ -209,8 +222,8 @@ def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_ways_meet_where_they_are_shortest_in_total(seed):
-    """And nowhere, if the total is over the limit; sets may share a node or be closed in."""
+def test_the_steiner_point_minimizes_the_total_length(seed):
+    """There is no Steiner point beyond the limit. Sets may share a node or be enclosed by closed nodes."""
     *_, (indptr, indices, length) = mesh_and_graph()
     rng, n = np.random.default_rng(seed), len(indptr) - 1
     length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length
@@ -237,7 +250,7 @@ def test_ways_meet_where_they_are_shortest_in_total(seed):
 
 
 @pytest.mark.parametrize("limit", [-1.0, 0.0])
-def test_paths_of_no_length_reach_their_sources(limit):
+def test_paths_of_length_zero_reach_their_sources(limit):
     _, t, _, ways = mesh_and_graph()
     sources, open_ = np.array([3, 9, 9]), np.arange(t.n) % 7 > 0
     for search in (_core.nearest_sources, reference.nearest_sources):

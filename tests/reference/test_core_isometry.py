@@ -1,4 +1,4 @@
-"""The core's loops for isometric maps against what defines them."""
+"""The isometric energy of the core agrees with its definition."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from igl_linabf.surface import Ragged, planar_mesh
 
 
 class Given:
-    """A mesh with holes, and a map of it without flips that is far from an isometry."""
+    """A mesh with holes, and a map of it that is far from an isometry but has no flips."""
 
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
@@ -35,7 +35,7 @@ def same(made, expected):
 
 
 def upright_only(g, weight):
-    """The triangles of a map that are not flipped, of which the energy is finite."""
+    """Mark the triangles that are not flipped, whose energy is finite."""
     corner, gradient, share, z, _ = g.arguments(weight)
     p, q = reference.derivatives(corner, gradient, z)
     good = np.abs(p) > 1.2 * np.abs(q)
@@ -50,7 +50,7 @@ def upright_only(g, weight):
 
 
 @pytest.mark.parametrize("weight", [0.0, 1.0, 1.5, 4.0])
-def test_the_energy_is_that_of_singular_values(weight, given):
+def test_the_energy_agrees_with_singular_values(weight, given):
     made = core.isometric_energy(*given.arguments(weight))
     expected = reference.isometric_energy(*given.arguments(weight))
     assert np.array_equal(np.isinf(made), np.isinf(expected)) and np.isinf(made).any()
@@ -59,7 +59,7 @@ def test_the_energy_is_that_of_singular_values(weight, given):
 
 
 @pytest.mark.parametrize("weight", [0.0, 1.0, 1.5, 4.0])
-def test_slopes_and_convex_parts_are_those_of_the_hessian_by_p_and_q(weight, given):
+def test_gradients_and_convex_parts_agree_with_the_hessian_by_p_and_q(weight, given):
     args = upright_only(given, weight)
     slope, rows = core.isometric_rows(*args)
     rows = rows.reshape(4, 6, -1)
@@ -68,11 +68,13 @@ def test_slopes_and_convex_parts_are_those_of_the_hessian_by_p_and_q(weight, giv
     same(np.einsum("rit,rjt->ijt", rows, rows), convex)
 
 
-@pytest.mark.parametrize("weight", [0.0, 1.0, 1.5])  # of an isometry, p and q are as stiff at 1
-def test_where_angles_stay_there_is_no_direction_of_q(weight):
+@pytest.mark.parametrize(
+    "weight", [0.0, 1.0, 1.5]
+)  # at weight 1, p and q of an isometry have the same stiffness
+def test_a_similarity_has_no_direction_of_q(weight):
     flat = np.array([[0], [1], [2]])
     gradient = np.array([[-1 + 1j], [1], [-1j]]) / 2
-    for scale in (1.0, 3.0):  # a similarity: q is 0
+    for scale in (1.0, 3.0):  # q is 0 for a similarity
         args = (flat, gradient, np.ones(1), scale * np.array([0, 1, 1j]), weight)
         slope, rows = core.isometric_rows(*args)
         expected, convex = reference.slope_and_hessian(*args)
@@ -80,7 +82,7 @@ def test_where_angles_stay_there_is_no_direction_of_q(weight):
         same(np.einsum("rit,rjt->ijt", rows.reshape(4, 6, 1), rows.reshape(4, 6, 1)), convex)
 
 
-def test_the_slope_is_the_derivative_of_the_energy(given):
+def test_the_gradient_is_the_derivative_of_the_energy(given):
     args = upright_only(given, 1.5)
     slope, _ = core.isometric_rows(*args)
     step = 1e-6 * given.direction
@@ -97,7 +99,7 @@ def test_outer_products_are_added_at_corners_and_sides(given):
     same(core.outer_products(rows, own, across, 50), reference.outer_products(rows, own, across, 50))
 
 
-def test_a_place_beyond_the_pattern_is_refused(given):
+def test_a_position_beyond_the_pattern_is_rejected(given):
     rows, place = np.ones((6, 2)), np.zeros((3, 2), dtype=np.int64)
     for own, across in ((place + 4, place), (place, place + 4), (place, ~(place + 4)), (place - 1, place)):
         with pytest.raises(ValueError, match="place"):

@@ -1,4 +1,4 @@
-"""The core's overlaps, sheets and charts put together, against all pairs of triangles."""
+"""Overlaps, sheets and assembled regions of the core agree with comparing all pairs of triangles."""
 
 from itertools import pairwise
 
@@ -12,7 +12,7 @@ KINDS = ("any", "ties", "sizes", "rounding", "apart")
 
 
 def corners(rng, n, kind):
-    """Points of the plane: any, on a lattice, from 1e-6 to 1e6 away, with few digits left, in two heaps."""
+    """Return random points: plain, on a lattice, of all magnitudes, far away, or in two clusters."""
     z = rng.normal(size=(n, 2)) @ [1, 1j]
     if kind == "ties":
         return (np.round(z.real * 2) + 1j * np.round(z.imag * 2)) / 2
@@ -24,7 +24,7 @@ def corners(rng, n, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_pairs_that_overlap_are_all_pairs_without_a_separating_axis(kind) -> None:
+def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None:
     rng, number = np.random.default_rng(5), 0
     for n in [3] * 3 + [40] * 5:
         z = corners(rng, n, kind)
@@ -37,7 +37,7 @@ def test_pairs_that_overlap_are_all_pairs_without_a_separating_axis(kind) -> Non
     assert number > 100
 
 
-def test_nothing_overlaps_where_nothing_is_solid() -> None:
+def test_degenerate_triangles_do_not_overlap() -> None:
     none = np.zeros((0, 3), dtype=np.int64)
     assert _core.overlapping(np.zeros(0, dtype=complex), none, none[:, 0]).shape == (0, 2)
     for z in (np.zeros(3, dtype=complex), np.arange(3) + 0j, np.full(3, complex(np.nan, 1))):
@@ -46,8 +46,8 @@ def test_nothing_overlaps_where_nothing_is_solid() -> None:
 
 @pytest.mark.parametrize("height", [1e-4, 1.0, 1e4])
 @pytest.mark.parametrize("share", [0.9, 1.1])
-def test_the_depth_is_a_millionth_of_the_smaller_height(height, share) -> None:
-    """A long triangle from below, and a unit one, also turned around: which is smaller, counts."""
+def test_the_least_depth_is_a_millionth_of_the_smaller_height(height, share) -> None:
+    """A long triangle reaches into a unit triangle in either order; the smaller height decides."""
     unit, tip = np.array([0, 2, 1 + 1j]), 1 + 1j * share * 1e-6 * min(height, 1.0)
     other = tip + height * np.array([-1 - 1j, 1 - 1j, 0])
     for one in (unit, unit[[0, 2, 1]]):
@@ -60,13 +60,13 @@ def test_the_depth_is_a_millionth_of_the_smaller_height(height, share) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_triangles_lie_over_others_where_pairs_of_them_overlap(kind) -> None:
+def test_lie_over_agrees_with_overlapping_pairs(kind) -> None:
     rng, seen = np.random.default_rng(6), set()
     for k in range(300):
         n, m = rng.integers(1, 4), rng.integers(0, 6)
         triangle = corners(rng, 3 * (n + m), kind).reshape(-1, 3)
         if k % 3 == 0:
-            triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # small ones, that may have room
+            triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # small triangles, which may not overlap
             triangle += np.where(np.arange(n + m) < n, np.arange(n + m), 0)[:, None]
         pairs = reference.overlapping(
             triangle.ravel(), np.arange(3 * (n + m)).reshape(-1, 3), np.zeros(n + m)
@@ -80,13 +80,13 @@ def test_triangles_lie_over_others_where_pairs_of_them_overlap(kind) -> None:
 
 
 def faces_beside(edges, m):
-    """The faces beside each face, as in CSR."""
+    """Return the adjacent faces of each face in CSR."""
     i, j = np.unique(np.concatenate((edges, edges[:, ::-1])), axis=0).T
     return np.searchsorted(i, np.arange(m + 1)), j
 
 
 def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
-    """A strip over itself, also once more and winding on; overlaps at random among faces joined at random."""
+    """The cases are strips that overlap themselves, and random overlaps in random graphs of faces."""
     rng, number = np.random.default_rng(7), 0
     for k in range(80):
         m = int(rng.integers(2, 60))
@@ -95,7 +95,7 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
             edges = np.concatenate((edges, rng.integers(m, size=(m // 3, 2))))
             edges = edges[edges[:, 0] != edges[:, 1]]
         face = np.arange(m)
-        if k % 5 == 4:  # each face over two that are beside each other: in one turn, or winding on
+        if k % 5 == 4:  # each face overlaps two adjacent faces, in one turn or several
             apart = m - m // 2 if k % 2 else m // 4 + 1
             upper = np.repeat(face[: m - apart], 2)
             pairs = np.column_stack((upper, np.minimum(upper + apart + np.tile([0, 1], m - apart), m - 1)))
@@ -116,7 +116,7 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
 
 
 def a_region(rng, kind):
-    """Counter-clockwise triangles: a square; a disk of slivers; a strip of many; some of any size."""
+    """Return counter-clockwise triangles: a square, a disk of slivers, a long strip, or random ones."""
     if kind == 0:
         return np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
     if kind == 1:
@@ -130,7 +130,7 @@ def a_region(rng, kind):
 
 
 @pytest.mark.parametrize("kind", range(4))
-def test_regions_are_joined_where_they_have_room_and_are_worth_it(kind) -> None:
+def test_regions_are_joined_if_they_fit_and_are_worth_it(kind) -> None:
     rng, apart, joined = np.random.default_rng(8), 0, 0
     for _ in range(6):
         n, number = int(rng.integers(2, 8)), 30
@@ -156,7 +156,7 @@ def test_regions_are_joined_where_they_have_room_and_are_worth_it(kind) -> None:
     assert apart and joined
 
 
-def test_no_regions_and_none_that_are_finite_are_put_together() -> None:
+def test_empty_and_infinite_regions_are_not_joined() -> None:
     none, one = np.zeros(0), np.ones(1)
     made = _core.merge_regions(
         np.zeros((0, 3), complex), none, np.zeros(1, int), np.zeros((0, 2), int), *[none] * 4

@@ -1,4 +1,4 @@
-"""The core's packing loops are what their references say."""
+"""The packing functions of the core agree with their references."""
 
 from itertools import pairwise
 
@@ -13,18 +13,18 @@ FAN = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arang
 
 
 def star(size, n=30, arms=5):
-    """The corners of a star."""
+    """Return the corners of a star."""
     t = 2 * np.pi * np.arange(n) / n
     return size * np.exp(1j * t) * (1 + 0.3 * np.cos(arms * t))
 
 
 def sides_of(*rims):
-    """Start and end of the sides of closed outlines."""
+    """Return start and end of the sides of closed outlines."""
     return np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
 
 
 def outlines():
-    """A star, a box with level sides around a hole, and random sides that cross."""
+    """Return a star, a box with horizontal sides around a hole, and random sides that cross."""
     rng = np.random.default_rng(3)
     box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
     hole = (box - 5.6 - 3.7j)[::-1] / 2 + 5.6 + 3.7j
@@ -37,7 +37,7 @@ def outlines():
 
 
 def masks_in_turn(scale):
-    """Rings of several sizes, and stars that fit into some, as masks in several directions; spans of them."""
+    """Return masks of rings and of stars that fit into some rings, in several directions; and their spans."""
     sizes = (1.5, 1.1, 0.8, 1.3, 0.5, 0.4)
     each = [sides_of(*(star(s, 40), 0.6 * star(s, 40)[::-1])[: 1 + (s > 1)]) for s in sizes]
     start, end = (np.concatenate(rims) for rims in zip(*each, strict=True))
@@ -52,14 +52,14 @@ def masks_in_turn(scale):
 
 
 def cells_of(shapes, blocks, begin):
-    """The cells of each mask."""
+    """Return the cells of each mask."""
     return [
         reference.cells_of(shape, blocks[i:j]) for shape, (i, j) in zip(shapes, pairwise(begin), strict=True)
     ]
 
 
 @pytest.mark.parametrize("half", [0.0, 0.31, 0.8, 2.3])
-def test_masks_have_the_cells_that_turned_outlines_touch(half):
+def test_masks_contain_the_cells_that_rotated_outlines_touch(half):
     start, end, weight, sides = outlines()
     turns = np.array([1, np.exp(0.7j), 2.1 * np.exp(1.9j), 1, 1j, 0.01, 3 * np.exp(-1j), 1, np.exp(2j)])
     of = np.repeat([0, 1, 2], [3, 4, 2])
@@ -68,13 +68,13 @@ def test_masks_have_the_cells_that_turned_outlines_touch(half):
         own = slice(sides[of[k]], sides[of[k] + 1])
         corner, expected = reference.mask(turns[k] * start[own], turns[k] * end[own], weight[own], half)
         assert low[k] == pytest.approx(corner)
-        if half or k not in (3, 4, 6):  # sides along cells' borders have neither within 0
+        if half or k not in (3, 4, 6):  # a side along the border of a cell does not touch it at half = 0
             np.testing.assert_array_equal(touched, expected)
         size = blocks[begin[k] : begin[k + 1], 2:].prod(axis=1)
-        assert (np.diff(size) <= 0).all()  # the largest first
+        assert (np.diff(size) <= 0).all()  # largest block first
 
 
-def test_opposite_turns_give_the_mask_turned_over():
+def test_opposite_rotations_give_the_mask_rotated_by_180_degrees():
     start, end, weight, sides = outlines()
     turns, of = np.exp(0.7j) * np.array([1, -1, 1, 1, -1]), np.array([0, 0, 0, 1, 1])
     shapes, low, blocks, begin = _core.rasterize(start, end, weight, sides, turns, of, 0.8)
@@ -85,7 +85,7 @@ def test_opposite_turns_give_the_mask_turned_over():
 
 
 @pytest.mark.parametrize("corner", [np.nan, np.inf, 1e200])
-def test_an_outline_that_no_grid_holds_is_refused(corner):
+def test_an_outline_too_large_for_a_grid_is_rejected(corner):
     start, end = sides_of(np.array([0, 1, corner + 1j]))
     one = np.ones(1, dtype=np.complex128)
     with pytest.raises((ValueError, MemoryError)):
@@ -93,7 +93,7 @@ def test_an_outline_that_no_grid_holds_is_refused(corner):
 
 
 @pytest.mark.parametrize(("scale", "side", "most"), [(4, 22, 3), (4, 22, 1), (5, 70, 9), (30, 40, 2)])
-def test_masks_go_where_the_square_that_holds_all_grows_least(scale, side, most):
+def test_masks_are_placed_where_the_bounding_square_grows_least(scale, side, most):
     spans, shapes, blocks, begin = masks_in_turn(scale)
     made = _core.place_masks(side, most, spans, shapes, blocks, begin, NONE_KNOWN)
     expected = reference.place_masks(side, most, spans, cells_of(shapes, blocks, begin))
@@ -102,8 +102,8 @@ def test_masks_go_where_the_square_that_holds_all_grows_least(scale, side, most)
 
 
 @pytest.mark.parametrize("known", [0, 2, 5, 6])
-def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(known):
-    row = masks_in_turn(27)  # on pages of several words
+def test_known_positions_of_the_first_masks_do_not_change_later_ones(known):
+    row = masks_in_turn(27)  # pages are several words wide
     expected = _core.place_masks(144, 3, *row, NONE_KNOWN)
     assert expected[0][:, 0].min() >= 0
     for a, b in zip(_core.place_masks(144, 3, *row, expected[0][:known]), expected, strict=True):
@@ -111,7 +111,7 @@ def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(kno
 
 
 @pytest.mark.parametrize("side", [48, 144])
-def test_charts_at_their_places_take_cells_that_no_other_takes(side):
+def test_placed_charts_occupy_disjoint_cells(side):
     spans, shapes, blocks, begin = masks_in_turn(side * 3 / 16)
     places, extents = _core.place_masks(side, 3, spans, shapes, blocks, begin, NONE_KNOWN)
     cells, expected = cells_of(shapes, blocks, begin), np.zeros((len(extents), side, side), dtype=np.int64)
@@ -122,8 +122,8 @@ def test_charts_at_their_places_take_cells_that_no_other_takes(side):
     np.testing.assert_array_equal(_core.taken_cells(side, places, blocks, begin), expected > 0)
 
 
-@pytest.mark.parametrize("widest", [6, 60, 200])  # of which some are wider than a page
-def test_rectangles_stand_on_shelves_behind_taken_cells(widest):
+@pytest.mark.parametrize("widest", [6, 60, 200])  # some are wider than a page
+def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
     spans, shapes, blocks, begin = masks_in_turn(9)
     places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
     sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
@@ -135,14 +135,14 @@ def test_rectangles_stand_on_shelves_behind_taken_cells(widest):
 
 
 def groups_of_points():
-    """A turned box of a grid, all sides of which are as good; a pentagon; clouds, one with points twice."""
+    """Return a rotated grid with four equivalent sides; a pentagon; and clouds, one with repeated points."""
     x, y = np.divmod(np.arange(12), 4)
     five, rng = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2)
     cloud, flat = rng.normal(size=(40, 2)) @ [1, 1j], rng.normal(size=(20, 2)) @ [1, 1e-3j] * np.exp(0.3j)
     return [0.3j + np.exp(0.4j) * (x + 1j * y), five, cloud, np.tile(flat, 2)]
 
 
-def test_turned_rectangles_are_as_narrow_as_any_along_a_side_of_the_hull():
+def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
     groups = groups_of_points()
     turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     np.testing.assert_allclose(np.abs(turns), 1, rtol=1e-11)
@@ -150,16 +150,16 @@ def test_turned_rectangles_are_as_narrow_as_any_along_a_side_of_the_hull():
         assert reference.rectangle(z * turn) == pytest.approx(reference.least_rectangle(z), rel=1e-9)
 
 
-def test_of_sides_that_are_as_good_the_first_one_counts():
+def test_the_first_of_equivalent_sides_is_chosen():
     grid, five = groups_of_points()[:2]
     turns = _core.narrowest_turns(np.concatenate((grid, five)), np.array([0, len(grid), len(grid) + 5]))
-    for z, turn in zip((grid, five), turns, strict=True):  # clockwise from the lowest corner
+    for z, turn in zip((grid, five), turns, strict=True):  # the first side clockwise from the lowest corner
         lowest = z[z.imag.argmin()] * turn
         assert lowest.imag == pytest.approx((z * turn).imag.max(), abs=1e-9)
         assert ((z * turn).real[(z * turn).imag > lowest.imag - 1e-9] > lowest.real - 1e-9).all()
 
 
-def test_points_on_a_line_are_not_turned():
+def test_collinear_points_are_not_rotated():
     groups = [(2 + 1j) * np.arange(4), np.full(3, 1j), np.ones(1, complex), np.full(5, complex(np.nan, 0))]
     turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups), 0]))
     np.testing.assert_array_equal(turns, 1)

@@ -26,14 +26,14 @@ SURFACES = {
 }
 
 
-@pytest.fixture(params=SURFACES)
+@pytest.fixture(scope="module", params=SURFACES)
 def surface(request) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     V, F = SURFACES[request.param]()
     return V, F, linabf(V, F)
 
 
 def plate(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """A flat square of n by n squares of side 1, two triangles each."""
+    """Return a flat square of n by n unit squares, each with two triangles."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
     i = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
@@ -46,7 +46,7 @@ def half_edges(grid: QuadGrid) -> np.ndarray:
 
 
 def area(points: np.ndarray) -> float:
-    """Area of a polygon, as the length of its area vector."""
+    """Return the area of a polygon, as the length of its area vector."""
     return float(np.linalg.norm(np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)) / 2)
 
 
@@ -57,19 +57,19 @@ def corner_angles(grid: QuadGrid) -> np.ndarray:
     return np.degrees(np.arccos(cosine / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)))
 
 
-@pytest.mark.parametrize("cells", [8, 1000, 5000])
+@pytest.mark.parametrize("cells", [8, 1000, pytest.param(5000, marks=pytest.mark.slow)])
 def test_the_grid_is_a_manifold_with_the_topology_of_the_surface(surface, cells) -> None:
     V, F, uv = surface
     grid = quad_grid(V, F, uv, np.sqrt(igl.doublearea(uv, F).sum() / 2 / cells))
     sides = half_edges(grid)
-    assert len(np.unique(sides, axis=0)) == len(sides)  # each side once in each direction, at most
+    assert len(np.unique(sides, axis=0)) == len(sides)  # each directed side occurs at most once
     edges, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     assert (np.unique(sides) == np.arange(len(grid.V))).all()
     assert len(grid.V) - len(edges) + len(grid.faces) == igl.euler_characteristic(F)
     rim = edges[count == 1]
     tails, links = np.unique(rim, return_counts=True)
     assert (links == 2).all()
-    # the boundary is the surface's: its length in the flat map
+    # the boundary has the length of the surface's boundary in the flat map
     around = igl.boundary_facets(F)[0]
     length = np.linalg.norm(uv[around[:, 0]] - uv[around[:, 1]], axis=1).sum()
     assert np.isclose(np.linalg.norm(grid.uv[rim[:, 0]] - grid.uv[rim[:, 1]], axis=1).sum(), length)
@@ -115,14 +115,14 @@ def test_on_a_flat_mesh_the_cells_are_squares() -> None:
         assert len(grid.faces) == len(grid.quads) == cells
         assert np.allclose(corner_angles(grid), 90)
         assert np.isclose(sum(area(grid.V[face]) for face in grid.faces), 144)
-    shifted = quad_grid(V, F, V[:, :2] + [0.5, 0.25], 1.0)  # lines off the vertices
+    shifted = quad_grid(V, F, V[:, :2] + [0.5, 0.25], 1.0)  # no lines through vertices
     assert len(shifted.faces) == 13 * 13
     assert len(shifted.quads) == 11 * 11
     assert {len(face) for face in shifted.faces} == {4}
     assert np.isclose(sum(area(shifted.V[face]) for face in shifted.faces), 144)
 
 
-def test_the_area_becomes_the_surfaces_and_the_angles_right() -> None:
+def test_area_and_angles_converge() -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
     total, off, missing = igl.doublearea(V, F).sum() / 2, [], []
@@ -136,10 +136,10 @@ def test_the_area_becomes_the_surfaces_and_the_angles_right() -> None:
     assert abs(corner_angles(grid).mean() - 90) < 0.2
 
 
-def test_a_map_over_itself_and_an_atlas_are_followed_chart_by_chart() -> None:
+def test_overlapping_maps_and_atlases_are_supported() -> None:
     V, F = plate(8)
     spiral = complex_positions(V[:, :2]) + 3
-    wound = np.exp((spiral - 7) * 0.9j)  # it goes around nearly one and a half times
+    wound = np.exp((spiral - 7) * 0.9j)  # the map winds around almost one and a half times
     uv = np.column_stack((wound.real, wound.imag))
     assert (igl.doublearea(uv, F) > 0).all()
     grid = quad_grid(V, F, uv, 0.2 * np.ptp(uv))
@@ -166,22 +166,22 @@ def test_several_holes_in_one_cell_are_cut_apart() -> None:
 def test_each_cell_with_a_hole_is_cut_in_two() -> None:
     V, F = plate(12)
     middle = np.floor(V[F].mean(axis=1)[:, :2])
-    punched = F[~(middle % 6 == 2).all(axis=1)]  # a square hole, through whose middle a cut meets no vertices
+    punched = F[~(middle % 6 == 2).all(axis=1)]  # the cut through the middle of a hole meets no vertices
     grid = quad_grid(V, punched, V[:, :2], 6.0)
     assert sorted(area(grid.V[face]) for face in grid.faces) == pytest.approx([14.5] * 4 + [20.5] * 4)
 
 
-def test_the_boundary_turns_where_the_map_s_does() -> None:
+def test_corners_of_the_boundary_in_the_map_are_kept() -> None:
     V, F = plate(6)
     square = V[:, :2] - 3
     round_ = square * (np.abs(square).max(axis=1) / np.maximum(np.linalg.norm(square, axis=1), 1))[:, None]
-    grid = quad_grid(V, F, round_, 20.0)  # four cells, at whose corner the middle lies
+    grid = quad_grid(V, F, round_, 20.0)  # four cells that meet at the centre
     assert len(grid.faces) == 4
     rim = igl.boundary_facets(F)[0]
     assert {tuple(p) for p in grid.uv.tolist()} >= {tuple(p) for p in round_[rim].reshape(-1, 2).tolist()}
 
 
-def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
+def test_vertices_near_a_line_are_snapped_to_it() -> None:
     V, F = plate(6)
     uv = V[:, :2] + np.random.default_rng(0).uniform(-1e-11, 1e-11, (len(V), 2))
     grid = quad_grid(V, F, uv, 1.0)
@@ -189,15 +189,15 @@ def test_what_lies_on_a_line_up_to_rounding_lies_on_it() -> None:
     assert len(grid.V) == 49
 
 
-def test_lines_across_a_thin_strip_count() -> None:
-    """It has little area for its length."""
+def test_lines_across_a_thin_strip_are_counted() -> None:
+    """A thin strip has little area but crosses many lines."""
     V, F = plate(1)
     thin = V * [1e8, 1e-3, 1]
     with pytest.raises(MeshError, match="cells: give more"):
         quad_grid(V, F, thin[:, :2], 1.0)
 
 
-def test_written_as_polygons_that_read_back(tmp_path) -> None:
+def test_written_polygons_can_be_read_back(tmp_path) -> None:
     V, F = load("bumps")
     grid = quad_grid(V, F, linabf(V, F))
     path = tmp_path / "grid.obj"
@@ -217,7 +217,7 @@ def test_written_as_polygons_that_read_back(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "spacing", "said"),
+    ("spoil", "spacing", "message"),
     [
         (lambda uv: uv * [1, -1], None, "flipped"),
         (lambda uv: uv, -1.0, "positive"),
@@ -226,9 +226,9 @@ def test_written_as_polygons_that_read_back(tmp_path) -> None:
         (lambda uv: uv[1:], None, "one row a vertex"),
     ],
 )
-def test_what_makes_no_grid_is_refused(spoil, spacing, said) -> None:
+def test_invalid_maps_and_spacings_are_refused(spoil, spacing, message) -> None:
     V, F = load("bumps")
-    with pytest.raises(MeshError, match=said):
+    with pytest.raises(MeshError, match=message):
         quad_grid(V, F, spoil(linabf(V, F)), spacing)
 
 

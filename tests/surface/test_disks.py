@@ -1,4 +1,4 @@
-"""Disks side by side: which of some meshes are sound disks, each found by itself."""
+"""Batches of disks: valid disks are found among other meshes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def beside(*parts: Surface) -> Surface:
 
 
 def meshes() -> dict[str, Surface]:
-    """Disks, and what is none, though its loops or its characteristic may be those of one."""
+    """Return disks and other meshes, some of them with the loops or the Euler characteristic of a disk."""
     V, F = bumps(60)
     inside = np.setdiff1d(np.arange(len(V)), igl.boundary_loop(F))[5]
     ring = F[~(inside == F).any(axis=1)]
@@ -64,7 +64,7 @@ def is_sound(V: np.ndarray, F: np.ndarray) -> bool:
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
-def test_the_sound_disks_among_others_are_found_and_each_is_as_by_itself() -> None:
+def test_valid_disks_in_a_batch_are_found_and_equal_their_single_meshes() -> None:
     given = meshes()
     assert len(given) > 20
     for chosen in (list(given), *([name, "bumps"] for name in given), *([name] for name in given)):

@@ -1,4 +1,4 @@
-"""What a checked mesh is: faults are refused with their place, the longest loop is outside."""
+"""Validation of a mesh: defects are rejected with their location, and the longest loop is the outer one."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from igl_linabf.surface import Submesh, pins, planar_mesh
 
 @pytest.mark.filterwarnings("ignore:vertices 12 belong to no face")
 @pytest.mark.parametrize("name", REFUSED)
-def test_each_fault_is_refused_with_its_place(name: str) -> None:
+def test_each_defect_is_rejected_with_its_location(name: str) -> None:
     V, F, pinned, says = REFUSED[name]
     with pytest.raises(MeshError, match=says) as caught:
         mesh = planar_mesh(V, F)
         pins(*(pinned or (None, None)), mesh.vertices, mesh.n_given)
-    assert ": " in str(caught.value)  # what to do about it
+    assert ": " in str(caught.value)  # followed by a remedy
 
 
 def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Circles of so many vertices in the plane, and the triangles between each and the next, larger one."""
+    """Return concentric circles with the given numbers of vertices, and the triangles between them."""
     V = [r * np.exp(2j * np.pi * np.arange(n) / n) for r, n in zip(radii, around, strict=True)]
     F, first = [], 0
     for n, m in pairwise(around):
@@ -42,7 +42,7 @@ def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarra
 
 
 @pytest.mark.parametrize("around", [[40, 20, 12], [12, 20, 40], [12, 12, 12]])
-def test_the_outer_loop_is_the_longest_in_space_however_many_edges_it_has(around: list[int]) -> None:
+def test_the_outer_loop_is_the_longest_regardless_of_its_number_of_edges(around: list[int]) -> None:
     V, F = rounds([1.0, 2.0, 3.0], around)
     for scale in (1.0, 1e-3):
         outer, hole = planar_mesh(scale * V, F).topology.loops
@@ -54,10 +54,10 @@ def test_the_outer_loop_is_the_longest_in_space_however_many_edges_it_has(around
 
 @pytest.mark.parametrize("height", [0.0, 1e-11, 1e-9, 1e-6])
 @pytest.mark.parametrize("centre", [0.0, 1e3, 1e6])
-def test_an_area_that_may_be_rounding_of_the_coordinates_is_none(height: float, centre: float) -> None:
+def test_an_area_within_the_rounding_error_counts_as_zero(height: float, centre: float) -> None:
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     V = np.array([[0, 0, 0], [1, 0, 0], [0.4, height, 0]]) @ turn + centre
-    rounding = 2 * np.finfo(float).eps * max(1.0, centre)  # of the coordinates
+    rounding = 2 * np.finfo(float).eps * max(1.0, centre)  # error of the coordinates
     if height < rounding:
         with pytest.raises(MeshError, match=r"faces 0 have zero area \(face 0 has vertices \[0, 1, 2\]\)"):
             planar_mesh(V, [[0, 1, 2]])

@@ -1,4 +1,4 @@
-"""What holds of a surface's connectivity: which loop is the outer one, what is a disk, what a handle."""
+"""Connectivity of surfaces: outer loops, disks and handles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
     return V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
 
 
-def test_a_disk_beside_a_torus_is_no_disk_although_their_characteristics_add_up_to_one() -> None:
+def test_a_disk_and_a_torus_are_not_a_disk_although_their_characteristics_add_up_to_one() -> None:
     (V, F), (W, G) = load("bumps"), torus()
     both = np.concatenate((F, G + len(V)))
     topology = manifold_topology(both, np.arange(len(V) + len(W)))
@@ -37,14 +37,14 @@ def test_handles_are_counted_beside_boundary_loops(holes: int) -> None:
     assert (topology.genus, len(topology.loops)) == (1, holes)
 
 
-def test_fans_that_meet_in_a_boundary_vertex_have_no_loops_and_are_named() -> None:
+def test_fans_that_meet_in_a_boundary_vertex_are_rejected_and_named() -> None:
     bowtie = np.array([[0, 1, 2], [0, 3, 4], [5, 6, 7]])
     with pytest.raises(MeshError, match=r"at vertices 10 several fans of faces meet .*2 fans at the first"):
         topology_of(bowtie, np.arange(10, 18))
     assert [len(loop) for loop in topology_of(np.arange(6).reshape(2, 3), np.arange(6)).loops] == [3, 3]
 
 
-def test_the_outer_loop_is_the_one_of_most_edges() -> None:
+def test_the_outer_loop_has_the_most_edges() -> None:
     V, F = igl.triangulated_grid(12, 9)
     inside = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
     V, F = igl.remove_unreferenced(V, F[~inside])[:2]

@@ -1,4 +1,4 @@
-"""What `--bake` writes into a file is what the file shows: colours with their factors, normals of objects."""
+"""Files written with `--bake` show the colours of vertices and materials, and the normals of the object."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from PIL import Image
 
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file
-from igl_linabf.io.materials import srgb
+from igl_linabf.io.materials import encode_srgb
 
 RESOLUTION = 256
 
 
 def scene(path: Path, node: dict, materials: list[dict], colours: np.ndarray | None) -> None:
-    """An icosahedron whose first half of faces has the first material, and the other one the last."""
+    """Write an icosahedron whose first half of faces has the first material, and the second half the last."""
     V, F = igl.icosahedron()
     parts = [V.astype("<f4").tobytes(), F[:10].astype("<u4").tobytes(), F[10:].astype("<u4").tobytes()]
     accessors = [{"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3"}]
@@ -44,7 +44,7 @@ def scene(path: Path, node: dict, materials: list[dict], colours: np.ndarray | N
 
 
 def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np.ndarray]:
-    """What is written, and its image from 0 to 1, the lower row first."""
+    """Return the written mesh, and its image from 0 to 1 with the lower row first."""
     out = tmp_path / f"out{suffix}"
     words = ["--bake", kind, "--resolution", str(RESOLUTION), "--quiet"]
     assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(out), *words]) == 0
@@ -59,7 +59,7 @@ def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np
 
 
 def at_centres(mesh: MeshFile, image: np.ndarray) -> np.ndarray:
-    """The image in the middle of each face."""
+    """Return the image at the centre of each face."""
     x, y = (mesh.TC[mesh.FTC].mean(axis=1) * RESOLUTION).astype(int).T
     return image[y, x]
 
@@ -69,7 +69,7 @@ def shade(factor: list[float], alpha: str | None = None) -> dict:
     return made if alpha is None else {**made, "alphaMode": alpha}
 
 
-def test_colours_are_those_of_vertices_times_those_of_materials(tmp_path: Path) -> None:
+def test_baked_colours_are_vertex_colours_times_material_colours(tmp_path: Path) -> None:
     given = np.random.default_rng(0).random((12, 4))
     factors = [[0.5, 1.0, 0.25, 0.5], [1.0, 0.2, 1.0, 1.0]]
     scene(tmp_path / "in.glb", {}, [shade(factors[0], "BLEND"), shade(factors[1], "BLEND")], given)
@@ -77,11 +77,11 @@ def test_colours_are_those_of_vertices_times_those_of_materials(tmp_path: Path) 
     _, F = igl.icosahedron()
     factor = np.repeat(factors, 10, axis=0)[:, None]
     wanted = given[F] * factor
-    wanted[..., :3] = srgb(wanted[..., :3])
+    wanted[..., :3] = encode_srgb(wanted[..., :3])
     assert image.shape == (RESOLUTION, RESOLUTION, 4)
     assert np.abs(at_centres(mesh, image) - wanted.mean(axis=1)).max() < 0.02
     text = mesh.extras.source.gltf.text
-    for material in text["materials"]:  # the image is not multiplied by anything then
+    for material in text["materials"]:  # factors are baked into the image
         assert "baseColorFactor" not in material["pbrMetallicRoughness"]
         assert material["alphaMode"] == "BLEND"
     assert mesh.colours is None
@@ -105,16 +105,16 @@ def test_colours_of_materials_alone_are_baked(suffix: str, tmp_path: Path) -> No
     ],
     ids=json.dumps,
 )
-def test_normals_are_those_of_the_object_however_a_node_turns_it(node: dict, tmp_path: Path) -> None:
+def test_baked_normals_do_not_depend_on_the_transform_of_the_node(node: dict, tmp_path: Path) -> None:
     scene(tmp_path / "in.glb", node, [{}], None)
     mesh, image = baked(tmp_path, "normals")
     V, F = igl.icosahedron()
     outwards = V[F].mean(axis=1)
     outwards /= np.linalg.norm(outwards, axis=1)[:, None]
     found = 2 * at_centres(mesh, image) - 1
-    limit = 0.99 if "scale" not in node else 0.9  # where stretched, normals at vertices lean a little
+    limit = 0.99 if "scale" not in node else 0.9  # stretched vertex normals deviate slightly
     assert ((found * outwards).sum(axis=1) > limit).all()
-    # in a file that has no nodes the object is as the scene has it
+    # a format without nodes has the transformed object
     other, image = baked(tmp_path, "normals", ".obj")
     found = 2 * at_centres(other, image) - 1
     a, b, c = other.V[other.triangles].transpose(1, 0, 2)

@@ -1,4 +1,4 @@
-"""Baked textures: what the surface has at a point, a lookup at its texture coordinates gives back."""
+"""A lookup in a baked texture returns the value of the surface at the point."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RESOLUTION = 256
 
 
 def several() -> Surface:
-    """A ball and small bodies beside it, many of them smaller than a texel."""
+    """Return a ball beside small bodies, many of them smaller than a texel."""
     V, F = ball()
     cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     square = np.array([[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4]])
@@ -47,7 +47,7 @@ def surface(request: pytest.FixtureRequest) -> Surface:
 
 
 def looked_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """A bilinear lookup, as renderers make it."""
+    """Interpolate an image bilinearly at texture coordinates."""
     n = len(image)
     at = np.array([(1 - uv[:, 1]) * n - 0.5, uv[:, 0] * n - 0.5])
     channels = np.moveaxis(np.atleast_3d(image), -1, 0)
@@ -55,7 +55,7 @@ def looked_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def random_points(V: np.ndarray, F: np.ndarray, atlas: Atlas, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the surface, as many of small faces as of large ones, and their texture coordinates."""
+    """Return random points, equally many per face on average, and their texture coordinates."""
     rng = np.random.default_rng(0)
     face, weights = rng.integers(len(F), size=count), rng.dirichlet(np.full(3, 0.5), size=count)
     return (
@@ -64,7 +64,7 @@ def random_points(V: np.ndarray, F: np.ndarray, atlas: Atlas, count: int) -> tup
     )
 
 
-def test_a_lookup_of_baked_positions_gives_the_point_back(surface: Surface) -> None:
+def test_a_lookup_of_baked_positions_returns_the_point(surface: Surface) -> None:
     V, F, atlas = surface
     points, uv = random_points(V, F, atlas, 20_000)
     away = np.linalg.norm(looked_up(bake(V, F, atlas, V, RESOLUTION), uv) - points, axis=1)
@@ -72,12 +72,12 @@ def test_a_lookup_of_baked_positions_gives_the_point_back(surface: Surface) -> N
     edges = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max()
     scale = np.sqrt(np.abs(signed_double_areas(complex_positions(atlas.TC), atlas.FTC.T)).sum() / 2)
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
-    texel = size / scale / RESOLUTION  # a texel's side on the surface, on average
+    texel = size / scale / RESOLUTION  # mean size of a texel on the surface
     assert np.median(away) < 0.5 * texel
     assert away.max() < max(6 * texel, edges / 20)
 
 
-def test_constants_stay_constant_and_no_other_chart_shows(surface: Surface) -> None:
+def test_lookups_do_not_mix_charts_or_background(surface: Surface) -> None:
     V, F, atlas = surface
     _, uv = random_points(V, F, atlas, 20_000)
     assert np.ptp(looked_up(bake(V, F, atlas, np.ones(len(V)), RESOLUTION, background=9), uv)) < 1e-12
@@ -103,10 +103,10 @@ def test_every_texel_whose_centre_lies_in_a_triangle_is_set(surface: Surface) ->
     inside, known = distance < 1e-20, np.isfinite(image[..., 0]).ravel()
     assert known[inside].all()
     assert inside.sum() > 0.4 * inside.size
-    assert not known[distance > (1.5 / RESOLUTION) ** 2].any()  # and none far away
+    assert not known[distance > (1.5 / RESOLUTION) ** 2].any()  # texels far away are not set
 
 
-def test_a_function_is_asked_for_the_points_of_the_surface() -> None:
+def test_a_function_is_evaluated_at_points_of_the_surface() -> None:
     V, F, atlas = cortex()
     pattern = bake(V, F, atlas, lambda p: np.sin(p[:, 0] / 5), RESOLUTION)
     assert pattern.shape == (RESOLUTION, RESOLUTION)
@@ -136,7 +136,7 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     np.testing.assert_allclose(looked_up(image, atlas.TC), V[atlas.origin], atol=0.1)
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_arrays_that_do_not_match_are_refused() -> None:
     V, F, atlas = cortex()
     for values, why in (
         (np.ones(3), "shape"),

@@ -1,4 +1,4 @@
-"""`--bake texture`: what a file showed at a point of its surface, it shows in the new atlas."""
+"""After `--bake texture`, a file shows the same images at the same points of its surface."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file
 from igl_linabf.textures import Picture
 
-# a box whose faces have vertices of their own, as glTF has them where normals are sharp
+# a box whose faces do not share vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
 KINDS = ("baseColorTexture", "metallicRoughnessTexture", "occlusionTexture", "emissiveTexture")
 
 
 def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Positions, normals, texture coordinates (v downwards) and triangles of a box of 1 x 2 x 3."""
+    """Return positions, normals, texture coordinates (v downwards) and triangles of a 1 x 2 x 3 box."""
     V, N, uv, F = [], [], [], []
     for i, (axis, sign, _) in enumerate(SIDES.tolist()):
         others = [k for k in range(3) if k != axis]
@@ -37,19 +37,19 @@ def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         V += (points * [0.5, 1, 1.5]).tolist()
         N += [np.eye(3)[axis] * sign] * 4
         column, row = i % 3, i // 3
-        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some are mirrored
+        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some faces are mirrored
     return np.array(V), np.array(N), np.array(uv), np.array(F)
 
 
 def closed_box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The same with eight vertices: V, F, TC and FTC."""
+    """Return V, F, TC and FTC of the same box with eight vertices."""
     V, _, uv, FTC = box()
     corners, same = np.unique(V, axis=0, return_inverse=True)
     return corners, same.ravel()[FTC], uv * [1, -1] + [0, 1], FTC
 
 
 def picture(seed: int, size: tuple[int, int], channels: int = 3) -> np.ndarray:
-    """A smooth image that repeats, from 0 to 1."""
+    """Return a smooth periodic image with values from 0 to 1."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[: size[1], : size[0]] * 2 * np.pi / np.array([[[size[1]]], [[size[0]]]])
     waves = [np.sin(a * x + b * y + c) for a, b, c in rng.integers(1, 3, (channels, 3))]
@@ -69,7 +69,7 @@ def scene(
     samplers: list[dict] | None = None,
     node: dict | None = None,
 ) -> None:
-    """The box, whose second half of faces has the last material."""
+    """Write the box, whose second half of faces has the last material."""
     V, N, uv, F = box()
     parts = [V.astype("<f4"), N.astype("<f4"), uv.astype("<f4"), F[:6].astype("<u4"), F[6:].astype("<u4")]
     blocks = [part.tobytes() for part in parts] + [image + b"\0" * (-len(image) % 4) for image in images]
@@ -101,7 +101,7 @@ def scene(
 
 
 def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """What a renderer shows of a map at points of faces; NaN where there is none. Repeats, bilinear."""
+    """Return a material's image at points of faces by bilinear interpolation; NaN without an image."""
     source = mesh.extras.source.gltf
     uv = np.einsum("pk,pkd->pd", weights, mesh.TC[mesh.FTC[face]])
     found = np.full((len(face), 4), np.nan)
@@ -128,7 +128,7 @@ def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> n
 
 
 def both(path: Path, out: Path, *words: str) -> tuple[MeshFile, MeshFile, np.ndarray, np.ndarray]:
-    """A file before and after, and random points of its faces."""
+    """Return a file before and after baking, and random points of its faces."""
     assert main(["unwrap", str(path), "-o", str(out), "--bake", "texture", "--quiet", *words]) == 0
     rng = np.random.default_rng(0)
     before, after = read_file(path), read_file(out)
@@ -147,7 +147,7 @@ MOVE = {"offset": [0.3, 0.1], "rotation": 0.7, "scale": [1.5, 2.5]}
 @pytest.mark.parametrize(
     "words", [["--resolution", "512x1024"], ["--resolution", "256", "--pages", "3"]], ids=str
 )
-def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> None:
+def test_all_images_look_the_same_after_the_transfer(words: list[str], tmp_path: Path) -> None:
     infos = [
         {"index": i, "extensions": {"KHR_texture_transform": MOVE}} if i % 2 else {"index": i}
         for i in range(4)
@@ -177,7 +177,7 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
         assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross an old seam
     text = after.extras.source.gltf.text
     tiles = len(np.unique(np.floor(after.TC[after.FTC].mean(axis=1)), axis=0))
-    assert len(text["images"]) == len(KINDS) * tiles  # and none of the old ones
+    assert len(text["images"]) == len(KINDS) * tiles  # old images are removed
     written = (tmp_path / "out.glb").read_bytes()
     assert not any(image in written for image in images)
     for material in text["materials"]:
@@ -188,8 +188,8 @@ def test_all_maps_show_what_they_showed(words: list[str], tmp_path: Path) -> Non
 
 
 def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
-    """Normals in the object's space that a normal map tells on plane faces."""
-    said = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
+    """Return the object-space normals of a normal map on planar faces."""
+    local = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
     a, b, c = (mesh.V / scale)[mesh.triangles[face]].transpose(1, 0, 2)
     p, q, r = mesh.TC[mesh.FTC[face]].transpose(1, 0, 2)
     d = np.stack((q - p, r - p), axis=1)
@@ -199,12 +199,12 @@ def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: lis
     tangent = along[:, 0] / np.linalg.norm(along[:, 0], axis=1)[:, None]
     mirrored = np.sign(np.einsum("pd,pd->p", np.cross(along[:, 0], along[:, 1]), normal))
     bitangent = mirrored[:, None] * np.cross(normal, tangent)
-    made = said[:, :1] * tangent + said[:, 1:2] * bitangent + said[:, 2:] * normal
+    made = local[:, :1] * tangent + local[:, 1:2] * bitangent + local[:, 2:] * normal
     return made / np.linalg.norm(made, axis=1)[:, None]
 
 
 @pytest.mark.parametrize("scale", [[1, 1, 1], [1, 2, 4], [-1, 1, 1], [2, -1, 3]], ids=str)
-def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_path: Path) -> None:
+def test_normal_maps_keep_their_directions_in_space(scale: list[float], tmp_path: Path) -> None:
     slopes = picture(5, (128, 128), 2) - 0.5
     normals = np.dstack((slopes, np.sqrt(1 - (slopes**2).sum(axis=2)))) / 2 + 0.5
     material = {"name": "bumpy", "normalTexture": {"index": 0, "scale": 1.0}}
@@ -214,12 +214,12 @@ def test_normal_maps_tell_the_same_directions_in_space(scale: list[float], tmp_p
     angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
     assert np.median(angle) < 1.5
     assert np.quantile(angle, 0.99) < 5
-    # and it is not so where the image is moved alone
+    # the test is not trivial: the normals deviate from the surface
     plain = np.abs(shown(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
     assert plain.max() > 0.2
 
 
-def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: Path) -> None:
+def test_options_of_an_mtl_file_are_applied_and_its_other_lines_are_kept(tmp_path: Path) -> None:
     (tmp_path / "tex").mkdir()
     (tmp_path / "tex" / "wood a.png").write_bytes(png(picture(1, (64, 32))))
     (tmp_path / "tex" / "spec.png").write_bytes(png(picture(2, (32, 32))[..., 0]))
@@ -234,11 +234,11 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: P
     (tmp_path / "in.obj").write_text("\n".join(lines))
     words = ["--bake", "texture", "--resolution", "256", "--quiet"]
     assert main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words]) == 0
-    said = (tmp_path / "out.mtl").read_text()
-    assert "map_Kd out.png" in said
-    assert "map_Ks out_map_Ks.png" in said
-    assert "Kd 0.5 1 1" in said
-    assert "illum 2" in said
+    library = (tmp_path / "out.mtl").read_text()
+    assert "map_Kd out.png" in library
+    assert "map_Ks out_map_Ks.png" in library
+    assert "Kd 0.5 1 1" in library
+    assert "illum 2" in library
     after = read_file(tmp_path / "out.obj")
     image = np.asarray(Image.open(tmp_path / "out.png"), dtype=float) / 255
     old_image = np.asarray(Image.open(tmp_path / "tex" / "wood a.png"), dtype=float) / 255
@@ -254,10 +254,10 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_stay(tmp_path: P
 
     assert np.abs(looked_up(image, new) - looked_up(old_image, old)).max() < 0.04
     code = main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words])
-    assert code == 2  # its image is there already
+    assert code == 2  # the image exists already
 
 
-def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_textures_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene(tmp_path / "in.glb", [{"name": "plain"}], [])
     assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "o.glb"), "--bake", "texture"]) == 2
     assert "no images" in capsys.readouterr().err
@@ -274,8 +274,8 @@ def test_what_has_no_texture_to_move_is_refused(tmp_path: Path, capsys: pytest.C
         bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64, labels=labels)
 
 
-def test_images_of_other_channels_are_moved_beside_each_other() -> None:
-    """Grey is as red, green and blue of one size, and without alpha an image is opaque."""
+def test_images_with_different_channels_are_combined() -> None:
+    """Grey is converted to equal red, green and blue, and an image without alpha is opaque."""
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=64))
     labels = np.arange(len(F)) // 4
@@ -286,7 +286,7 @@ def test_images_of_other_channels_are_moved_beside_each_other() -> None:
     assert np.abs(moved - wanted).max() < 1e-9
 
 
-def test_labels_tell_images_apart_and_pictures_clamp() -> None:
+def test_labels_select_images_and_pictures_clamp() -> None:
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=128))
     labels = np.arange(len(F)) // 2
@@ -302,7 +302,7 @@ def test_labels_tell_images_apart_and_pictures_clamp() -> None:
 
 @pytest.mark.parametrize("suffix", [".glb", ".obj"])
 @pytest.mark.parametrize("kind", ["normals", "position"])
-def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -> None:
+def test_each_page_is_an_image(kind: str, suffix: str, tmp_path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     V, _, _, F = box()
     (tmp_path / "in.off").write_text(
@@ -327,13 +327,13 @@ def test_pages_are_images_of_their_own(kind: str, suffix: str, tmp_path: Path) -
         assert len(np.unique(np.floor(uv), axis=0)) == 1
         x, y = (np.mod(uv, 1) * [128, 64]).astype(int).T
         wanted = mesh.face_normals / 2 + 0.5 if kind == "normals" else (middle - low) / size
-        limit = 0.45 if kind == "normals" else 0.05  # normals of vertices lean
+        limit = 0.45 if kind == "normals" else 0.05  # vertex normals deviate from face normals
         assert np.abs(pixels[::-1][y, x] - wanted).max() < limit
         seen += len(mesh.faces)
     assert seen == len(F)
 
 
-def test_a_texture_is_moved_on_its_way_to_standard_output(
+def test_textures_are_baked_on_standard_output(
     tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     scene(tmp_path / "in.glb", [{"name": "m", "normalTexture": {"index": 0}}], [png(picture(0, (16, 16)))])
@@ -344,7 +344,7 @@ def test_a_texture_is_moved_on_its_way_to_standard_output(
     assert (tmp_path / "piped.glb").read_bytes() == (tmp_path / "out.glb").read_bytes()
 
 
-def test_maps_without_a_place_in_the_format_are_told(tmp_path: Path) -> None:
+def test_images_that_the_format_cannot_store_are_reported(tmp_path: Path) -> None:
     info = {"index": 0}
     shading = {"baseColorTexture": info, "metallicRoughnessTexture": info}
     scene(tmp_path / "in.glb", [{"name": "m", "pbrMetallicRoughness": shading}], [png(picture(0, (16, 16)))])

@@ -1,4 +1,4 @@
-"""How images go on beyond their borders, how tangents are averaged, how far charts grow into free texels."""
+"""Images continue beyond their borders, tangents are averaged by angle, and charts grow into free texels."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from scipy.ndimage import binary_dilation, map_coordinates
 
 from igl_linabf import Packing, bake, unwrap
 from igl_linabf.textures import Picture
-from igl_linabf.textures.tangents import tangent_frames
+from igl_linabf.textures.tangents import compute_tangent_frames
 
-MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # SciPy's words
+MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # SciPy's names
 
 
 @pytest.mark.parametrize("across", MODES)
 @pytest.mark.parametrize("down", MODES)
-def test_an_image_goes_on_in_each_direction_as_it_says(across: str, down: str) -> None:
+def test_images_are_wrapped_in_each_direction(across: str, down: str) -> None:
     pixels, uv = np.random.default_rng(0).random((5, 7)), np.random.default_rng(1).uniform(-3, 3, (500, 2))
     found = Picture(pixels[..., None], (across, down)).at(uv)[:, 0]
     u, v = uv.T
     at = np.stack(
         ((1 - v) * 5 - 0.5, u * 7 - 0.5)
-    )  # pixels have their centres at halves, the upper row first
-    # SciPy takes one mode for both directions: beyond one border only, it is that direction's
+    )  # centres of pixels are at half-integers, and the upper row is the first
+    # SciPy has one mode for both directions, so compare where only one direction leaves the image
     for rows, mode in (((v > 0.2) & (v < 0.8), MODES[across]), ((u > 0.2) & (u < 0.8), MODES[down])):
         assert rows.sum() > 30
         np.testing.assert_allclose(found[rows], map_coordinates(pixels, at[:, rows], order=1, mode=mode))
 
 
-def test_a_triangle_counts_in_a_tangent_by_its_angle() -> None:
-    """So a fan has the same tangent at its centre if one of its triangles is halved through it."""
+def test_tangents_are_weighted_by_angle() -> None:
+    """Halving a triangle of a fan through the centre does not change the tangent there."""
     rng = np.random.default_rng(2)
     rim = np.array([[np.cos(a), np.sin(a), 0] for a in (0.0, 0.7, 2.6, 4.0, 5.5)])
     flat = rim[:, :2] + rng.uniform(-0.3, 0.3, (5, 2))
@@ -43,14 +43,14 @@ def test_a_triangle_counts_in_a_tangent_by_its_angle() -> None:
         pairs = [(i, (i + 1) % len(points)) for i in range(len(points))]
         P = np.array([[np.zeros(3), points[i], points[j]] for i, j in pairs])
         T = np.array([[np.zeros(2), uv[i], uv[j]] for i, j in pairs])
-        frames = tangent_frames(P, np.broadcast_to([0, 0, 1.0], P.shape), T)
-        assert np.ptp(frames.tangent[:, 0], axis=0).max() < 1e-12  # one at the centre
+        frames = compute_tangent_frames(P, np.broadcast_to([0, 0, 1.0], P.shape), T)
+        assert np.ptp(frames.tangent[:, 0], axis=0).max() < 1e-12  # all corners at the centre share it
         fans.append(frames.tangent[0, 0])
     np.testing.assert_allclose(*fans, atol=1e-12)
 
 
 @pytest.mark.parametrize("padding", [1, 2, 5])
-def test_charts_grow_by_as_many_texels_as_asked(padding: int) -> None:
+def test_charts_grow_by_the_padding(padding: int) -> None:
     V = np.array([[0, 0, 0], [3, 0, 0], [3, 2, 0], [0, 2, 0.0]])
     F = np.array([[0, 1, 2], [0, 2, 3]])
     atlas = unwrap(V, F, packing=Packing(resolution=64, padding=6))

@@ -1,4 +1,4 @@
-"""What `check_uv` finds: flips and accidents told from mirrored and stacked charts, and figures by hand."""
+"""`check_uv` separates flips and accidents from mirrored and stacked charts, with correct figures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
-    """A square of n x n cells of two triangles."""
+    """Return a square of n x n cells of two triangles."""
     x, y = (k.ravel() for k in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
     V = np.column_stack((x, y, 0 * x)) * side / n
     i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
@@ -29,13 +29,13 @@ def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plane(n: int = 6) -> Map:
-    """A square of side 2 in the lower left of a page, a fifth as large as that."""
+    """Return a square of side 2, mapped to a fifth of the page's width in the lower left."""
     V, F = grid(n)
     return V, F, 0.1 * V[:, :2] + 0.05, F
 
 
 def several(*maps: Map) -> Map:
-    """Surfaces beside each other in space, their maps as they are."""
+    """Place surfaces side by side in space, without moving their maps."""
     V, F, TC, FTC = ([m[k] for m in maps] for k in range(4))
     n, t = (np.cumsum([0, *map(len, arrays)]) for arrays in (V, TC))
     return (
@@ -57,12 +57,12 @@ def write_given(path: Path, given: Map) -> None:
     igl.writeOBJ(str(path), V, F, np.zeros((0, 3)), np.zeros((0, 3), int), TC, FTC)
 
 
-def test_figures_of_a_plane_are_those_by_hand() -> None:
+def test_figures_of_a_plane_are_correct() -> None:
     found = check_uv(*several(plane(), moved(plane(), (0.3, 0), size=0.5)), resolution=1000)
     assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 0, 0, 0, 0)
     assert (found.seams, found.seam_length, found.pages) == (0, 0, 1)
     assert found.fill == pytest.approx(0.04 + 0.01)
-    # the first square goes from 0.05 to 0.25, the second one from 0.325
+    # the first square extends from 0.05 to 0.25, the second one starts at 0.325
     assert found.margin == pytest.approx(75)
     assert found.border == pytest.approx(25)
     assert (found.least_density, found.most_density) == pytest.approx((50, 100))
@@ -71,11 +71,11 @@ def test_figures_of_a_plane_are_those_by_hand() -> None:
     assert found.good
 
 
-def test_figures_on_wide_pages_are_those_by_hand() -> None:
+def test_figures_on_wide_pages_are_correct() -> None:
     """A square of side 2 is 0.2 x 0.4 of a page of 1000 x 500 texels: 200 texels either way."""
     V, F, TC, FTC = plane()
     wide = TC * [1, 2]
-    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels are less
+    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels is less
     found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
     assert (found.least_density, found.most_density, found.texel_density) == pytest.approx((100, 100, 100))
     assert found.angle_distortion == pytest.approx(0)
@@ -83,7 +83,7 @@ def test_figures_on_wide_pages_are_those_by_hand() -> None:
     assert found.fill == pytest.approx(3 * 0.08)
 
 
-def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
+def test_an_atlas_is_good_and_has_the_figures_of_unwrap() -> None:
     V, F = quads()
     atlas = unwrap(V, F, packing=Packing(resolution=512, padding=6), progress=False)
     found = check_uv(V, F, atlas.TC, atlas.FTC, resolution=512, min_margin=6, max_stretch=1.5)
@@ -97,7 +97,7 @@ def test_an_atlas_is_good_and_measured_as_unwrap_measured_it() -> None:
     assert "<svg" in found._repr_html_()
 
 
-def test_equal_coordinates_are_one_however_they_are_numbered() -> None:
+def test_equal_coordinates_are_merged() -> None:
     V, F, TC, FTC = plane()
     soup = np.arange(F.size).reshape(F.shape)
     assert check_uv(V, F, TC[FTC].reshape(-1, 2), soup).charts == 1
@@ -108,7 +108,7 @@ def test_equal_coordinates_are_one_however_they_are_numbered() -> None:
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("cells", [6, 9])
 def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
-    """Also with other triangles."""
+    """Stacked charts may have different triangles."""
     found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
     assert (found.charts, found.stacked, found.mirrored) == (3, 1, int(mirrored))
     assert (found.flips, found.overlaps) == (0, 0)
@@ -118,9 +118,7 @@ def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -
 
 def test_halves_that_share_their_coordinates_are_a_mirrored_chart_each() -> None:
     V, F = grid()
-    TC = np.column_stack(
-        (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
-    )  # folded over along the middle
+    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # folded along the middle
     found = check_uv(V, F, TC, F)
     assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 1, 1, 0, 0)
     assert found.good
@@ -138,10 +136,10 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     sign = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
     assert found.flipped.tolist() == np.flatnonzero(sign < 0).tolist()
     assert found.flips > 0
-    assert found.overlaps > 0  # of what is turned over, with its neighbours
+    assert found.overlaps > 0  # between flipped faces and their neighbours
     assert (found.charts, found.mirrored) == (1, 0)
     assert "are flipped or collapsed in the map" in found.troubles[0]
-    mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces of a mirrored chart
+    mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces in a mirrored chart
     assert (mirror.mirrored, mirror.flipped.tolist()) == (1, found.flipped.tolist())
     TC[middle] = TC[middle + 1]
     assert set(check_uv(V, F, TC, FTC).flipped.tolist()) >= {
@@ -154,10 +152,10 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     [
         several(plane(), moved(plane(), (0.1, 0))),
         several(plane(), moved(plane(), (0.1, 0), mirrored=True)),
-        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # within the other one
+        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # inside the other chart
     ],
 )
-def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
+def test_other_overlapping_charts_are_accidents(given: Map) -> None:
     found = check_uv(*given)
     assert found.stacked == 0
     assert found.overlaps > 0
@@ -169,7 +167,7 @@ def test_other_charts_over_each_other_are_accidents(given: Map) -> None:
 
 def test_a_chart_over_itself_is_an_accident() -> None:
     n = 40
-    turn = np.linspace(0, 3 * np.pi, n)  # a strip that is wound around once and a half
+    turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around one and a half times
     line = np.column_stack((np.cos(turn), np.sin(turn)))
     V = np.concatenate((np.column_stack((line, 0.1 * turn)), np.column_stack((2 * line, 0.1 * turn))))
     i = np.arange(n - 1)
@@ -190,28 +188,28 @@ def test_the_margin_is_the_least_distance(gap: float) -> None:
 
 
 def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
-    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, the page's border between them
+    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, on both sides of a page border
     above = moved(plane(), (0.7, 0.4))
     assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
 
 
-def test_limits_are_asked_for_and_said() -> None:
+def test_exceeded_limits_are_reported() -> None:
     V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
     within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
     assert check_uv(V, F, TC, FTC, resolution=100, **within).good
-    for name, value, said in (
+    for name, value, message in (
         ("max_stretch", 1.24, "stretch, L2: 1.25, above 1.24; unwrap the mesh"),
-        ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; pack the charts anew with scale='even'"),
-        ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; pack the charts anew with more"),
+        ("max_spread", 3.9, "texel areas, 99 % : 1 %: 4, above 3.9; repack the charts with scale='even'"),
+        ("min_margin", 7.6, "texels between charts, least: 7.5, below 7.6; repack the charts with more"),
     ):
         found = check_uv(V, F, TC, FTC, resolution=100, **{name: value})
         assert not found.good
-        assert said in found.troubles[0]
+        assert message in found.troubles[0]
     flush = check_uv(V, F, TC - [0.04, 0], FTC, resolution=100, min_margin=3)
     assert "texels to the border, least: 1, below 1.5" in flush.troubles[0]
 
 
-def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> None:
+def test_faces_without_coordinates_are_counted() -> None:
     V, F, TC, FTC = plane()
     some = FTC.copy()
     some[[3, 5]] = -1
@@ -220,19 +218,19 @@ def test_faces_without_coordinates_are_counted_and_refused_if_they_are_all() -> 
     assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
     with pytest.raises(MeshError, match="no face has texture coordinates"):
         check_uv(V, F, TC, np.full_like(FTC, -1))
-    flat = np.vstack((F, [[0, 0, 1]]))  # without an area in space: it does not count
+    flat = np.vstack((F, [[0, 0, 1]]))  # triangles without an area in space are ignored
     assert check_uv(V, flat, TC, flat).good
 
 
-def test_what_is_malformed_is_refused() -> None:
+def test_malformed_arrays_are_refused() -> None:
     V, F, TC, FTC = plane()
-    for arrays, said in (
+    for arrays, message in (
         ((V, F, TC, FTC[1:]), "FTC has 71 rows for 72 faces"),
         ((V, F, TC[:-1], FTC), "refer to texture coordinates outside"),
         ((V[:-1], F, TC, FTC), "refer to vertices outside"),
         ((V, F, np.where(np.arange(len(TC))[:, None] == 4, np.nan, TC), FTC), "rows 4 of TC are NaN"),
     ):
-        with pytest.raises(MeshError, match=said):
+        with pytest.raises(MeshError, match=message):
             check_uv(*arrays)
     with pytest.raises(ValueError, match="resolution is 0"):
         check_uv(V, F, TC, FTC, resolution=0)
@@ -240,7 +238,7 @@ def test_what_is_malformed_is_refused() -> None:
         check_uv(V, F, TC, FTC, max_stretch=-1)
 
 
-def test_stretch_is_that_of_quality_also_of_mirrored_charts() -> None:
+def test_stretch_agrees_with_quality_for_mirrored_charts() -> None:
     V, F, TC, _ = plane()
     TC = TC * [1, 2]
     expected = quality(V, F, TC)
@@ -250,7 +248,7 @@ def test_stretch_is_that_of_quality_also_of_mirrored_charts() -> None:
         assert found.angle_distortion == pytest.approx(expected.angle_distortion)
 
 
-def test_the_command_s_exit_code_is_for_pipelines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_exit_code_reports_troubles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad = tmp_path / "good.obj", tmp_path / "bad.obj"
     write_given(good, several(plane(), moved(plane(), (0.3, 0))))
     write_given(bad, several(plane(), moved(plane(), (0.1, 0))))
@@ -294,14 +292,14 @@ def test_the_command_counts_faces_without_coordinates(
     for name, unmapped, faces in (("a.obj", 2, 3), ("a.glb", len(F), 2 * len(F))):
         assert main(["check", str(tmp_path / name), "--json"]) == 1
         streams = capsys.readouterr()
-        said = json.loads(streams.out)["check"]
-        assert (said["unmapped"], said["faces"]) == (unmapped, faces)
+        check = json.loads(streams.out)["check"]
+        assert (check["unmapped"], check["faces"]) == (unmapped, faces)
         assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
-        # what needs all of them does not take some
+        # `pack` needs coordinates at all corners
         assert main(["pack", str(tmp_path / name), "-o", str(tmp_path / "o.obj")]) == 2
 
 
-def test_coordinates_that_materials_move_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_transforms_of_materials_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     V, F, TC, FTC = plane()
     for moved in ({}, {"scale": [4, 4]}, {"texCoord": 0}):
         write_textured(tmp_path / "plane.gltf", V, F, TC, FTC, np.ones((2, 2, 3)))

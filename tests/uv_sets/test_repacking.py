@@ -1,4 +1,4 @@
-"""Charts packed anew: shapes and stacks stay, turned if they may be, in sizes that are kept or evened."""
+"""Repacked charts keep their shapes and stacks, and have either their old sizes or even texels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def triangular(n: int = 5) -> Map:
 
 
 def motions(given: Map, packed: object) -> dict[int, np.ndarray]:
-    """For each chart the linear part of the affine map that it went through."""
+    """Return the linear part of the affine motion of each chart."""
     _, _, TC, FTC = given
     found = {}
     for i in np.unique(packed.chart[packed.chart >= 0]).tolist():
@@ -50,14 +50,14 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
     assert found.texel_density == pytest.approx(256 * packed.scale)
     sizes = []
     for linear in motions(MAPS, packed).values():
-        size = np.sqrt(np.linalg.det(linear))  # positive: nothing is mirrored
+        size = np.sqrt(np.linalg.det(linear))  # positive, so that the chart is not mirrored
         assert np.allclose(linear.T @ linear, size**2 * np.eye(2))
         assert rotate or np.allclose(linear, size * np.eye(2))
         sizes.append(size)
     assert np.allclose(sizes, sizes[0])
 
 
-def test_turned_charts_fill_more() -> None:
+def test_rotated_charts_fill_more() -> None:
     V, F, TC, FTC = several(triangular(), triangular())
     free, fixed = (pack(V, F, TC + 0.0 * FTC.max(), FTC, rotate=turns) for turns in (True, False))
     assert free.fill >= fixed.fill
@@ -74,16 +74,18 @@ def test_even_charts_have_one_texel_density() -> None:
         pack(*MAPS, scale="same")
 
 
-def test_stacks_stay_and_rows_that_charts_share_are_parted() -> None:
+def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     V, F = grid()
-    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # both halves on one place
+    TC = np.column_stack(
+        (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
+    )  # both halves at the same place
     alone = moved(plane(), (0.1, 0))
     given = several((V, F, TC, F), alone)
     packed = pack(*given)
     found = check_uv(*given[:2], packed.TC, packed.FTC)
     assert (found.charts, found.stacked, found.mirrored) == (3, 1, 1)
     assert found.good
-    # two surfaces that name the same rows, of which one is moved
+    # two surfaces that refer to the same rows of TC
     shared = (
         np.concatenate((V, V + np.array([9, 0, 0]))),
         np.concatenate((F, F + len(V))),
@@ -101,18 +103,18 @@ def test_polygons_come_back_as_polygons() -> None:
     assert check_uv(V, F, packed.TC, packed.FTC).good
 
 
-def test_a_density_takes_the_pages_that_it_needs() -> None:
+def test_a_density_uses_as_many_pages_as_needed() -> None:
     given = several(*[plane()] * 3, *[moved(plane(), (0.3, 0))] * 2, moved(plane(), (0, 0.3)))
     packed = pack(*given, Packing(resolution=128, texel_density=40, padding=2))
     found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
     assert found.good, found.troubles
-    assert packed.pages == found.pages == 3  # of three stacks, one a page
+    assert packed.pages == found.pages == 3  # one page for each of three stacks
     assert found.texel_density == pytest.approx(40)
     with pytest.raises(MeshError, match=r"do not fit on a page .*use a smaller density"):
         pack(*given, Packing(resolution=128, texel_density=80, padding=2))
 
 
-def test_what_has_no_area_or_no_coordinates_is_left_and_said() -> None:
+def test_charts_without_area_or_coordinates_are_reported() -> None:
     V, F, TC, FTC = MAPS
     FTC = FTC.copy()
     FTC[0] = -1
@@ -130,9 +132,7 @@ def test_what_has_no_area_or_no_coordinates_is_left_and_said() -> None:
         pack(V, F, TC * 0, FTC)
 
 
-def test_the_command_writes_the_mesh_with_its_charts_packed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_writes_the_repacked_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_given(tmp_path / "given.obj", MAPS)
     arguments = [
         "pack",

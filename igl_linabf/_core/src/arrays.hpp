@@ -1,4 +1,4 @@
-// Arrays as the loops see them: views of what belongs to the caller, and arrays that go out.
+// Array types of the core: non-owning views of the caller's arrays, and owning arrays for results.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ using Index = std::int64_t;
 
 constexpr double PI = 3.14159265358979323846;
 
-// Tells the compiler that a loop's iterations do not depend on each other through memory.
+// Tell the compiler that the iterations of a loop do not depend on each other through memory.
 #if defined(__clang__)
 #define INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #elif defined(__GNUC__)
@@ -21,7 +21,7 @@ constexpr double PI = 3.14159265358979323846;
 #define INDEPENDENT __pragma(loop(ivdep))
 #endif
 
-// A row of numbers that belongs to somebody else.
+// A non-owning view of a one-dimensional array.
 template <class T>
 struct View {
     T* data = nullptr;
@@ -41,7 +41,7 @@ struct View {
     View part(Index first, Index last) const { return {data + first, last - first}; }
 };
 
-// The same with rows, one after the other.
+// A non-owning view of a two-dimensional array in row-major order.
 template <class T>
 struct Matrix {
     T* data = nullptr;
@@ -51,44 +51,45 @@ struct Matrix {
     operator Matrix<const T>() const { return {data, rows, columns}; }
 };
 
-// An array that is not filled at first and goes out to the caller.
+// An owning array, not initialized, which becomes a one-dimensional NumPy array.
 template <class T>
 class Array {
-    std::unique_ptr<T[]> held;
+    std::unique_ptr<T[]> storage;
 
   public:
     Index rows = 0, columns = 1;
 
     Array() = default;
-    explicit Array(Index rows, Index columns = 1) : held(new T[rows * columns]), rows(rows), columns(columns) {}
+    explicit Array(Index rows, Index columns = 1) : storage(new T[rows * columns]), rows(rows), columns(columns) {}
 
-    T* data() const { return held.get(); }
+    T* data() const { return storage.get(); }
     Index size() const { return rows * columns; }
-    T& operator[](Index i) const { return held[i]; }
-    View<T> view() const { return {held.get(), size()}; }
-    Matrix<T> matrix() const { return {held.get(), rows, columns}; }
+    T& operator[](Index i) const { return storage[i]; }
+    View<T> view() const { return {storage.get(), size()}; }
+    Matrix<T> matrix() const { return {storage.get(), rows, columns}; }
 };
 
-// The same, which goes out with rows and columns.
+// An owning array that becomes a two-dimensional NumPy array.
 template <class T>
 struct Grid : Array<T> {
     using Array<T>::Array;
 };
 
-// And in square layers, one after the other.
+// An owning array that becomes a three-dimensional NumPy array of square layers.
 template <class T>
 struct Squares : Array<T> {
     using Array<T>::Array;
 };
 
 template <class T>
-Array<T> filled(Index size, T value) {
+Array<T> full(Index size, T value) {
     Array<T> made(size);
     std::fill_n(made.data(), size, value);
     return made;
 }
 
-// A complex number, or a place in the plane: as std::complex is in memory, which some compilers keep there.
+// A complex number or a point in the plane, with the memory layout of std::complex, which some compilers fail to keep
+// in registers.
 struct Complex {
     double x, y;
 };

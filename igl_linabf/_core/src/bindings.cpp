@@ -1,4 +1,4 @@
-// The Python module, built once for every processor and once for those with AVX2: what it binds, unit by unit.
+// The Python module of the core, compiled once for all processors and once for x86-64-v3.
 #include "angles/boundary.hpp"
 #include "angles/maps.hpp"
 #include "angles/reduced_system.hpp"
@@ -29,370 +29,388 @@ static void analyse(cholesky::Symbolic* self, View<const I> indptr, View<const I
 static void bind_cholesky(nb::module_& m) {
     using namespace cholesky;
     using Data = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-    nb::class_<Factor>(m, "Factor", "A matrix that can be solved with.")
-        .def_ro("bad_row", &Factor::bad_row, "Row of the first pivot that is not positive and finite; -1 if none is.")
+    nb::class_<Factor>(m, "Factor", "A Cholesky factor of a matrix.")
+        .def_ro("bad_row", &Factor::bad_row, "Row of the first pivot that is not positive and finite, or -1.")
         .def("solve", [](const Factor& self, Data B) -> nb::object {
             if (B.ndim() < 1 || B.ndim() > 2 || Index(B.shape(0)) != self.rows())
-                throw std::invalid_argument("the right-hand sides have another number of rows than the matrix");
-            Array<double> X = unlocked([&] { return self.solve(B.data(), B.ndim() == 2 ? Index(B.shape(1)) : 1); });
-            return B.ndim() == 2 ? nb::cast(owned(std::move(X), X.rows, X.columns))
-                                 : nb::cast(owned(std::move(X), X.rows));
-        }, "B"_a, "X of A X = B, for (n,) or (n, k).");
+                throw std::invalid_argument("the right-hand sides do not have as many rows as the matrix");
+            Array<double> X = without_gil([&] { return self.solve(B.data(), B.ndim() == 2 ? Index(B.shape(1)) : 1); });
+            return B.ndim() == 2 ? nb::cast(to_numpy(std::move(X), X.rows, X.columns))
+                                 : nb::cast(to_numpy(std::move(X), X.rows));
+        }, "B"_a, "Return X such that A X = B, for B of shape (n,) or (n, k).");
     nb::class_<Symbolic>(m, "Symbolic",
-                         "What is known of a symmetric pattern before it has values: order, tree and supernodes.\n\n"
-                         "Given by its lower triangle in CSC, the diagonal first in each column. With `block` 2, each "
-                         "entry is a 2 by 2 block.")
-        .def("__init__", bound(&analyse<std::int32_t>), "indptr"_a, "indices"_a, "block"_a = 1)
-        .def("__init__", bound(&analyse<std::int64_t>), "indptr"_a, "indices"_a, "block"_a = 1)
-        .def_prop_ro("bytes", &Symbolic::bytes, "What a factor takes.")
+                         "The symbolic analysis of a symmetric pattern: order, elimination tree and supernodes.\n\n"
+                         "The pattern is a lower triangle in CSC, with the diagonal entry first in each column. If "
+                         "`block` is 2, each entry represents a 2 by 2 block.")
+        .def("__init__", wrap(&analyse<std::int32_t>), "indptr"_a, "indices"_a, "block"_a = 1)
+        .def("__init__", wrap(&analyse<std::int64_t>), "indptr"_a, "indices"_a, "block"_a = 1)
+        .def_prop_ro("bytes", &Symbolic::bytes, "Memory of a factor, in bytes.")
         .def("factor", [](const Symbolic& self, Data values) {
             if (Index(values.size()) != self.entries)
-                throw std::invalid_argument("values are not those of the pattern");
-            return unlocked([&] { return new Factor(self, {values.data(), Index(values.size())}); });
+                throw std::invalid_argument("the number of values is not that of the pattern");
+            return without_gil([&] { return new Factor(self, {values.data(), Index(values.size())}); });
         }, "values"_a, nb::keep_alive<0, 1>(),
-             "Factor a matrix, given by the values of the lower triangle; of blocks, by those of the upper one by "
-             "rows, whole on the diagonal.");
+             "Factor a matrix, given by the values of its lower triangle. The values of blocks are those of the upper "
+             "triangle, each in row-major order; diagonal blocks are complete.");
 }
 
-// The loops over sparse matrices, whose indices are int64 or int32.
+// Functions on sparse matrices, whose indices are int64 or int32.
 template <class I>
 static void bind_indexed(nb::module_& m) {
     using namespace angles;
-    m.def("laplacian_entries", bound(&laplacian_entries<I>), "indptr"_a, "slot"_a, "ends"_a, "weight"_a,
-          "The entries, in the places of `entries`, of the Laplacian with `weight` at the edges between rows `ends`.");
-    m.def("system_blocks", bound(&system_blocks<I>), "indptr"_a, "indices"_a, "slot"_a, "ends"_a, "sides"_a, "corner"_a,
+    m.def("laplacian_entries", wrap(&laplacian_entries<I>), "indptr"_a, "slot"_a, "ends"_a, "weight"_a,
+          "Return the entries, in the order of `entries`, of the Laplacian with the weights of the edges between rows\n"
+          "`ends`.");
+    m.def("system_blocks", wrap(&system_blocks<I>), "indptr"_a, "indices"_a, "slot"_a, "ends"_a, "sides"_a, "corner"_a,
           "row"_a, "wheels"_a, "w"_a, "d"_a, "cot"_a,
-          "The blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the places of `entries`; half of those on the\n"
-          "diagonal.\n\n"
-          "A block holds (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel). From row `wheels`\n"
-          "on, the wheel rows are those of the identity.");
-    m.def("block_product", bound(&block_product<I>), "indptr"_a, "indices"_a, "block"_a, "x"_a,
-          "(U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR.");
-    m.def("product_with_pairs", bound(&product_with_pairs<I>), "indptr"_a, "indices"_a, "data"_a, "x"_a,
-          "A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2).");
-    m.def("products_of_entries", bound(&products_of_entries<I>), "indptr"_a, "indices"_a, "block"_a, "C"_a, "first"_a,
-          "last"_a, "The rows from `first` up to `last` of U_e C, side by side for the entries e = 0 .. 3 of blocks.");
-    m.def("block_rows", bound(&block_rows<I>), "indptr"_a, "indices"_a, "number"_a,
-          "Start of each row and columns of its blocks, ascending, and their places; ~place of transposed ones.\n\n"
-          "`number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.");
+          "Return the blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the order of `entries`; diagonal blocks are\n"
+          "halved.\n\n"
+          "A block consists of (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel). From row\n"
+          "`wheels` on, wheel rows are rows of the identity.");
+    m.def("block_product", wrap(&block_product<I>), "indptr"_a, "indices"_a, "block"_a, "x"_a,
+          "Return (U + U^T) x, where U has the 2 by 2 blocks `block`, (#blocks, 4), in a CSR pattern.");
+    m.def("product_with_pairs", wrap(&product_with_pairs<I>), "indptr"_a, "indices"_a, "data"_a, "x"_a,
+          "Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).");
+    m.def("products_of_entries", wrap(&products_of_entries<I>), "indptr"_a, "indices"_a, "block"_a, "C"_a, "first"_a,
+          "last"_a,
+          "Return the rows `first` to `last` - 1 of U_e C, side by side for the entries e = 0 .. 3 of blocks.");
+    m.def("block_rows", wrap(&block_rows<I>), "indptr"_a, "indices"_a, "number"_a,
+          "Return the start of each selected row, the columns of its blocks, ascending, and their positions.\n\n"
+          "The position of a transposed block is ~position. `number`, (n,), is the ascending index of each selected\n"
+          "row, or -1.");
 }
 
 static void bind_angles(nb::module_& m) {
     using namespace angles;
-    m.def("developed_loops", bound(&developed_loops), "start"_a, "turning"_a, "log_ratio"_a, "movable"_a,
-          "Positions of the vertices of loops, one after the other, and the loops' relative gaps.\n\n"
-          "Loop i has the vertices start[i] to start[i + 1]; at each an exterior angle, the logarithm of the next\n"
-          "edge's length over the last one's, and whether the angle may change so that those of the loop sum to 2 pi.\n"
-          "Gaps are closed by the smallest change of lengths.");
-    m.def("lay_out_loops", bound(&lay_out_loops), "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
-          "The gaps of loops that turn by -2 pi, in units of their lengths, and their derivatives by log_ratio + i\n"
-          "turning at the vertices: the vector to the loop's end, minus its mean, over all vertices as the loop's\n"
-          "start.");
-    m.def("sum_by", bound(&sum_by), "index"_a, "values"_a, "n"_a, "Sum `values` over equal `index`, 0 .. n - 1.");
-    m.def("products", bound(&products), "V"_a, "corner"_a,
-          "Twice the areas, the scalar products, and the least double area that rounding does not make.");
-    m.def("normals", bound(&normals), "V"_a, "corner"_a,
-          "Unit normals of triangles, (#F, 3); zero, or what rounding makes of it, where there is no area.");
-    m.def("dihedrals", bound(&dihedrals), "V"_a, "corner"_a, "sides"_a, "normal"_a,
-          "Angle between the normals at edges, of sides (2, #E); negative where the surface is concave.");
-    m.def("lengths", bound(&lengths), "V"_a, "edges"_a, "Of edges, (#E, 2).");
-    m.def("cotangents", bound(&cotangents), "alpha"_a,
-          "cot alpha, (3, #F); infinite at an angle of 0, as in a collapsed triangle.");
-    m.def("rescaled", bound(&rescaled), "corner"_a, "length"_a, "factor"_a,
-          "Angles (3, #F) of triangles whose sides, (3, #F), are multiplied by the factor of the vertex opposite.\n\n"
-          "Also tells which triangles cannot have such sides; their angles mean nothing.");
-    m.def("angle_sums", bound(&angle_sums), "corner"_a, "alpha"_a, "cot"_a, "n"_a,
-          "At each vertex the sum of its angles, and of log sin(gamma) - log sin(beta) (eq. 5 and 10).");
-    m.def("row_sums", bound(&row_sums), "corner"_a, "cot"_a, "e"_a, "n"_a,
-          "M e: what errors (3, #F) change the vertex and the wheel constraint of each vertex by, (n,) each.");
-    m.def("errors", bound(&errors), "corner"_a, "w"_a, "d"_a, "cot"_a, "vertex"_a, "wheel"_a,
-          "P M^T x of multipliers (n,) of single vertices: angles (3, #F) that sum to zero in each triangle.");
-    m.def("projected", bound(&projected), "w"_a, "d"_a, "y"_a,
-          "P y: (3, #F) angles that sum to zero in each triangle.");
-    m.def("conformal_errors", bound(&conformal_errors), "corner"_a, "cot"_a, "vertex"_a, "wheel"_a,
-          "K M^T x of multipliers (n,) of single vertices, K the cotangent matrices: `errors` in that metric.");
-    m.def("conformally", bound(&conformally), "cot"_a, "y"_a, "K y: (3, #F) angles that sum to zero in each triangle.");
-    m.def("limit_step", bound(&limit_step), "alpha"_a, "e"_a, "reach"_a,
-          "The errors, up to a share `reach` of the way to a vanishing angle; and where an angle would vanish.");
-    m.def("pair_weights", bound(&pair_weights), "w"_a, "d"_a,
-          "w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.");
-    m.def("conformal_weights", bound(&conformal_weights), "w"_a, "d"_a, "cot"_a,
-          "What each half-edge gives to the Laplacian sum of s K, (3, #F); s = 2 sqrt(w0 w1 w2 / d).");
-    m.def("disparity", bound(&disparity), "w"_a, "d"_a, "cot"_a,
-          "rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it, (#F,).");
-    m.def("at_edges", bound(&at_edges), "values"_a, "sides"_a,
-          "Sum values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one.");
-    m.def("pulled", bound(&pulled), "ends"_a, "edges"_a, "weight"_a, "z"_a, "n"_a,
-          "What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2); z is zero at others.");
-    m.def("signed_double_areas", bound(&signed_double_areas), "z"_a, "corner"_a,
-          "Twice the signed area of each face of a flat map (#V,); positive where it is not flipped.");
-    m.def("centred", bound(&centred), "z"_a, "corner"_a, "double_area"_a, "area"_a, "vertex_start"_a, "face_start"_a,
-          "Maps side by side, each scaled to its area, its centroid at 0 and its principal axes along x and y.\n\n"
-          "Map i has the vertices `vertex_start[i]` up to `vertex_start[i + 1]`, and such faces. The longer axis\n"
-          "is x; of its two directions the one that gives a positive third moment. A symmetric map, of which\n"
-          "rounding would choose the axes or a direction, is turned by a rule that does not depend on rounding.");
-    m.def("changes", bound(&changes), "V"_a, "uv"_a, "corner"_a, "double_area"_a, "dot"_a,
-          "What a flat map (#V, 2) does to each triangle; `double_area` and `dot` as in a `Mesh`.\n\n"
-          "The angles in space, and what they are more in the map, (3, #F) each; twice the signed areas in the\n"
-          "map; the larger and the smaller singular value; the ratios of the lengths of sides, (3, #F).");
-    m.def("developed", bound(&developed), "z"_a, "known"_a, "start"_a, "twin"_a, "corner"_a, "cot"_a,
-          "The vertices that are not `known` placed triangle after triangle breadth-first, and the misfit.\n\n"
-          "It begins at the half-edges `start`, k #F + t opposite to corner k of triangle t, whose ends are\n"
-          "known. `twin` is the half-edge on the other side of each, -1 at the boundary. Where all corners of a\n"
-          "triangle lay already, the misfit is how far one is from where it would be placed, over the shortest\n"
-          "side: the largest.");
-    m.def("block_dots", bound(&block_dots), "start"_a, "a"_a, "b"_a,
-          "Scalar products of the blocks of two vectors; block k is `start[k]` to `start[k + 1]`, or empty.");
-    m.def("block_step", bound(&block_step), "start"_a, "rho"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
-          "In each block, add rho / p . q times p to x, and take that times q = A p from r; returns r . r.\n\n"
-          "A block whose rho is 0 stays.");
-    m.def("block_turn", bound(&block_turn), "start"_a, "rho"_a, "last"_a, "z"_a, "p"_a.noconvert(),
-          "In each block, make p the sum of z and rho / last times p; z where either is 0.");
-    m.def("blocks_of_rows", bound(&blocks_of_rows), "block"_a, "column"_a, "place"_a, "of"_a,
-          "The blocks of `block_rows`, (#, 4), of rows `of`; half of those on the diagonal is kept.");
-    m.def("without_rows", bound(&without_rows), "start"_a, "column"_a, "block"_a, "x"_a, "r"_a,
-          "r - R^T x, (n,), of rows R as of `block_rows`; r may be longer than they are.");
-    m.def("left_at_rows", bound(&left_at_rows), "start"_a, "column"_a, "block"_a, "of"_a, "r"_a, "z"_a,
-          "r - R z in the rows `of`, (2 #rows,).");
-    bind_indexed<Index>(m);  // first, as what is of neither kind is converted to the first
+    m.def("developed_loops", wrap(&developed_loops), "start"_a, "turning"_a, "log_ratio"_a, "movable"_a,
+          "Return the vertex positions of loops, one loop after another, and the relative gap of each loop.\n\n"
+          "Loop i has the vertices start[i] to start[i + 1] - 1. Each vertex has an exterior angle, the logarithm of\n"
+          "the ratio of the next to the previous edge length, and a flag whether its angle may change such that the\n"
+          "angles of the loop sum to 2 pi. Gaps are closed by the smallest change of lengths.");
+    m.def("lay_out_loops", wrap(&lay_out_loops), "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
+          "Return the gaps of loops that turn by -2 pi, relative to their lengths, and the derivatives of the gaps\n"
+          "with respect to log_ratio + i turning at the vertices.\n\n"
+          "A derivative is the vector from the vertex to the end of the loop minus the mean of these vectors,\n"
+          "averaged over all choices of the start vertex.");
+    m.def("sum_by", wrap(&sum_by), "index"_a, "values"_a, "n"_a,
+          "Sum the values that have the same index, for each index 0 .. n - 1.");
+    m.def("products", wrap(&products), "V"_a, "corner"_a,
+          "Return twice the areas, the scalar products of sides at corners, and the rounding errors of double areas.");
+    m.def("normals", wrap(&normals), "V"_a, "corner"_a,
+          "Return the unit normals of triangles, (#F, 3); zero or arbitrary for degenerate triangles.");
+    m.def("dihedrals", wrap(&dihedrals), "V"_a, "corner"_a, "sides"_a, "normal"_a,
+          "Return the angle between the normals at each edge with the half-edges (2, #E); negative if concave.");
+    m.def("lengths", wrap(&lengths), "V"_a, "edges"_a, "Return the lengths of edges, (#E, 2).");
+    m.def("cotangents", wrap(&cotangents), "alpha"_a,
+          "Return cot alpha, (3, #F); infinite for an angle of 0.");
+    m.def("rescaled", wrap(&rescaled), "corner"_a, "length"_a, "factor"_a,
+          "Return the angles, (3, #F), after each side is multiplied by the factor of its opposite vertex.\n\n"
+          "Also return a mask of the triangles that violate the triangle inequality; their angles are meaningless.");
+    m.def("angle_sums", wrap(&angle_sums), "corner"_a, "alpha"_a, "cot"_a, "n"_a,
+          "Return, for each vertex, the sums of its angles and of log sin(gamma) - log sin(beta) (eq. 5 and 10).");
+    m.def("row_sums", wrap(&row_sums), "corner"_a, "cot"_a, "e"_a, "n"_a,
+          "Return M e: the changes of the vertex and the wheel constraints, (n,) each, by the errors (3, #F).");
+    m.def("errors", wrap(&errors), "corner"_a, "w"_a, "d"_a, "cot"_a, "vertex"_a, "wheel"_a,
+          "Return P M^T x for multipliers (n,) of vertices: errors (3, #F) that sum to zero in each triangle.");
+    m.def("projected", wrap(&projected), "w"_a, "d"_a, "y"_a,
+          "Return P y: errors (3, #F) that sum to zero in each triangle.");
+    m.def("conformal_errors", wrap(&conformal_errors), "corner"_a, "cot"_a, "vertex"_a, "wheel"_a,
+          "Return K M^T x for multipliers (n,) of vertices, where K is the cotangent matrix: `errors` in that metric.");
+    m.def("conformally", wrap(&conformally), "cot"_a, "y"_a,
+          "Return K y: errors (3, #F) that sum to zero in each triangle.");
+    m.def("limit_step", wrap(&limit_step), "alpha"_a, "e"_a, "reach"_a,
+          "Scale the errors of each triangle down to a share `reach` of the step at which an angle vanishes.\n\n"
+          "Also return a mask of the triangles in which the full step would make an angle vanish.");
+    m.def("pair_weights", wrap(&pair_weights), "w"_a, "d"_a,
+          "Return w_i w_j / d, (3, #F), at the corner opposite to i and j: y^T P y sums it times (y_i - y_j)^2.");
+    m.def("conformal_weights", wrap(&conformal_weights), "w"_a, "d"_a, "cot"_a,
+          "Return the weights of half-edges, (3, #F), in the Laplacian sum of s K, with s = 2 sqrt(w0 w1 w2 / d).");
+    m.def("disparity", wrap(&disparity), "w"_a, "d"_a, "cot"_a,
+          "Return rho + 1 / rho of each triangle, (#F,), where rho is the eigenvalue ratio of P and s K.");
+    m.def("at_edges", wrap(&at_edges), "values"_a, "sides"_a,
+          "Sum values of half-edges, (3, #F), over the half-edges of each edge, (2, #E), -1 for a missing one.");
+    m.def("pulled", wrap(&pulled), "ends"_a, "edges"_a, "weight"_a, "z"_a, "n"_a,
+          "Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over the edges to them.\n\n"
+          "z must be zero at all other vertices.");
+    m.def("signed_double_areas", wrap(&signed_double_areas), "z"_a, "corner"_a,
+          "Return twice the signed area of each face of a flat map (#V,); positive unless flipped or collapsed.");
+    m.def("centred", wrap(&centred), "z"_a, "corner"_a, "double_area"_a, "area"_a, "vertex_start"_a, "face_start"_a,
+          "Scale each of several concatenated maps to its area, center it, and align its principal axes.\n\n"
+          "Map i has the vertices `vertex_start[i]` to `vertex_start[i + 1] - 1`, and likewise its faces. The longer\n"
+          "principal axis becomes the x axis, in the direction for which the third moment is positive. For symmetric\n"
+          "maps, a rule that is robust to rounding decides.");
+    m.def("changes", wrap(&changes), "V"_a, "uv"_a, "corner"_a, "double_area"_a, "dot"_a,
+          "Measure the change of each triangle by a flat map (#V, 2) of a `Mesh` with this `double_area` and `dot`.\n\n"
+          "Returns the angles in space, and the angles in the map minus those in space, (3, #F) each; twice the\n"
+          "signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths,\n"
+          "(3, #F).");
+    m.def("developed", wrap(&developed), "z"_a, "known"_a, "start"_a, "twin"_a, "corner"_a, "cot"_a,
+          "Place the vertices that are not `known`, triangle by triangle in breadth-first order.\n\n"
+          "The layout begins at the half-edges `start`, whose ends are known; k #F + t is opposite to corner k of\n"
+          "triangle t. `twin` is the opposite half-edge of each half-edge, or -1 at the boundary. Returns the\n"
+          "positions and the misfit: the largest distance between a placed vertex and the position that another\n"
+          "triangle implies for it, relative to the shortest side of that triangle.");
+    m.def("block_dots", wrap(&block_dots), "start"_a, "a"_a, "b"_a,
+          "Return the scalar products of the blocks of two vectors; block k is `start[k]` to `start[k + 1] - 1`.");
+    m.def("block_step", wrap(&block_step), "start"_a, "rho"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
+          "In each block, add (rho / p . q) p to x and subtract (rho / p . q) q from r, with q = A p; return r . r.\n\n"
+          "Blocks with rho = 0 do not change.");
+    m.def("block_turn", wrap(&block_turn), "start"_a, "rho"_a, "last"_a, "z"_a, "p"_a.noconvert(),
+          "In each block, set p to z + (rho / last) p, or to z if rho or last is 0.");
+    m.def("blocks_of_rows", wrap(&blocks_of_rows), "block"_a, "column"_a, "place"_a, "of"_a,
+          "Return the blocks of `block_rows`, (#, 4); `of` is the row of each. Diagonal blocks are stored halved.");
+    m.def("without_rows", wrap(&without_rows), "start"_a, "column"_a, "block"_a, "x"_a, "r"_a,
+          "Return r - R^T x, (n,), where R consists of the rows selected by `block_rows`; r may be longer.");
+    m.def("left_at_rows", wrap(&left_at_rows), "start"_a, "column"_a, "block"_a, "of"_a, "r"_a, "z"_a,
+          "Return r - R z in the rows `of`, (2 #rows,).");
+    bind_indexed<Index>(m);  // first, because nanobind converts other integer types to the first overload
     bind_indexed<std::int32_t>(m);
 }
 
-// The loops over graphs in CSR, whose indices SciPy has as int32 where these do.
+// Functions on graphs in CSR; SciPy stores indices as int32 if the graph is small enough.
 template <class Int>
 static void bind_searches(nb::module_& m) {
     using namespace graphs;
-    m.def("nearest_sources", bound(&nearest_sources<Int>), "indptr"_a, "indices"_a, "length"_a, "sources"_a, "open_"_a,
+    m.def("nearest_sources", wrap(&nearest_sources<Int>), "indptr"_a, "indices"_a, "length"_a, "sources"_a, "open_"_a,
         "limit"_a,
-        R"(The distance of each node to the nearest source, the node before it on the path, and that source.
+        R"(Find the nearest source of each node; returns the distance, the predecessor on the path, and that source.
 
-The graph is given as in CSR. Nodes that are not open are not reached, nor what is farther than `limit`: the
-distance is infinite there, and the nodes are -1. A limit below 0 is one of 0.)");
-    m.def("ways_towards", bound(&ways_towards<Int>), "indptr"_a, "indices"_a, "length"_a, "source"_a, "open_"_a,
+The graph is given in CSR. Nodes that are not open, or farther than `limit`, are not reached: their distance is
+infinite, and their predecessor and source are -1. A negative limit counts as 0.)");
+    m.def("ways_towards", wrap(&ways_towards<Int>), "indptr"_a, "indices"_a, "length"_a, "source"_a, "open_"_a,
         "position"_a, "targets"_a, "share"_a, "limit"_a,
-        R"(The distances from a node, and the nodes before, where all ways on to the targets stay within a limit.
+        R"(Return distances from a node, and predecessors, where the paths on to all targets stay within a limit.
 
-As in `nearest_sources`; what is farther may be left out. A way from a node, at `position` (n, 3), to each of the
-`targets`, (#T, 3), is at least a `share` of the distance in space.)");
-    m.def("meeting", bound(&meeting<Int>), "indptr"_a, "indices"_a, "length"_a, "sources"_a, "open_"_a, "limit"_a,
-        R"(The ways to three sets of nodes from the node where they are shortest in total.
+Same as `nearest_sources`, but nodes may be omitted if their distance plus a lower bound of the lengths of the paths
+to all `targets`, (#T, 3), exceeds the limit. The lower bound of a path from a node at `position`, (n, 3), is `share`
+times the distance in space.)");
+    m.def("meeting", wrap(&find_steiner_paths<Int>), "indptr"_a, "indices"_a, "length"_a, "sources"_a, "open_"_a,
+        "limit"_a,
+        R"(Return the paths to three sets of nodes from their Steiner point, which minimizes the total length.
 
-The nodes of the three ways, one after the other, each from there to the first one in the set; and where each way
-begins, (4,). There are none if the total is over the limit. The graph is given as in CSR; nodes that are not open are
-not passed, but those of a set by the way to it.)");
-    m.def("far_apart", bound(&far_apart<Int>), "indptr"_a, "indices"_a, "order"_a, "hops"_a, "closed"_a,
-        R"(A mask of the nodes that one takes in an order, leaving out those `hops` edges or less from taken ones.
+Returns the nodes of the three paths, one path after another, each from the Steiner point to the first node in the set;
+and the start of each path, (4,). There are no paths if the total exceeds the limit. The graph is given in CSR. Paths do
+not pass nodes that are not open, except nodes of the set that they lead to.)");
+    m.def("far_apart", wrap(&far_apart<Int>), "indptr"_a, "indices"_a, "order"_a, "hops"_a, "closed"_a,
+        R"(Choose nodes greedily in the given order, skipping nodes within `hops` edges of a chosen one; return a mask.
 
-The graph is given as in CSR. Closed nodes are neither taken nor passed.)");
+The graph is given in CSR. Closed nodes are neither chosen nor passed.)");
 }
 
 static void bind_graphs(nb::module_& m) {
     using namespace graphs;
     bind_searches<Index>(m);
     bind_searches<std::int32_t>(m);
-    m.def("undirected", bound(&undirected), "corner"_a, "n"_a,
-        R"(The edges of triangles, (3, #F): their ends, (#E, 2), sides, (2, #E), and whether they are sound.
+    m.def("undirected", wrap(&undirected), "corner"_a, "n"_a,
+        R"(Find the edges of triangles, (3, #F): ends, (#E, 2), half-edges, (2, #E), and whether they are sound.
 
-Ends and sides are as in `Topology`, the edges sorted by their lower and higher ends. They are sound where none has
-more than two sides, or two that run the same way.)");
-    m.def("in_edges", bound(&in_edges), "tail"_a, "head"_a, "n"_a,
-        "Sides in the order of their edges, by vertices below n; where each edge begins, and how many it has.");
-    m.def("used_vertices", bound(&used_vertices), "F"_a, "n"_a,
-        "Which of n vertices sound faces have, and whether all are: indices in range, none of them twice.");
-    m.def("entries", bound(&entries), "ends"_a, "n"_a,
-        R"(The upper triangle of symmetric matrices over a graph of n rows; its edges join rows `ends`, (2, #E).
+Ends and half-edges are those of a `Topology`; the edges are sorted by their lower and higher ends. They are sound if
+none has more than two half-edges, or two half-edges of the same direction.)");
+    m.def("in_edges", wrap(&in_edges), "tail"_a, "head"_a, "n"_a,
+        "Sort sides by edge; return the sorted sides, and the first position and number of sides of each edge.");
+    m.def("used_vertices", wrap(&used_vertices), "F"_a, "n"_a,
+        "Mark which of n vertices valid faces use, and check that all faces have three distinct indices in range.");
+    m.def("entries", wrap(&entries), "ends"_a, "n"_a,
+        R"(Build the pattern of symmetric matrices over a graph with edges between rows `ends`, (2, #E).
 
-Returns indptr and indices as in CSR, the diagonal first in each row, and each edge's place among the entries; -1
-where it joins a row to itself, or to none.)");
-    m.def("shortest_pairs", bound(&shortest_pairs), "ends"_a, "length"_a, "n"_a,
-        R"(The neighbours of each of n nodes, and the shortest edge to each, as in CSR; `ends` are (#E, 2).
+Returns indptr and indices of the upper triangle in CSR, with the diagonal entry first in each row, and the position of
+the entry of each edge, or -1 if the edge does not join two rows.)");
+    m.def("shortest_pairs", wrap(&shortest_pairs), "ends"_a, "length"_a, "n"_a,
+        R"(Return the neighbours of each of n nodes in CSR, and the shortest edge to each neighbour; `ends` is (#E, 2).
 
-Columns ascend. Of equally short edges it is the first one; edges from a node to itself are left out.)");
-    m.def("boundary_loops", bound(&boundary_loops), "tail"_a, "head"_a, "n"_a,
-        R"(Boundary half-edges chained into loops: their vertices one loop after the other, and their sizes.
+Columns are ascending. The first of equally short edges is returned; edges from a node to itself are ignored.)");
+    m.def("boundary_loops", wrap(&boundary_loops), "tail"_a, "head"_a, "n"_a,
+        R"(Chain boundary half-edges into loops; return their vertices, one loop after another, and their sizes.
 
-A loop begins at its first vertex, and loops come in the order of these. There are none if two edges leave a vertex;
-the third array has such vertices.)");
-    m.def("cycles", bound(&cycles), "following"_a,
-        "The cycles of a permutation, as lists, in the order of their first elements.");
-    m.def("connected_labels", bound(&connected_labels), "edges"_a, "n"_a,
-        R"(The component of each of the nodes 0 .. n - 1 of a graph with these edges, (#E, 2).
+A loop begins at its lowest vertex, and loops are sorted by these. If two half-edges leave the same vertex, there are no
+loops, and the third array contains these vertices.)");
+    m.def("cycles", wrap(&cycles), "following"_a,
+        "Return the cycles of a permutation, as lists, in the order of their first elements.");
+    m.def("connected_labels", wrap(&connected_labels), "edges"_a, "n"_a,
+        R"(Return the connected component of each node 0 .. n - 1 of a graph with the given edges, (#E, 2).
 
 Components are numbered from 0, in the order of their first nodes.)");
-    m.def("spanning_forest", bound(&spanning_forest), "pairs"_a, "order"_a, "n"_a,
-        R"(Of the edges `order`, by their pairs of n nodes, those that close no cycle with earlier ones.
+    m.def("spanning_forest", wrap(&spanning_forest), "pairs"_a, "order"_a, "n"_a,
+        R"(Return the edges in `order` that do not close a cycle with earlier edges; `pairs` are their end nodes.
 
 If the order is by weight, this is the minimum spanning forest (Kruskal 1956).)");
-    m.def("is_connected", bound(&is_connected), "sides"_a, "n_faces"_a,
-        "Whether every face can be reached from face 0 across edges; `sides` as in `Topology`.");
-    m.def("fans_around", bound(&fans_around), "corner"_a, "sides"_a, "n"_a,
-        "How many fans each of n vertices has, by the corners (3, #F) and the sides of edges of a `Topology`.");
-    m.def("shortest_odd_walk", bound(&shortest_odd_walk), "indptr"_a, "indices"_a, "length"_a, "flip"_a, "start"_a,
+    m.def("is_connected", wrap(&is_connected), "sides"_a, "n_faces"_a,
+        "Return True if every face can be reached from face 0 across edges; `sides` is that of a `Topology`.");
+    m.def("fans_around", wrap(&fans_around), "corner"_a, "sides"_a, "n"_a,
+        "Count the fans of each of n vertices, given the corners (3, #F) and the `sides` of a `Topology`.");
+    m.def("shortest_odd_walk", wrap(&shortest_odd_walk), "indptr"_a, "indices"_a, "length"_a, "flip"_a, "start"_a,
         "copies"_a,
-        R"(The shortest closed walk from a node that crosses each of some ways an odd number of times.
+        R"(Find the shortest closed walk from a node that crosses each of several curves an odd number of times.
 
-Bits of `flip` tell which ways an edge crosses; the graph is given as in CSR. There is a copy of it for each
-combination of bits: copy c, of the nodes from c n on, is reached over the ways of c's bits. The walk is given from its
-end, which is in the last copy; that alone if there is no such walk.)");
-    m.def("nodes_on_paths", bound(&nodes_on_paths), "before"_a, "ends"_a,
-        R"(The nodes that lead from some ends to their sources, each once, in the order of the paths.
+The bits of `flip` are the curves that an edge crosses. The graph is given in CSR. There is a copy of the graph for each
+combination of parities: copy c has the nodes from c n on, and is reached after an odd number of crossings of the curves
+in the bits of c. The walk is returned from its end, which is in the last copy; if there is no such walk, the result is
+the end alone.)");
+    m.def("nodes_on_paths", wrap(&nodes_on_paths), "before"_a, "ends"_a,
+        R"(Return the nodes on the paths from `ends` back to their sources, each once, in the order of the paths.
 
-`before` is the node before each one on its path, and -1 at sources, which are left out.)");
-    m.def("way_of_fewest", bound(&way_of_fewest), "indptr"_a, "indices"_a, "sources"_a, "ends"_a,
-        R"(The nodes of a way of the fewest steps, from one of the `ends` back to one of the sources, both masks.
+`before` is the predecessor of each node, and -1 at sources, which are not returned.)");
+    m.def("way_of_fewest", wrap(&breadth_first_path), "indptr"_a, "indices"_a, "sources"_a, "ends"_a,
+        R"(Find a path with the fewest edges, and return its nodes from one of `ends` back to one of `sources`.
 
-The graph is given as in CSR. There are none if no end can be reached.)");
-    m.def("forest_parents", bound(&forest_parents), "pairs"_a, "n"_a,
-        R"(The node above each of n nodes of a forest with these edges, (#E, 2); that of a root is itself.
+`ends` and `sources` are masks. The graph is given in CSR. The path is empty if no end can be reached.)");
+    m.def("forest_parents", wrap(&forest_parents), "pairs"_a, "n"_a,
+        R"(Return the parent of each of n nodes of a forest with the given edges, (#E, 2); a root is its own parent.
 
 The root of a tree is its first node.)");
-    m.def("without_leaves", bound(&without_leaves), "ends"_a, "kept"_a,
-        R"(The edges of a graph, by their ends (#E, 2), that are left when those at leaves are dropped in turn.
+    m.def("without_leaves", wrap(&without_leaves), "ends"_a, "kept"_a,
+        R"(Prune the leaves of a graph with the edges `ends`, (#E, 2), repeatedly; return a mask of the remaining edges.
 
-Leaves that are to be kept are none.)");
-    m.def("arcs_between", bound(&arcs_between), "ends"_a, "joint"_a,
-        R"(The edges of a graph, by their ends (#E, 2), in rows from joint to joint; then closed rows without any.
+Nodes in `kept` are never pruned.)");
+    m.def("arcs_between", wrap(&arcs_between), "ends"_a, "joint"_a,
+        R"(Divide the edges of a graph, (#E, 2), into arcs between joints, followed by closed arcs without a joint.
 
-All nodes without exactly two edges have to be joints. Returns the edges of all arcs in their order, the nodes that
-these pass, from the first to the last, and where the edges of each arc begin. The nodes of arc k begin k later, as it
-has one more. Arcs begin in the order of edges.)");
-    m.def("opened", bound(&opened), "ends"_a, "faces"_a, "seam"_a, "holes"_a, "n"_a, "n_faces"_a,
-        R"(What a seam, edges of a graph on a surface, opens: its components and cycles, and the pieces.
+All nodes that do not have exactly two edges must be joints. Returns the edges of all arcs, one arc after another; the
+nodes that the arcs pass, including both ends; and the start of the edges of each arc. The nodes of arc k begin k
+entries later, because each arc has one more node than edges. Arcs are in the order of their first edges.)");
+    m.def("opened", wrap(&opened), "ends"_a, "faces"_a, "seam"_a, "holes"_a, "n"_a, "n_faces"_a,
+        R"(Analyse the topology of a surface that is cut along a seam, a set of edges of a graph on it.
 
-`ends` and `faces` are the nodes and the faces of each edge, (#E, 2); the first nodes, the holes, are on the seam. The
-pieces are given by their numbers of faces, ascending.)");
-    m.def("behind_least_cut", bound(&behind_least_cut), "ends"_a, "capacity"_a, "n"_a, "source"_a, "sink"_a,
-        R"(The nodes (n,) behind the least cut between two nodes; of several, the one nearest to the source.
+`ends` and `faces` are the nodes and the faces of each edge, (#E, 2). The first `holes` nodes are holes of the surface,
+which belong to the seam. Returns the number of components and of independent cycles of the seam, and the numbers of
+faces of the resulting pieces, ascending.)");
+    m.def("behind_least_cut", wrap(&minimum_cut_side), "ends"_a, "capacity"_a, "n"_a, "source"_a, "sink"_a,
+        R"(Return a mask (n,) of the nodes on the side of the sink of a minimum cut.
+
+Among several minimum cuts, use the one nearest to the source.
 
 Parameters
 ----------
 ends : (#E, 2) int64
     Edges between different nodes.
 capacity : (#E,) int64
-    What it costs to cut each; below 2^31.
+    Cost of cutting each edge; below 2^31.
 n, source, sink : int)");
 }
 
 static void bind_overlaps(nb::module_& m) {
     using namespace overlaps;
     m.attr("DEPTH") = DEPTH;
-    m.def("overlapping", bound(&overlapping), "z"_a, "F"_a, "chart"_a,
-          "Pairs of faces i < j of one chart that overlap in a map (#V,), in lexicographic order, (#P, 2).\n\n"
-          "Each of the two reaches across all sides of the other by more than a millionth of the smaller one's\n"
-          "height, and by more than the rounding of their corners. Collapsed faces overlap nothing.");
-    m.def("lie_over", bound(&lie_over), "some"_a, "others"_a,
-          "Whether one of some triangles, (#S, 3), overlaps another one of them, or one of others, (#O, 3).");
-    m.def("overlap_sheets", bound(&overlap_sheets), "upper"_a, "lower"_a, "begin"_a, "neighbour"_a, "most"_a,
-          "The two sheets of each of the `most` largest overlaps: the faces of each, ascending.\n\n"
-          "And where each sheet begins, (2 #O + 1,).\n"
-          "The pairs of faces, both ways around, are in lexicographic order, each once; the faces beside each\n"
-          "face are given as in CSR. Pairs are neighbours if one face is the same, and the others are\n"
-          "neighbours: so an overlap is a component of them, and of those the other way around. Where it winds\n"
-          "on, so that a face is over one and under another, its sheets are grown from its first pair on until\n"
-          "they meet. Each sheet is connected.");
-    m.def("merge_regions", bound(&merge_regions), "triangle"_a, "depth"_a, "start"_a, "pairs"_a, "turn"_a, "shift"_a, "worth"_a,
-          "page"_a,
-          "The chart of each region, and the motion from the region's frame to the plane of the chart.\n\n"
-          "Region r has the counter-clockwise triangles (#T, 3) from `start[r]` to `start[r + 1]`. One after the\n"
-          "other, regions are joined by hinges with all that is joined to them, where the motion brings nothing\n"
-          "of the one chart over the other. Triangles may reach into each other by the smaller of their\n"
-          "`depth`; those of a negative one are not asked.\n"
-          "Hinge h joins the regions `pairs[h]` = (a, b) by the motion of b's frame to a's, z -> `turn[h]` * z +\n"
-          "`shift[h]`, where the rectangle around both charts takes at most `worth[h]` more than those around\n"
-          "each, of a page of the area `page[h]`.");
+    m.def("overlapping", wrap(&overlapping), "z"_a, "F"_a, "chart"_a,
+          "Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in a map (#V,), sorted.\n\n"
+          "Each of the two faces reaches across all sides of the other by more than a millionth of the smaller\n"
+          "height, and by more than the rounding error of the corners. Collapsed faces never overlap.");
+    m.def("lie_over", wrap(&lie_over), "some"_a, "others"_a,
+          "Return True if one of the triangles `some`, (#S, 3), overlaps another one, or one of `others`, (#O, 3).");
+    m.def("overlap_sheets", wrap(&overlap_sheets), "upper"_a, "lower"_a, "begin"_a, "neighbour"_a, "most"_a,
+          "Return the faces of the two sheets of each of the `most` largest overlaps, and the start of each sheet.\n\n"
+          "`upper` and `lower` are the overlapping pairs of faces, in both orders and sorted lexicographically; the\n"
+          "adjacent faces of each face are given in CSR. Two pairs are neighbours if they have one face in common and\n"
+          "their other faces are adjacent. An overlap is a connected component of pairs together with the mirrored\n"
+          "component. If a face is above one face and below another, the sheets are grown from the first pair until\n"
+          "they meet. Each sheet is connected, and its faces are ascending.");
+    m.def("merge_regions", wrap(&merge_regions), "triangle"_a, "depth"_a, "start"_a, "pairs"_a, "turn"_a, "shift"_a,
+          "worth"_a, "page"_a,
+          "Join regions to charts, hinge by hinge.\n\n"
+          "Returns the chart of each region, and the motion from the frame of the region to the plane of the chart.\n"
+          "Region r has the counter-clockwise triangles (#T, 3) `start[r]` to `start[r + 1] - 1`. Hinge h joins the\n"
+          "charts of the regions `pairs[h]` = (a, b) by the motion z -> `turn[h]` * z + `shift[h]` from the frame of\n"
+          "b to that of a, unless the charts would overlap, or the area of the rectangle around both would exceed the\n"
+          "areas of the rectangles around each by more than `worth[h]`. A rectangle that is too long for a page of\n"
+          "the area `page[h]` counts more. Triangles may reach into each other by the smaller of their `depth`;\n"
+          "triangles of negative depth are ignored.");
 }
 
 static void bind_packing(nb::module_& m) {
     using namespace packing;
-    m.def("rasterize", bound(&rasterize), "start"_a, "end"_a, "weight"_a, "sides"_a, "turns"_a, "of"_a, "half"_a,
-        R"(The blocks of cells that turned outlines, widened by `half` to all four sides, touch.
+    m.def("rasterize", wrap(&rasterize), "start"_a, "end"_a, "weight"_a, "sides"_a, "turns"_a, "of"_a, "half"_a,
+        R"(Rasterize rotated outlines, widened by `half` in all four directions, to blocks of cells.
 
-Outline i has the sides from sides[i] to sides[i + 1], each with a weight. Mask k is that of outline
-of[k], which ascends, times turns[k], in the smallest grid from its lower left corner; where turns[k] is
-the opposite of the one before, of the same outline, it is that mask turned over.
+Outline i has the sides sides[i] to sides[i + 1] - 1, each with a weight. Mask k is that of the outline
+of[k], which is ascending, times turns[k], in its smallest grid, beginning at its lower left corner. If
+turns[k] is the opposite of turns[k - 1] for the same outline, the mask is the previous one rotated by
+180 degrees.
 
-Returns rows and columns (#M, 2), the corners (#M,), the blocks (#B, 4), those of a mask by size, and
-where each mask's begin (#M + 1,).)");
-    m.def("place_masks", bound(&place_masks), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a, "start"_a, "known"_a,
-        R"(Charts on square pages with `side` cells along a side; each has several masks, one of which is chosen.
+Returns the rows and columns of each mask, (#M, 2); the lower left corners, (#M,); the blocks, (#B, 4),
+sorted by size within each mask; and the first block of each mask, (#M + 1,).)");
+    m.def("place_masks", wrap(&place_masks), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a, "start"_a,
+        "known"_a,
+        R"(Place charts on square pages with `side` by `side` cells, each by one of its masks.
 
-Those of chart i are from `spans[i, 0]` to `spans[i, 1]`; `shapes` are their rows and columns. Mask k has
-the `blocks` from `start[k]` to `start[k + 1]`: the first row and column, the length and the number of
-rows of equal runs of cells, the largest ones first. The places of the first charts may be `known`.
+Chart i has the masks `spans[i, 0]` to `spans[i, 1] - 1`; `shapes` are their rows and columns. Mask k has
+the `blocks` from `start[k]` to `start[k + 1] - 1`: the first row and column, the number of columns and
+the number of rows, largest block first. The positions of the first charts may be `known`.
 
-Returns the chart's mask, page, x and y; and the pages' widths and heights that are taken. If `most` pages
-have no room for a chart, or an empty one has none, it and those after it have places of -1.)");
-    m.def("taken_cells", bound(&taken_cells), "side"_a, "places"_a, "blocks"_a, "start"_a,
-        "The cells (#pages, side, side) that charts at their places take, as `place_masks` gives these.");
-    m.def("on_shelves", bound(&on_shelves), "sizes"_a, "taken"_a,
-        R"(Lower left corners (#P, 2) of as many rectangles as find a place on a page.
+Returns the mask, page, x and y of each chart, and the width and height of the occupied part of each page.
+If a chart does not fit on an empty page or on `most` pages, this chart and all later ones get -1.)");
+    m.def("taken_cells", wrap(&taken_cells), "side"_a, "places"_a, "blocks"_a, "start"_a,
+        "Return a mask of the cells, (#pages, side, side), that the charts placed by `place_masks` occupy.");
+    m.def("on_shelves", wrap(&on_shelves), "sizes"_a, "taken"_a,
+        R"(Place rectangles on shelves of a page, and return the lower left corners (#P, 2) of those that fit.
 
-A shelf is as high as its first rectangle. Where cells are taken, it goes on behind them.
+A shelf is as high as its first rectangle, and continues behind occupied cells.
 
 Parameters
 ----------
 sizes : (#R, 2) float64
-    Widths and heights, the highest one first; in cells of the page.
+    Widths and heights in cells of the page, highest rectangle first.
 taken : (side, side) bool
-    Cells where nothing may come.)");
-    m.def("narrowest_turns", bound(&narrowest_turns), "z"_a, "start"_a,
-        R"(Of each group of points, the turn that makes the upright rectangle around it smallest.
+    Occupied cells.)");
+    m.def("narrowest_turns", wrap(&narrowest_turns), "z"_a, "start"_a,
+        R"(Return, for each group of points, the rotation that minimizes its axis-aligned bounding rectangle.
 
 Parameters
 ----------
 z : (#P,) complex128
 start : (#G + 1,) int64
-    Group i has the points from start[i] to start[i + 1].
+    Group i has the points start[i] to start[i + 1] - 1.
 
 Returns
 -------
 turns : (#G,) complex128
-    1 for points on a line.)");
-    m.def("divisions", bound(&divisions), "points"_a, "ends"_a, "length"_a, "outer"_a, "normal"_a, "offset"_a,
+    Unit complex numbers; 1 for collinear points.)");
+    m.def("divisions", wrap(&divisions), "points"_a, "ends"_a, "length"_a, "outer"_a, "normal"_a, "offset"_a,
         "outwards"_a,
-        R"(What each line leaves of a graph in the plane, of which it cuts the edges that it crosses.
+        R"(Evaluate lines that divide a graph in the plane by cutting the edges that they cross.
 
 Parameters
 ----------
 points : (#P, 2) float64
 ends : (#E, 2) int64
 length : (#E,) float64
-    What it costs to cut an edge.
+    Cost of cutting each edge.
 outer : (#P,) bool
-    Points that may be on the convex hull of a part; those at edges that are cut are, too.
+    Points that may be on the convex hull of a part, in addition to the ends of cut edges.
 normal : (#L, 2) float64
 offset : (#L,) float64
-    Beyond line k are the points whose product with its normal is larger.
+    The points beyond line k have a scalar product with its normal that exceeds its offset.
 outwards : (2, 4 #D) float64
-    Unit vectors by equal angles; the first one is (1, 0).
+    Unit vectors at equal angles, beginning with (1, 0).
 
 Returns
 -------
 hulls : (#L,) float64
-    The area of the convex hulls of connected parts: of their points that are farthest out.
+    Total area of the convex hulls of the extreme points, in the directions `outwards`, of the connected parts.
 widest : (#L,) float64
-    The longest diagonal of an upright rectangle around a part.
+    Longest diagonal of an axis-aligned bounding rectangle of a part.
 cut : (#L,) float64
-    The lengths of the edges that are cut, added up.)");
+    Total length of the cut edges.)");
 }
 
 static void bind_isometry(nb::module_& m) {
     using namespace isometry;
-    m.def("isometric_energy", bound(&isometric_energy), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
-          "The energy of each triangle, times its share; infinite where a triangle is not upright.\n\n"
-          "Its map w -> p w + q conj(w) has p = sum gradient z over the corners, and q the same of its conjugate.");
-    m.def("isometric_rows", bound(&isometric_rows), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
-          "The slope of the energy, (6, #F), and rows, (24, #F): its convex part is the sum of row row^T.\n\n"
-          "Four rows for a triangle, one after the other, each by x of the corners and then by y.");
-    m.def("outer_products", bound(&outer_products), "rows"_a, "own"_a, "across"_a, "entries"_a,
-          "The blocks, (entries, 4), of the sum of row row^T over triangles; `rows` has six rows for each.\n\n"
-          "The block of corner k is added at own[k], that of the side opposite to it at across[k], and transposed at\n"
-          "~across[k].");
-    m.def("collapse_lengths", bound(&collapse_lengths), "corner"_a, "gradient"_a, "z"_a, "direction"_a,
-          "The step length along `direction` at which each triangle collapses; infinite where none does.");
+    m.def("isometric_energy", wrap(&isometric_energy), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
+          "Return the energy of each triangle times its share; infinite for flipped and collapsed triangles.\n\n"
+          "The map of a triangle is w -> p w + q conj(w), where p is the sum of gradient z over the corners, and q is\n"
+          "the sum of conj(gradient) z.");
+    m.def("isometric_rows", wrap(&isometric_rows), "corner"_a, "gradient"_a, "share"_a, "z"_a, "weight"_a,
+          "Return the gradient of the energy, (6, #F), and rows, (24, #F), whose sum of row row^T is the convexified\n"
+          "Hessian.\n\n"
+          "Each triangle has four rows, one after another, each by x of the corners and then by y.");
+    m.def("outer_products", wrap(&outer_products), "rows"_a, "own"_a, "across"_a, "entries"_a,
+          "Assemble the blocks, (entries, 4), of the sum of row row^T over triangles; a row has six values.\n\n"
+          "The block of corner k is added to entry own[k], and the block of the side opposite to corner k to entry\n"
+          "across[k], or transposed to entry ~across[k].");
+    m.def("collapse_lengths", wrap(&collapse_lengths), "corner"_a, "gradient"_a, "z"_a, "direction"_a,
+          "Return the step length along `direction` at which each triangle collapses; infinite if it never does.");
 }
 
-// Whether this processor has what the build for x86-64-v3 takes.
+// Return true if this processor supports the build for x86-64-v3.
 static bool has_v3() {
 #if (defined(__GNUC__) || defined(__clang__)) && defined(__x86_64__)
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
@@ -409,7 +427,7 @@ static bool has_v3() {
 }
 
 NB_MODULE(MODULE, m) {
-    m.def("has_v3", &has_v3, "Whether this processor runs the build for x86-64-v3.");
+    m.def("has_v3", &has_v3, "Return True if this processor supports the build for x86-64-v3.");
     bind_cholesky(m);
     bind_angles(m);
     bind_graphs(m);

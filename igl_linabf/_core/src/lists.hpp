@@ -1,10 +1,10 @@
-// Items listed by node, and sets of nodes that are joined.
+// Lists of items for each node of a graph, and a union-find data structure.
 #pragma once
 #include <numeric>
 
 #include "arrays.hpp"
 
-// The items of node v are those from begin[v] up to begin[v + 1].
+// A list of items for each node: node v has items[begin[v]] up to items[begin[v + 1] - 1].
 struct Lists {
     std::vector<Index> begin;
     Array<Index> items;
@@ -12,9 +12,9 @@ struct Lists {
     View<Index> operator[](Index v) const { return items.view().part(begin[v], begin[v + 1]); }
 };
 
-// The items of n nodes: visit(put) calls put(node, item) for each, and is called twice.
+// Build the lists of n nodes. visit(put) must call put(node, item) for each item; it is called twice.
 template <class Visit>
-Lists lists_of(Index n, const Visit& visit) {
+Lists build_lists(Index n, const Visit& visit) {
     Lists made{std::vector<Index>(n + 2), {}};
     Index* begin = made.begin.data();
     visit([=](Index node, Index) { ++begin[node + 2]; });
@@ -24,26 +24,26 @@ Lists lists_of(Index n, const Visit& visit) {
     return made;
 }
 
-// Disjoint sets of nodes (union-find with path halving); the root of each is its first node.
-class Joined {
+// A union-find data structure with path halving. The root of each set is its first node.
+class UnionFind {
     std::vector<Index> parent;
 
   public:
-    explicit Joined(Index n) : parent(n) { std::iota(parent.begin(), parent.end(), Index(0)); }
+    explicit UnionFind(Index n) : parent(n) { std::iota(parent.begin(), parent.end(), Index(0)); }
 
-    Index root(Index i) {
+    Index find(Index i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
     }
 
-    // Whether they were apart.
-    bool join(Index i, Index j) {
-        i = root(i), j = root(j);
+    // Merge two sets; return true if they were different.
+    bool unite(Index i, Index j) {
+        i = find(i), j = find(j);
         parent[std::max(i, j)] = std::min(i, j);
         return i != j;
     }
 
-    // The number of each node's set, in the order of their first nodes.
+    // Number the sets in the order of their first nodes, and return the number of each node's set.
     Array<Index> labels() const {
         Array<Index> label(Index(parent.size()));
         Index count = 0;

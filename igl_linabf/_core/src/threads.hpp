@@ -1,4 +1,4 @@
-// Work that is shared out to threads. The pieces do not depend on how many there are, so neither do the bits.
+// Parallel loops. Pieces of work do not depend on the number of threads, and neither do the results.
 #pragma once
 #include <atomic>
 #include <cstdlib>
@@ -12,12 +12,12 @@
 
 #include "arrays.hpp"
 
-constexpr Index DIVIDED_FROM = 250'000;  // numbers: below, threads take longer to begin than they save
-constexpr int PIECES = 16;               // of long arrays, for any number of threads
-constexpr int MOST_THREADS = 8;          // more share the memory's bandwidth and gain nothing
+constexpr Index PARALLEL_SIZE = 250'000;  // shorter arrays are processed by a single thread
+constexpr int PIECES = 16;                // of a long array, independent of the number of threads
+constexpr int MOST_THREADS = 8;           // memory bandwidth limits the gain of more threads
 
-// How many cores this process is to use: as many as it may, or as OMP_NUM_THREADS says.
-inline int cores() {
+// Return OMP_NUM_THREADS if it is set, otherwise the number of cores available to this process.
+inline int count_cores() {
     if (const char* wanted = std::getenv("OMP_NUM_THREADS"); wanted && std::atoi(wanted) > 0) return std::atoi(wanted);
 #ifdef __linux__
     cpu_set_t allowed;
@@ -27,45 +27,45 @@ inline int cores() {
     return known > 0 ? known : 1;
 }
 
-// Call work(k) for each k below `count`, several at a time. The first exception is thrown when all have ended.
+// Call work(k) for all k < count in parallel. The first exception is rethrown after all threads have finished.
 template <class Work>
-void at_once(Index count, const Work& work) {
+void parallel_for(Index count, const Work& work) {
     std::atomic<Index> next{0};
     std::exception_ptr error;
-    std::mutex one_writes;
-    const auto some = [&] {
+    std::mutex error_mutex;
+    const auto run_tasks = [&] {
         for (Index k; (k = next++) < count;) try {
                 work(k);
             } catch (...) {
                 next = count;
-                const std::lock_guard held(one_writes);
+                const std::lock_guard held(error_mutex);
                 if (!error) error = std::current_exception();
             }
     };
     std::vector<std::thread> others;
-    const Index threads = std::min<Index>({cores(), count, MOST_THREADS});
+    const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
     try {
-        for (Index k = 1; k < threads; ++k) others.emplace_back(some);
-    } catch (const std::system_error&) {  // the system has no more threads: those that began do it
+        for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
+    } catch (const std::system_error&) {  // no more threads are available: continue with the started ones
     }
-    some();
+    run_tasks();
     for (auto& other : others) other.join();
     if (error) std::rethrow_exception(error);
 }
 
-// Call work(first, last) for the pieces of 0 .. size; one piece where threads would not pay.
+// Call work(first, last) in parallel for the pieces of the range [0, size), or once if the range is short.
 template <class Work>
-void in_pieces(Index size, const Work& work) {
-    if (size < DIVIDED_FROM) return work(Index(0), size);
-    at_once(PIECES, [&](Index k) { work(size * k / PIECES, size * (k + 1) / PIECES); });
+void parallel_for_pieces(Index size, const Work& work) {
+    if (size < PARALLEL_SIZE) return work(Index(0), size);
+    parallel_for(PIECES, [&](Index k) { work(size * k / PIECES, size * (k + 1) / PIECES); });
 }
 
-// The sum of work(first, last) over the pieces, added up in their order.
+// Return the sum of work(first, last) over the pieces of [0, size), added in the order of the pieces.
 template <class Work>
-double sum_of_pieces(Index size, const Work& work) {
-    if (size < DIVIDED_FROM) return work(Index(0), size);
+double parallel_sum(Index size, const Work& work) {
+    if (size < PARALLEL_SIZE) return work(Index(0), size);
     double parts[PIECES], total = 0;
-    at_once(PIECES, [&](Index k) { parts[k] = work(size * k / PIECES, size * (k + 1) / PIECES); });
+    parallel_for(PIECES, [&](Index k) { parts[k] = work(size * k / PIECES, size * (k + 1) / PIECES); });
     for (const double part : parts) total += part;
     return total;
 }

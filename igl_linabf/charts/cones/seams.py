@@ -8,7 +8,7 @@ from scipy import sparse
 from ..._types import IntArray
 from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
-from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
+from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, open_handles
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -25,8 +25,7 @@ def along_handles(piece: ClosedSurface) -> IntArray:
     if not piece.graph.genus:
         return none
     levels = Levels.of(piece)
-    graph, handles = levels.coarse.graph, open_handles(levels.coarse)
-    return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
+    return levels.lift(open_handles(levels.coarse), none)
 
 
 def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:

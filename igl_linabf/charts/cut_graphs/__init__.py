@@ -4,7 +4,7 @@ In: a component. Out: `ClosedSurface`, its graph with a hole as a node; trees th
 expect of the map that a cut leaves.
 """
 
-from .branches import move_branch_points, prune_branches
+from .branches import prune_branches
 from .closed_surface import ClosedSurface
 from .clusters import Levels
 from .constants import ISOMETRIC_STRETCH_WEIGHT, MAX_LOG_SCALE

@@ -1,16 +1,15 @@
 """Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
 
 from collections.abc import Callable
-from itertools import combinations, pairwise
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
-from ...surface import connected_labels
 from . import constants
-from .graph import SeamTopology, SurfaceGraph
+from .graph import SurfaceGraph
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
@@ -18,29 +17,6 @@ Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, an
 Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
 ArcArrays = tuple[IntArray, IntArray]  # the same as arrays
 EndedArc = tuple[IntArray, int]  # edges in a row, and the node at their end
-
-
-def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
-
-    A branch point is tried again when an arc of it has moved. If there are very many, those of the longest
-    arcs are.
-    """
-    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
-    waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
-    if len(waiting) > constants.MAX_MOVED_ARCS:
-        at = lengths_at(graph, arcs_of(graph, seam), graph.length)
-        waiting = longest(waiting, lambda k: float(at[waiting[k]]))
-    for _ in range(constants.MOVES_OF_BRANCH_POINT * len(waiting)):
-        if not waiting:
-            break
-        branch = waiting.pop(0)
-        if len(steps.get(branch, ())) >= 3:
-            moved, ends = _move_branch_point(graph, seam, arcs_from(graph, steps, branch), branch, kept, cost)
-            replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
-            seam = moved
-            waiting += sorted(ends.difference(waiting))
-    return seam
 
 
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
@@ -93,45 +69,6 @@ def move_in_groups(
         elif len(group) > 1:
             waiting += [group[len(group) // 2 :], group[: len(group) // 2]]
     return seam
-
-
-def _move_branch_point(
-    graph: SurfaceGraph, seam: IntArray, arcs: list[EndedArc], branch: int, kept: SeamTopology, cost: Cost
-) -> tuple[IntArray, set[int]]:
-    """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
-
-    If more than three arcs meet, or at a hole, two of them may share a new branch.
-    """
-    free = len(arcs) == 3 and branch >= graph.n_holes
-    for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
-        own_arcs, own_tips = zip(*chosen, strict=True)
-        own = np.concatenate(own_arcs)
-        rest, length = graph.difference(seam, own), graph.length_of(own) / constants.STRICTLY_SHORTER
-        tips = [*own_tips, *[branch] * (not free)]
-        label = connected_labels(graph.ends[rest], graph.n)
-        groups = label[tips]
-        if len(set(groups.tolist())) == 3:
-            sets, avoid = [np.flatnonzero(label == group) for group in groups], None
-        else:
-            sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
-        centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
-        moved = graph.union(rest, ways)
-        shorter = graph.length_of(moved) < graph.length_of(seam) * constants.STRICTLY_SHORTER
-        if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
-            return moved, {*tips, centre}
-    return seam, set()
-
-
-def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
-    """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
-    pairs = list(combinations(range(len(arcs)), 2))
-    if len(arcs) > constants.MAX_ARCS_OF_ALL_PAIRS:
-        at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
-        apart = np.linalg.norm(at[:, None] - at, axis=2)
-        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + constants.NEAREST_ARCS]
-        near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
-        pairs = sorted(near, key=lambda pair: float(apart[pair]))
-    return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
 def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:

@@ -53,13 +53,14 @@ class ClosedSurface:
     isometric: bool = False
 
     @classmethod
-    def of(
-        cls, component: Submesh, hidden: FloatArray | None = None, isometric: bool = False
-    ) -> ClosedSurface:
-        """Contract the boundary loops of a surface in one piece.
+    def of(cls, component: Submesh, isometric: bool = False) -> ClosedSurface:
+        """Contract the boundary loops of a surface in one piece."""
+        return cls.of_creased(CreasedSurface(component), isometric)
 
-        `hidden` is as `hiding_weights` returns it.
-        """
+    @classmethod
+    def of_creased(cls, creased: CreasedSurface, isometric: bool = False) -> ClosedSurface:
+        """Contract the boundary loops of a surface in one piece, whose creases are known."""
+        component = creased.surface
         V, topology = component.V, component.topology
         holes = len(topology.loops)
         node = np.full(len(V), -1)
@@ -67,7 +68,6 @@ class ClosedSurface:
             node[loop] = i
         n = holes + int(np.count_nonzero(node < 0))
         node[node < 0] = np.arange(holes, n)
-        creased = CreasedSurface(component, hidden)
         cell, inside = component.polygon_labels, topology.inside
         taken = np.searchsorted(inside, component.cuttable_edges)
         edges, beside = creased.ends[taken], cell[creased.faces[taken]]

@@ -41,7 +41,7 @@ class Forest:
 
 
 class _Outline(NamedTuple):
-    """What is left of the edges when trees are contracted: fields as of `Contracted`."""
+    """The edges that remain when trees are contracted; the fields are those of `Contracted`."""
 
     label: IntArray
     roots: IntArray
@@ -74,9 +74,9 @@ class Contracted:
     edge: IntArray
 
     @classmethod
-    def of(cls, fine: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:
+    def of(cls, fine: ClosedSurface, forest: Forest) -> Contracted:
         """Contract the trees of a forest."""
-        label, roots, edge, graph = outline or _outline(fine.graph, forest)
+        label, roots, edge, graph = _outline(fine.graph, forest)
         coarse = ClosedSurface(
             graph,
             node=label[fine.node],
@@ -89,22 +89,6 @@ class Contracted:
             isometric=fine.isometric,
         )
         return cls(fine, coarse, forest, label, roots, edge)
-
-    @classmethod
-    def simple(cls, fine: ClosedSurface, hops: int) -> Contracted:
-        """Contract clusters of which two share one edge at most: more roots part those around a thin part."""
-        forest = shortest_path_trees(fine, hops)
-        for _ in range(constants.MAX_ROOT_ROUNDS):
-            outline = _outline(fine.graph, forest)
-            low, high = np.sort(outline.graph.ends, axis=1).T
-            # at both edges of such a pair: the ends of the longer one may be roots already
-            code = low * len(outline.roots) + high
-            ordered = np.sort(code)
-            again = np.isin(code, ordered[1:][ordered[1:] == ordered[:-1]])
-            if not again.any():
-                return cls.of(fine, forest, outline)
-            forest = _with_roots(fine.graph, forest, fine.graph.ends[outline.edge[again]].ravel())
-        return cls.of(fine, forest)
 
     def lift_along_trees(self, seam: IntArray) -> IntArray:
         """A seam of the coarse surface on the fine one: tips are roots."""
@@ -119,9 +103,7 @@ class Contracted:
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
-        width = constants.CORRIDOR_WIDTH * mean
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
-        return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
+        return _tighten(self.fine, lifted, self.roots[kept], mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,15 +127,24 @@ class Levels:
         steps, coarse = list[Contracted](), closed
         while coarse.graph.n > constants.MAX_CLUSTERS:
             wide = coarse.graph.n >= constants.MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contracted.simple(coarse, constants.CLUSTER_HOPS + wide))
+            steps.append(Contracted.of(coarse, shortest_path_trees(coarse, constants.CLUSTER_HOPS + wide)))
             coarse = steps[-1].coarse
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """A seam of the coarse surface pulled tight on the surface, step by step; `leaves` stay roots."""
+        """Pull a seam of the coarse surface tight on the surface, step by step; it passes its leaves."""
+        if not self.steps and len(seam):
+            return _tighten(self.coarse, seam, leaves, float(self.coarse.graph.length.mean()))
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
+
+
+def _tighten(closed: ClosedSurface, seam: IntArray, kept: IntArray, step: float) -> IntArray:
+    """Pull a seam tight within a corridor, whose width is a multiple of `step`; it still passes `kept`."""
+    width, graph = constants.CORRIDOR_WIDTH * step, closed.graph
+    near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(seam), limit=width)[0])
+    return pull_tight(closed, seam, kept, near, 2 * width)
 
 
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
@@ -174,18 +165,6 @@ def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     distance, before, root = graph.shortest_paths(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
     return Forest(root, before, distance)
-
-
-def _with_roots(graph: SurfaceGraph, forest: Forest, more: IntArray) -> Forest:
-    """The forest with more roots, to which nodes change that are nearer to them."""
-    holes, limit = np.arange(graph.n_holes), float(forest.distance.max())
-    distance, before, root = graph.shortest_paths(np.setdiff1d(more, holes), holes, limit)
-    nearer = distance < forest.distance
-    return Forest(
-        np.where(nearer, root, forest.root),
-        np.where(nearer, before, forest.before),
-        np.where(nearer, distance, forest.distance),
-    )
 
 
 def _outline(graph: SurfaceGraph, forest: Forest) -> _Outline:

@@ -50,10 +50,6 @@ CLUSTER_HOPS = 2
 # benchmarks/constants.py charts.cut_graphs
 MIN_PEAK_CURVATURE = 0.1
 
-# Rounds that add roots where two clusters have two edges in common. Fewer leave seams around thin parts that
-# no simple mesh has; after these few such pairs are left. tests/charts/cut_graphs/test_clusters.py
-MAX_ROOT_ROUNDS = 4
-
 # Mean distances to a root that a seam of clusters may move to either side when it is pulled tight; a branch
 # point may move along its arcs by twice as many. Less keeps detours through roots; more takes longer.
 # tests/charts/cut_graphs/test_clusters.py
@@ -78,18 +74,6 @@ BASE_POINT_ROUNDS = 3
 # Branch points, or arcs, that are moved: the longest ones. Fewer leave detours on surfaces of many handles;
 # more take a time that grows with their number. tests/charts/cut_graphs/test_clusters.py
 MAX_MOVED_ARCS = 24
-
-# Times that each branch point is moved, on average. Fewer leave some where their arcs have moved away; more
-# find few to move. benchmarks/constants.py charts.cut_graphs
-MOVES_OF_BRANCH_POINT = 3
-
-# Arcs at a branch point of which every pair may share a part of their ways. More take longer; with
-# fewer, seams from a point of many arcs stay apart. benchmarks/constants.py charts.cut_graphs
-MAX_ARCS_OF_ALL_PAIRS = 6
-
-# Nearest arcs with which each one is paired, at a point of more arcs. Fewer miss ways to share; more take
-# longer. benchmarks/constants.py charts.cut_graphs
-NEAREST_ARCS = 2
 
 # Groups of arcs, or of branch points, that are moved together, until each is accepted or a single one. Fewer
 # give up good moves beside a bad one; each takes a comparison of the whole seam.

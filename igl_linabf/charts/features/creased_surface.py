@@ -13,7 +13,11 @@ from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by
 from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
 from .curvature import apexes, component_extents, dihedral_angles, flat_shares
-from .visibility import hiding_factor_between
+from .visibility import hiding_factors
+
+PLANE_BEND = 1e-3  # dihedral angle up to which two faces are in one plane
+MIN_CHART_HEIGHT = 1e-12  # height of a face over its longest side that double precision can map
+MIN_DISK_CURVATURE = 0.02  # sum of squared curvatures, in full turns, of a disk that may fall into panels
 
 MIN_PLANE_SHARE = 1e-3  # share of a body's area from which a plane is large
 PLANE_OVER_NEIGHBOURS = (
@@ -49,12 +53,12 @@ class CreasedSurface:
 
     @property
     def inside(self) -> IntArray:
-        """The edges with two faces, as rows of the topology's edges, (#E,)."""
+        """The inner edges (with two faces), as rows of the topology's edges, (#E,)."""
         return self.surface.topology.inside
 
     @property
     def faces(self) -> IntArray:
-        """The two faces of each of them, (#E, 2)."""
+        """The two faces of each inner edge, (#E, 2)."""
         return self.surface.topology.faces_inside
 
     @property
@@ -96,7 +100,7 @@ class CreasedSurface:
         """Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden."""
         if self.hidden is None:
             return np.ones(len(self.faces))
-        return hiding_factor_between(self.hidden[self.surface.faces[self.faces]])
+        return hiding_factors(self.surface, self.ends, self.length, self.hidden)
 
     @cached_property
     def price(self) -> FloatArray:
@@ -126,7 +130,7 @@ class CreasedSurface:
 
     @cached_property
     def in_large_plane(self) -> BoolArray:
-        """Which faces are in planes that are large, and larger than those beside them."""
+        """Which faces are in large planes, larger than the planes beside them."""
         number = int(self.plane.max()) + 1
         area, whole = sum_by(self.plane, self.surface.measured[0], number), np.empty(number)
         whole[self.plane] = self.double_area[self.label]
@@ -174,7 +178,7 @@ class CreasedSurface:
         double_area, dot = self.surface.measured
         height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
         noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
-        most = np.minimum(np.maximum(constants.PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
+        most = np.minimum(np.maximum(PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
         return np.asarray(self.crease_angle <= most)
 
     @cached_property
@@ -196,6 +200,14 @@ class CreasedSurface:
     def edge_extent(self) -> FloatArray:
         """The extent of the component of each edge."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
+
+    @cached_property
+    def on_crease(self) -> BoolArray:
+        """Which vertices are on sharp creases, or on any creases of a body with planes."""
+        crease = self.sharp | (self.crease_angle >= CREASE_ANGLE) & self.is_hard[self.label[self.faces[:, 0]]]
+        on_crease = np.zeros(len(self.surface.V), dtype=bool)
+        on_crease[self.ends[crease]] = True
+        return on_crease
 
     @cached_property
     def on_sharp(self) -> BoolArray:
@@ -241,14 +253,14 @@ class CreasedSurface:
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:
-        """Which components may fall into panels: those without needles, that are no nearly flat disks.
+        """Which components may fall into panels: components without needles, except nearly flat disks.
 
         A disk that is not curved at all may, too.
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
         double_area, dot = surface.measured
-        needle = double_area <= constants.MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
-        may = (self.n_loops != 1) | (gain == 0) | (gain > constants.MIN_DISK_CURVATURE)
+        needle = double_area <= MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
+        may = (self.n_loops != 1) | (gain == 0) | (gain > MIN_DISK_CURVATURE)
         may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
         return np.asarray(may)

@@ -7,6 +7,14 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 from . import constants
 
+# Height of a face, in roundings of its coordinates, below which it takes its neighbour's normal.
+MIN_SURE_HEIGHT = 100.0
+MAX_UNSURE_ROW = 8  # length of a row of such faces
+BEND_ROUNDING = 1e-5  # radians by which rounding bends an edge within a plane
+FLAT_TURN = 0.1  # radians that the normal of a flat part turns on a path of the square root of the area
+MIN_CORNER_TURN = 0.01  # radians by which the outline of a facet turns at a corner
+TIP_PROMINENCE = 4.0  # curvature of a tip on soft creases over that of its neighbours
+
 
 class Smoothing:
     """Repeated averages over neighbours: n of them reach over about the square root of n edges.
@@ -27,11 +35,11 @@ class Smoothing:
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """The number of averages that reach so far, from 1 to `most`."""
-        return int(np.clip(round((reach / self._length) ** 2), 1, most))
+        """Return the number of averages that reach this far, at most `most`."""
+        return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """The values of the vertices, (#V,) or (#V, 2), after so many averages."""
+        """Return the values of the vertices, (#V,) or (#V, 2), after a number of averages."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = product_with_pairs(*self._matrix, pairs) / self._number[:, None]
@@ -58,7 +66,7 @@ def box_sides(V: FloatArray) -> FloatArray:
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Unit normals, (#F, 3). Slivers have those of their neighbours, so that rounding bends no plane.
+    """Return unit normals, (#F, 3). A sliver takes a neighbour's normal, so rounding does not bend planes.
 
     `size` is the extent of each face's body, (#F,), if there are several.
     """
@@ -66,7 +74,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    least = constants.MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
+    least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
     unsure = double_area < least * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
@@ -75,7 +83,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        for _ in range(constants.MAX_UNSURE_ROW):
+        for _ in range(MAX_UNSURE_ROW):
             rows = np.flatnonzero(unsure & ~unsure[other])
             if not len(rows):
                 break
@@ -92,9 +100,9 @@ def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> Float
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane: flat parts of the surface.
 
-    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that make up
-    one triangle, as those of a subdivided mesh do, count as this triangle: so the share hardly depends on how
-    fine a mesh is, and is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
+    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that
+    make up one triangle, such as those of a subdivided mesh, count as this triangle. The share therefore does
+    not depend on how fine a mesh is; it is about a tenth on smooth surfaces. `bend` are the `dihedral_angles`, if known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
@@ -117,13 +125,13 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
         one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
-        large = np.bincount(facet) > 1  # the others have one edge in common
+        large = np.bincount(facet) > 1  # two single faces share one edge
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = bend < constants.FLAT_TURN * way / whole + constants.BEND_ROUNDING
+    straight = bend < FLAT_TURN * way / whole + BEND_ROUNDING
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
@@ -131,7 +139,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
 
 
 def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
-    """The facet of each face: the face, or the flat triangle that it is a part of; None if there are none.
+    """Return the facet of each face, itself or the flat triangle around it; None without such triangles.
 
     `sides` are the two faces of each edge, (2, #E); `bend` is the angle there, `size` the extent of each
     face's body.
@@ -140,15 +148,15 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     noise = constants.COORDINATE_NOISE * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = bend <= np.minimum(constants.BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)
+    in_plane = bend <= np.minimum(BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + constants.MIN_CORNER_TURN, np.pi)
-    corners = np.bincount(key[turn > 2 * constants.MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + MIN_CORNER_TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():
         return None
@@ -178,5 +186,5 @@ def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolA
         rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
         around = np.zeros(len(bent))
         np.maximum.at(around, a[rows], bent[b[rows]])
-        tip &= ~on_soft | (bent >= constants.TIP_PROMINENCE * around)
+        tip &= ~on_soft | (bent >= TIP_PROMINENCE * around)
     return np.asarray(tip)

@@ -1,4 +1,4 @@
-"""Which charts nobody sees: no ray from outside reaches them, as the walls of cavities inside a body."""
+"""Charts that cannot be seen from outside, such as the walls of a cavity: no ray reaches them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ import igl
 import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
-from . import constants
+
+FACES_WITH_RAYS = 8  # faces of a chart from which rays start
+RAYS_OF_FACE = 100  # rays from each of them
+RAY_START = 1e-6  # distance of a ray's start from its face over the surface's extent
 
 
 def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
@@ -17,10 +20,10 @@ def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolAr
     `charts` has the faces of each, as rows of `F`. The faces are at equal shares of the chart's area, and the
     rays go in the same directions from each: so the answer is the same each time.
     """
-    tree, directions = igl.AABB(), _directions(constants.RAYS_OF_FACE)
+    tree, directions = igl.AABB(), _directions(RAYS_OF_FACE)
     tree.init(V, F)
-    off = constants.RAY_START * float(np.ptp(V[F], axis=(0, 1)).max())
-    shares = (np.arange(constants.FACES_WITH_RAYS) + 0.5) / constants.FACES_WITH_RAYS
+    off = RAY_START * float(np.ptp(V[F], axis=(0, 1)).max())
+    shares = (np.arange(FACES_WITH_RAYS) + 0.5) / FACES_WITH_RAYS
     area = igl.doublearea(V, F)
     sampled = np.array([_faces_at(area, faces, shares) for faces in charts])
     unseen = np.ones(len(charts), dtype=bool)

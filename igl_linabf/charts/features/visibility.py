@@ -17,9 +17,22 @@ from numpy.typing import ArrayLike
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
-from ...surface import Submesh
+from ...surface import Submesh, sum_by
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
+
+HIDING = 3.0  # factor of the length of an edge in full view, and divisor of a hidden one
+HIDING_ON_BACK = 2.0  # the same for the back of a body, which is a guess
+MIN_BODY_SHARE = 0.01  # share of the triangles of a body whose front is sought
+MIN_DETAILED_FACES = 300  # triangles of a body that has details
+FINE_SCALE = 0.01  # scale of details over the square root of the area
+COARSE_SCALE = 0.05  # scale of limbs over the square root of the area
+MAX_SALIENCE_STEPS = 60  # averages over neighbours up to the coarse scale
+CLEAR_FRONT = 0.1  # length of the mean normal, weighted by salience, of a clear front
+MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a body has no front
+
+SMOOTHING_REACH = 0.02  # square roots of the area over which hiding is averaged
+MAX_SMOOTHING_STEPS = 30  # averages over neighbours on fine meshes
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -58,9 +71,9 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     """How well triangles hide seams by being on a back, of bodies whose details tell where that is."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
-    made, as_hidden = np.zeros(n_faces), np.log(constants.HIDING_ON_BACK) / np.log(constants.HIDING)
+    made, as_hidden = np.zeros(n_faces), np.log(HIDING_ON_BACK) / np.log(HIDING)
     for part in surface.components():
-        if len(part.F) >= constants.MIN_BODY_SHARE * len(surface.F):
+        if len(part.F) >= MIN_BODY_SHARE * len(surface.F):
             made[part.faces] = as_hidden * _facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
@@ -71,7 +84,7 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
 def _facing_away(component: Submesh) -> FloatArray:
     """How far each face looks away from the front, from -1 to 1; all 0 if the body has no front."""
     nowhere = np.zeros(len(component.F))
-    if len(component.F) < constants.MIN_DETAILED_FACES:
+    if len(component.F) < MIN_DETAILED_FACES:
         return nowhere
     bend = dihedral_angles(component)
     if flat_share(component, bend) > constants.PLANAR_SHARE:
@@ -80,8 +93,8 @@ def _facing_away(component: Submesh) -> FloatArray:
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # times twice the area
     looking = salience @ normal
-    length, clear = float(np.linalg.norm(looking)), constants.CLEAR_FRONT * float(salience @ double_area)
-    if not constants.MIN_FRONT_SHARE * clear < length < np.inf:
+    length, clear = float(np.linalg.norm(looking)), CLEAR_FRONT * float(salience @ double_area)
+    if not MIN_FRONT_SHARE * clear < length < np.inf:
         return nowhere
     direction = looking / max(length, clear)
     return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
@@ -94,8 +107,8 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     length = lengths(component.V, edges)
     turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
-    coarse = smoothing.steps(constants.COARSE_SCALE * size, constants.MAX_SALIENCE_STEPS)
-    fine = max(round(coarse * (constants.FINE_SCALE / constants.COARSE_SCALE) ** 2), 1)
+    coarse = max(smoothing.steps(COARSE_SCALE * size, MAX_SALIENCE_STEPS), 1)
+    fine = max(round(coarse * (FINE_SCALE / COARSE_SCALE) ** 2), 1)
     curvature = []
     for steps in (fine, max(coarse - fine, 1)):
         turned = smoothing.of(turned, steps)
@@ -119,6 +132,24 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     return facing
 
 
-def hiding_factor_between(hidden: FloatArray) -> FloatArray:
-    """The factor of a seam's length between two faces, or vertices, that hide it so well, (#E, 2)."""
-    return np.asarray(constants.HIDING ** -hidden.mean(axis=1))
+def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray) -> FloatArray:
+    """Return the factor of a seam's length at each edge with two faces.
+
+    On fine meshes, how well faces hide a seam is averaged over `SMOOTHING_REACH`.
+
+    Parameters
+    ----------
+    surface : Submesh
+    edges : (#E, 2) int64
+    length : (#E,) float64
+    hidden : (#F',) float64
+        The `hiding_weights` of the caller's faces.
+    """
+    own, double_area = hidden[surface.faces], surface.measured[0]
+    smoothing = Smoothing(surface, edges, length)
+    steps = smoothing.steps(SMOOTHING_REACH * float(np.sqrt(double_area.sum() / 2)), MAX_SMOOTHING_STEPS)
+    if not steps:
+        return np.asarray(HIDING ** -own[surface.topology.faces_inside].mean(axis=1))
+    corner, n = surface.topology.corner.ravel(), len(surface.V)
+    mean = sum_by(corner, np.tile(double_area * own, 3), n) / sum_by(corner, np.tile(double_area, 3), n)
+    return np.asarray(HIDING ** -smoothing.of(mean, steps)[edges].mean(axis=1))

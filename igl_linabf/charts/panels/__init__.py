@@ -1,7 +1,7 @@
 """Regions that can be laid flat without stretch, put together edge to edge.
 
-In: a surface with creases. Out: seams around planes, cylinders and cones; around what lies between sharp
-creases, and between rounded ones.
+In: a surface with creases. Out: seams around the planes, cylinders and cones between sharp or rounded
+creases.
 """
 
 from .panels import Panels, RoundedPanels, panel_seams

@@ -1,4 +1,4 @@
-"""Panels: what lies between creases, each laid flat alone, and joined edge to edge.
+"""Panels: the regions between creases, each laid flat alone, and joined edge to edge.
 
 Where all that is curved is on sharp creases, panels are planes, cylinders and cones. Their net is found at
 once: two panels are joined along their common crease, the longest creases first, as long as no face lies
@@ -7,7 +7,7 @@ over another one. A crease along which they are not joined is a seam.
 Machine parts have fillets, too. A fillet ends in corners that are curved a little at each of many vertices,
 and no net goes through all of these. But the planes on its two sides are panels: each takes half of the
 fillet, whose middle is a crease between them. Panels are joined along these as along sharp creases, with some
-play. What is curved then comes to the boundaries of charts, which are flattened.
+play. The curved vertices are then on the boundaries of charts, which are flattened.
 """
 
 from __future__ import annotations
@@ -26,6 +26,18 @@ from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
 from .unfolding import joints, overlap_depths, unfolded, upright_turns
 
+PANEL_ANGLE = np.deg2rad(5.0)  # dihedral angle from which an edge separates panels
+MAX_CREASE_GAP = 1e-5  # gap between the two sides of a joined crease over the body's extent
+# Depth over the body's extent to which faces may overlap: single precision bends edges as much.
+MAX_OVERLAP_DEPTH = 2e-6
+# Difference over the extent, and in radians, of two motions that join panels along one crease.
+SAME_MOTION = 1e-3
+PLANAR_SHARE_OF_ROUNDED = 0.3  # share of the area in large planes from which a body has rounded creases
+ROUNDED_PLAY = 2e-3  # gap, and depth of overlaps, over the extent at rounded creases
+ROUNDED_PLAY_OF_EDGE = 0.1  # the same gap over the length of the edge
+ROUNDED_DEPTH_OF_HEIGHT = 0.3  # the same depth over the height of a face of a fillet
+SAME_ROUNDED_MOTION = 1e-2  # `SAME_MOTION` at rounded creases
+
 
 @dataclass(frozen=True, eq=False)
 class Panels:
@@ -41,17 +53,17 @@ class Panels:
     """
 
     creased: CreasedSurface
-    same_motion: ClassVar[float] = constants.SAME_MOTION
+    same_motion: ClassVar[float] = SAME_MOTION
     opens_handles: ClassVar[bool] = False
 
     @cached_property
     def fold(self) -> BoolArray:
         """Which edges part panels."""
-        return np.asarray(self.creased.crease_angle >= constants.PANEL_ANGLE)
+        return np.asarray(self.creased.crease_angle >= PANEL_ANGLE)
 
     @cached_property
     def terminals(self) -> BoolArray:
-        """Which vertices seams have to come to: those that are curved."""
+        """Which vertices seams have to reach: the curved ones."""
         return np.asarray(self.creased.curvature > 0)
 
     @cached_property
@@ -65,18 +77,18 @@ class Panels:
         return made
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        """The gap between the two sides of such edges up to which these are joined."""
-        return np.asarray(constants.MAX_CREASE_GAP * self.creased.edge_extent[rows])
+        """Return the largest gap between the two sides of each edge that is joined."""
+        return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
         """The `overlap_depths` of the faces, laid flat."""
         extent = self.creased.extent[self.creased.label]
-        return overlap_depths(z, extent, constants.MAX_OVERLAP_DEPTH)
+        return overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
     def made(self) -> BoolArray:
-        """Mark the components that consist of panels: all that is curved is on sharp creases, or a tip."""
+        """Mark the components that consist of panels: all that is curved is on creases, or a tip."""
         creased, bent = self.creased, self.creased.curvature
-        smooth = (bent > 0) & ~creased.on_sharp
+        smooth = (bent > 0) & ~creased.on_crease
         made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
             made &= creased.per_component(smooth & ~creased.is_apex) == 0
@@ -90,7 +102,7 @@ class Panels:
 class RoundedPanels(Panels):
     """The panels of a surface with rounded creases."""
 
-    same_motion: ClassVar[float] = constants.SAME_ROUNDED_MOTION
+    same_motion: ClassVar[float] = SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
 
     @cached_property
@@ -110,14 +122,14 @@ class RoundedPanels(Panels):
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
         extent, length = self.creased.edge_extent[rows], self.creased.length[rows]
-        play = np.minimum(constants.ROUNDED_PLAY * extent, constants.ROUNDED_PLAY_OF_EDGE * length)
+        play = np.minimum(ROUNDED_PLAY * extent, ROUNDED_PLAY_OF_EDGE * length)
         return np.maximum(super().max_gaps(rows), play)
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
         shallow = np.where(
-            self.creased.in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, constants.ROUNDED_DEPTH_OF_HEIGHT
+            self.creased.in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, ROUNDED_DEPTH_OF_HEIGHT
         )
-        return overlap_depths(z, self.creased.extent[self.creased.label], constants.ROUNDED_PLAY, shallow)
+        return overlap_depths(z, self.creased.extent[self.creased.label], ROUNDED_PLAY, shallow)
 
     def made(self) -> BoolArray:
         """Mark the components that have creases and many of their faces in large planes."""
@@ -125,7 +137,7 @@ class RoundedPanels(Panels):
         made = creased.may_fall_apart
         if made.any():
             large = np.where(self.creased.in_large_plane, creased.surface.measured[0], 0.0)
-            least = constants.PLANAR_SHARE_OF_ROUNDED * creased.double_area
+            least = PLANAR_SHARE_OF_ROUNDED * creased.double_area
             made = made & (sum_by(creased.label, large, len(made)) >= least)
         if made.any():
             made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
@@ -238,11 +250,11 @@ def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray | None) -> tuple[
 
 
 def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
-    """The edges, as vertices (#E, 2), that open a part of several components, of which one may have handles.
+    """Return the edges (#E, 2) that open a part of several components; one component may have handles.
 
-    `tip` is the mask of vertices, (n,), to which they come.
+    `tip` is the mask of vertices, (n,), that the edges have to reach.
     """
-    piece = ClosedSurface.of(part, hidden)
+    piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
     seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]

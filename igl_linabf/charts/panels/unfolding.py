@@ -8,6 +8,13 @@ from ...surface import Ragged, connected_labels, index_and_rank, sum_by
 from ..features import CreasedSurface
 from . import constants
 
+MAX_PROJECTED_LOSS = 1e-4  # share of its area that a plane may lose when it is projected
+MIN_OVERLAPPING_HEIGHT = 1e-12  # height of a face over the body's extent up to which it overlaps nothing
+MAX_CREASES_OF_PAIR = 8  # number of creases between two panels along which they are tried
+UNFILLED_SHARE = 0.0015  # price of a seam over the area of the page that it is worth, relative to E
+PAGE_OVER_AREA = 2.0  # area of the page over that of the body for charts that may be as long as the page
+PAGE_OVER_SQUARED_LENGTH = 0.6  # area of the page over the squared length of the longest panel
+
 
 def unfolded(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     """The corners of the faces, (#F, 3), each panel unfolded to a plane across the edges within it."""
@@ -41,7 +48,7 @@ def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray
     number = int(plane.max()) + 1
     summed = np.stack([sum_by(plane, double_area * x, number) for x in normal.T], axis=1)
     total = np.linalg.norm(summed, axis=1)
-    even = total >= (1 - constants.MAX_PROJECTED_LOSS) * sum_by(plane, double_area, number)
+    even = total >= (1 - MAX_PROJECTED_LOSS) * sum_by(plane, double_area, number)
     common = even[plane] & (total[plane] > 0)
     summed /= np.maximum(total, np.finfo(float).tiny)[:, None]
     normal = np.where(common[:, None], summed[plane], normal)
@@ -94,7 +101,7 @@ def overlap_depths(
     most: float,
     shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
-    """The depth to which each triangle may lie over others; negative for slivers, which overlap nothing.
+    """Return the depth to which each triangle may overlap others; negative for slivers, which are ignored.
 
     That is a share `most` of the extent, and `shallow` of its height, at most.
     """
@@ -102,7 +109,7 @@ def overlap_depths(
     longest = np.maximum(np.abs(side.T).max(axis=0), np.finfo(float).tiny)
     height = -(side[:, 0].conj() * side[:, 2]).imag / longest
     depth = np.maximum(DEPTH * height, np.minimum(shallow * height, most * extent))
-    return np.where(height > constants.MIN_OVERLAPPING_HEIGHT * extent, depth, -1.0)
+    return np.where(height > MIN_OVERLAPPING_HEIGHT * extent, depth, -1.0)
 
 
 def _few_of_each(label: IntArray) -> IntArray:
@@ -110,7 +117,7 @@ def _few_of_each(label: IntArray) -> IntArray:
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
     own, rank = index_and_rank(sizes)
-    last, most = np.maximum(sizes - 1, 1)[own], constants.MAX_CREASES_OF_PAIR - 1
+    last, most = np.maximum(sizes - 1, 1)[own], MAX_CREASES_OF_PAIR - 1
     step, before = (most * of // last for of in (rank, rank - 1))
     return np.sort(order[step > before])
 
@@ -150,6 +157,6 @@ def joints(
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     squared_length = _longest(creased, z, panel) ** 2
-    page = np.maximum(constants.PAGE_OVER_AREA * area, constants.PAGE_OVER_SQUARED_LENGTH * squared_length)
-    worth = total[by_length] * np.sqrt(area)[body] / (constants.UNFILLED_SHARE * trade)
+    page = np.maximum(PAGE_OVER_AREA * area, PAGE_OVER_SQUARED_LENGTH * squared_length)
+    worth = total[by_length] * np.sqrt(area)[body] / (UNFILLED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

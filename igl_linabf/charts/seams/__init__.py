@@ -4,5 +4,5 @@ In: a component. Out: the edges of its seam. Handles are cut as in Erickson, Whi
 the conformal scale of Sawhney, Crane 2017.
 """
 
-from .constants import MAX_FACES_OF_MEDIUM_BODY, TRADE
+from .constants import TRADE
 from .search import SeamSearch, check_trade, cut, find_seams

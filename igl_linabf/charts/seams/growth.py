@@ -1,4 +1,4 @@
-"""The seam of one component: it is grown branch by branch, then shortened."""
+"""The seam of one component, which is grown branch by branch."""
 
 from __future__ import annotations
 
@@ -6,15 +6,7 @@ import numpy as np
 
 from ..._runtime import advance
 from ..._types import FloatArray, IntArray
-from ..cut_graphs import (
-    ClosedSurface,
-    expected,
-    join_terminals,
-    log_scale,
-    move_branch_points,
-    open_handles,
-    prune_branches,
-)
+from ..cut_graphs import ClosedSurface, expected, join_terminals, log_scale, open_handles, prune_branches
 from . import constants
 
 SeamAndLeaves = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at its tips
@@ -24,7 +16,6 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
     """Return the edges to cut a closed surface along, and the tips of the branches."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(closed) if closed.graph.genus else none, none
-    seam = move_branch_points(closed.graph, seam, closed.graph.length_of)
     if not keep_holes:
         seam = join_terminals(closed.graph, seam)
     if not closed.graph.n_holes and not len(seam):
@@ -35,8 +26,10 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
     return seam, leaves
 
 
-def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Move the branch points of a seam; where some edges are hidden, also remove idle branches."""
+def prune_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """Remove branches that do not pay, where some edges are hidden better than others."""
+    if not closed.hides:
+        return seam
     known: dict[bytes, float] = {}  # one seam is compared with several others
 
     def cost(seam: IntArray) -> float:
@@ -45,9 +38,7 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
             known[key] = seam_cost(closed, seam, trade)
         return known[key]
 
-    if closed.hides:
-        seam = prune_branches(closed.graph, seam, cost)
-    return move_branch_points(closed.graph, seam, cost)
+    return prune_branches(closed.graph, seam, cost)
 
 
 def _slit(closed: ClosedSurface) -> SeamAndLeaves:
@@ -99,11 +90,9 @@ def gain_of_leaves(closed: ClosedSurface, fixed: IntArray, scale: FloatArray, fa
     return np.divide(np.abs(slope) / closed.node_hiding, far, out=np.zeros(len(far)), where=far > 0)
 
 
-def keep_if_worth(closed: ClosedSurface, seam: IntArray, trade: float, gain: float | None) -> IntArray:
-    """Return the seam, or no edge if it lowers the cost by less than `gain`."""
-    if gain is not None and seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade) < gain:
-        return seam[:0]
-    return seam
+def keep_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """Return the seam, or no edge if it does not lower the cost."""
+    return seam if seam_cost(closed, seam, trade) < seam_cost(closed, seam[:0], trade) else seam[:0]
 
 
 def seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:

@@ -18,8 +18,17 @@ from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
 from ..panels import Panels, RoundedPanels, panel_seams
 from ..splitting import split_overlaps
 from . import constants
-from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
+from .growth import grow_seam, keep_if_worth, prune_seam, seam_cost
 from .small_bodies import SmallBodies
+
+# Factor on `trade` for seams of clusters, which get shorter when they are pulled tight.
+CLUSTER_TRADE_FACTOR = 1.6
+CHEAP_PANELS = 0.1  # cost of seams around panels up to which no others are searched
+MAX_FACES_OF_SMALL_BODY = 100  # faces of a component that is processed in a batch
+MIN_SMALL_BODIES = 8  # number of components from which there are batches
+MAX_FACES_OF_MEDIUM_BODY = 2_000  # faces of a smooth component that is processed in a large batch
+MIN_MEDIUM_BODIES = 100  # number of components from which there are large batches
+MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # share of its area that lies flat, below which a component is smooth
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -80,15 +89,15 @@ def find_seams(
     """Find the short seams along which `unwrap` cuts a surface.
 
     A component that consists of panels (planes, cylinders and cones between creases, and planes with rounded
-    creases) is cut along seams that lay all of its panels flat, if these cost less than the following ones.
+    creases) is cut along seams that lay all of its panels flat, if these cost less than a tree of seams.
 
     On every other component a tree of seams is grown. Handles are opened along short loops through one point
     (shortest-path tree and cotree of Erickson, Whittlesey 2005). Holes are joined by a tree of shortest
     paths. Then branches are added one by one. Each is a shortest path from the point where the scale of the
     conformal map is farthest from one, such as a tip that would shrink (one Laplace system per branch, as in
     boundary first flattening), or with "isometric" from the point where the stretch falls most for the length
-    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points move
-    if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
+    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points
+    move if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
     done on clusters of vertices, and the seam is then pulled tight along the edges.
 
     Parameters
@@ -143,7 +152,7 @@ def find_seams(
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     search = SeamSearch(trade, method_of(method), holes, hidden)
-    return search.seams(surface, search.disk_gain if disks else np.inf)
+    return search.seams(surface) if disks else search.needed_seams(surface)
 
 
 def check_trade(trade: float) -> None:
@@ -176,60 +185,70 @@ class SeamSearch:
     keep_holes: bool = False
     hidden: FloatArray | None = None
 
-    @property
-    def disk_gain(self) -> float:
-        """L2 stretch that the seams of a disk have to save beyond their price, because it needs none."""
-        return constants.DISK_SEAM / self.trade if self.trade else np.inf
-
-    def seams(self, surface: Submesh, gain: float) -> IntArray:
+    def seams(self, surface: Submesh) -> IntArray:
         """Return the edges to cut a checked manifold along, (#E, 2), as the caller's vertices.
 
-        A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its
-        price.
+        A component that needs no seam gets one only if it lowers the cost.
         """
-        shapes = _shapes(surface)
-        panels = self._panel_seams(surface, len(shapes))
+        return self._find(surface, only_needed=False)
+
+    def needed_seams(self, surface: Submesh) -> IntArray:
+        """Return the edges as `seams`, but leave components whole that need no seam."""
+        return self._find(surface, only_needed=True)
+
+    def _find(self, surface: Submesh, only_needed: bool) -> IntArray:
+        shapes, creased = _shapes(surface), CreasedSurface(surface, self.hidden)
+        panels = self._panel_seams(creased, len(shapes))
         found, small = [panels.edges[:0]], list[int]()
         is_small = _are_small(surface, shapes)
         for k, (component, loops, genus) in enumerate(shapes):
             is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
-            if is_open and (gain == np.inf or not self.trade):
+            if is_open and (only_needed or not self.trade):
                 continue
-            if is_small[k]:
+            if panels.cost[k] <= CHEAP_PANELS:
+                found.append(panels.of(k))
+            elif is_small[k]:
                 small.append(k)
-                continue
-            closed = ClosedSurface.of(component, self.hidden, isinstance(self.method, Isometric))
-            seam, cost = self._grown_seam(closed, gain if is_open else None)
-            edges = component.vertices[closed.edges[seam]]
-            if cost < panels.cost[k] < np.inf:  # a map that presses corners flat stretches more than expected
-                cost = self._measured_cost(component, edges)
-            found.append(panels.of(k) if panels.cost[k] <= cost else edges)
+            else:
+                own = creased if component is surface else CreasedSurface(component, self.hidden)
+                found.append(self._seam_of(own, is_open, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
             bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
-            edges, body, costs = bodies.seams(self.trade, self.keep_holes, gain)
+            edges, body, costs = bodies.seams(self.trade, self.keep_holes)
             in_panels = panels.cost[small] < costs
             found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
 
-    def _grown_seam(self, closed: ClosedSurface, gain: float | None) -> tuple[IntArray, float]:
-        """Return the edges of a tree of seams of one component, and its expected cost.
+    def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
+        """Return the edges of a tree of seams of component k, or those around its panels if they cost less.
 
-        On many nodes the seam is found on clusters of them. With a `gain` no seam is needed, and it has to
-        save this.
+        On many nodes the tree is found on clusters of them. A component that is open needs no seam.
         """
+        closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
         levels = Levels.of(closed)
-        trade = self.trade * (constants.CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
-        seam, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
-        seam = keep_if_worth(levels.coarse, shorten_seam(levels.coarse, seam, trade), trade, gain)
-        cost = seam_cost(levels.coarse, seam, self.trade)
-        return levels.lift(seam, np.intersect1d(leaves, levels.coarse.graph.ends[seam])), cost
+        trade = self.trade * (CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
+        coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
+        coarse = prune_seam(levels.coarse, coarse, trade)
+        if is_open:
+            coarse = keep_if_worth(levels.coarse, coarse, trade)
+        seam = levels.lift(coarse, np.intersect1d(leaves, levels.coarse.graph.ends[coarse]))
+        edges = creased.surface.vertices[closed.edges[seam]]
+        if panels.cost[k] == np.inf:
+            return edges
+        cost = seam_cost(levels.coarse, coarse, self.trade)
+        if cost < panels.cost[k]:  # a map that presses corners flat stretches more than expected
+            cost = self._measured_cost(creased, edges)
+        return panels.of(k) if panels.cost[k] <= cost else edges
 
-    def _measured_cost(self, component: Submesh, edges: IntArray) -> float:
-        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these."""
-        parts, area, squared = list[Submesh](), 0.0, 0.0
-        for piece in component.cut_along(edges):
+    def _measured_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
+        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these.
+
+        The shear of the maps counts as well: coarse triangles at a vertex that is pressed flat are sheared.
+        """
+        parts, area, squared, shear = list[Submesh](), 0.0, 0.0, 0.0
+        for piece in creased.surface.cut_along(edges):
             try:
                 result = flatten_piece(piece, self.method)
             except SingularSystemError:
@@ -241,22 +260,23 @@ class SeamSearch:
             change = change_of(piece, result.uv)
             area += float(change.double_area.sum())
             squared += float(change.double_area @ change.squared_stretch)
-        price = price_between(CreasedSurface(component, self.hidden), parts) / float(np.sqrt(area / 2))
-        return stretch_weight(self.method) * float(np.sqrt(squared / area) - 1) + price / self.trade
+            shear += float(change.double_area @ (change.conformal - 1))
+        price = price_between(creased, parts) / float(np.sqrt(area / 2))
+        stretch = stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
+        return stretch + shear / area + price / self.trade
 
-    def _panel_seams(self, surface: Submesh, number: int) -> _PanelSeams:
+    def _panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
         """Return the seams of the components that consist of panels, and their costs."""
         found = _PanelSeams.none(number)
         if not self.trade:
             return found
-        creased = CreasedSurface(surface, self.hidden)
         for kind in (Panels, RoundedPanels):
             made = kind(creased).made() & np.isinf(found.cost)
             if made.any():
                 own = creased
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
-                    own = CreasedSurface(surface.of_faces(rows), self.hidden)
+                    own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
                 found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade, self.keep_holes))
         return found
 
@@ -298,13 +318,13 @@ def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Mark the components of genus 0 that are small enough to be processed in one batch."""
     components, _, genus = zip(*shapes, strict=True)
     sizes = np.array([len(component.F) for component in components])
-    small = (sizes <= constants.MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= constants.MIN_SMALL_BODIES)
-    medium = (sizes > constants.MAX_FACES_OF_SMALL_BODY) & (sizes <= constants.MAX_FACES_OF_MEDIUM_BODY)
-    if len(shapes) >= constants.MIN_MEDIUM_BODIES and medium.any():
+    small = (sizes <= MAX_FACES_OF_SMALL_BODY) & (len(shapes) >= MIN_SMALL_BODIES)
+    medium = (sizes > MAX_FACES_OF_SMALL_BODY) & (sizes <= MAX_FACES_OF_MEDIUM_BODY)
+    if len(shapes) >= MIN_MEDIUM_BODIES and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
         for i, component in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < constants.MAX_FLAT_SHARE_OF_SMOOTH_BODY)
+        small |= medium & (flat_shares(surface, of) < MAX_FLAT_SHARE_OF_SMOOTH_BODY)
     return list((small & (np.array(genus) == 0)).tolist())
 
 

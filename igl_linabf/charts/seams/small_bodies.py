@@ -1,4 +1,4 @@
-"""Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
+"""Seams of many small bodies at once: the search of `find_seams`, one branch per body at a time.
 
 The bodies do not touch, so one Laplace system, and one search for shortest paths, serves all of them.
 """
@@ -8,6 +8,7 @@ import numpy as np
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, log_scale
+from ..features import CreasedSurface
 from . import constants
 
 
@@ -23,7 +24,10 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
-        self.vertices, self.closed = surface.vertices, ClosedSurface.of(surface, hidden)
+        self.vertices, self.closed = (
+            surface.vertices,
+            ClosedSurface.of_creased(CreasedSurface(surface, hidden)),
+        )
         closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
         self._n = int(of.max()) + 1
         component = np.empty(self._n, dtype=np.int64)
@@ -33,10 +37,10 @@ class SmallBodies:
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, keep_holes: bool, gain: float) -> tuple[IntArray, IntArray, FloatArray]:
+    def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return the edges to cut all bodies along, as the caller's vertices, and their costs.
 
-        A body that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+        A body that needs no seam gets one only if it lowers the cost.
 
         Returns
         -------
@@ -55,7 +59,7 @@ class SmallBodies:
             seam = self._grown(needed, trade)
             lower = self._cost(seam, trade)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
-            stays = idle & (cost - lower < gain)
+            stays = idle & (cost <= lower)
             seam, cost = self._either(needed, seam, stays), np.where(stays, cost, lower)
         return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 
@@ -133,7 +137,7 @@ class SmallBodies:
         return np.asarray(self._of[self.closed.graph.ends[edges, 0]])
 
     def _least(self, values: FloatArray) -> IntArray:
-        """The node of each body with the least value, the first of equal ones."""
+        """Return the node with the least value in each body, the first among equals."""
         values = values[self._by_body]
         least = np.flatnonzero(values == self._nodes.repeat(self._nodes.min(values)))
         first = np.searchsorted(least, self._nodes.start[:-1])

@@ -1,12 +1,11 @@
 """Charts cut further, or mended, where their maps overlap, flip or shrink.
 
-In: a chart with its map. Out: seams that split it; small charts joined to neighbours; maps laid out anew.
+In: a chart with its map. Out: seams that split it; charts merged into neighbours; maps moved apart.
 SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .bisection import bisect
-from .constants import TIP_STRETCH
 from .overlap_seams import seams_of_overlaps, separating_seams, split_overlaps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import MapMeasure, seams_to_tips
+from .tips import TIP_STRETCH, MapMeasure, seams_to_tips

@@ -11,7 +11,7 @@ from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_b
 def bisect(piece: Submesh) -> list[Submesh]:
     """The parts on both sides of a short seam about halfway between two faces far from each other.
 
-    There is none of one face.
+    A piece of one face has no parts.
     """
     polygon = piece.polygon_labels
     if not polygon.any():

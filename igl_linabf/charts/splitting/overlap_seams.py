@@ -8,12 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._core import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
+from ..._core import overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
-from ..features import box_sides
-from . import constants
+from ..features import CreasedSurface, box_sides
+
+MAX_OVERLAPS = 6  # overlaps that one search separates; each doubles its graph
+MAX_SEARCH_NODES = 1 << 19  # nodes of that graph
+BARRIER_COST = 1e3  # factor on the price of edges within a sheet of an overlap
+PART_COST = 0.1  # price of one more part as a share of the bounding box's diagonal
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
@@ -30,7 +34,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles. A chart with overlaps is a disk; the others may be anything.
+        Oriented triangles. A chart with overlaps is a disk; charts without overlaps may be any surface.
     pairs : (#P, 2) int
         The pairs that `overlaps(uv, F)` returns; the two faces of a pair are of one chart.
 
@@ -80,13 +84,13 @@ def seams_of_overlaps(charts: list[Submesh], pairs: IntArray) -> IntArray:
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
-def split_overlaps(chart: Submesh, pairs: IntArray, most: int = constants.MAX_OVERLAPS) -> list[Submesh]:
-    """The parts of a chart cut along these seams, of which each separates so many overlaps at most."""
+def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
+    """Cut a chart along these seams; each search separates at most `most` overlaps."""
     return _separated([chart], pairs, most)[1]
 
 
 def _separated(
-    charts: list[Submesh], pairs: IntArray, most: int = constants.MAX_OVERLAPS
+    charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
     seams, parts = list[IntArray](), list[Submesh]()
     waiting = []
@@ -141,7 +145,7 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 
 def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
-    search, doublings = _Search(part), int(np.log2(constants.MAX_SEARCH_NODES / part.topology.n))
+    search, doublings = _Search(part), int(np.log2(MAX_SEARCH_NODES / part.topology.n))
     overlaps = search.largest(pairs, min(most, max(1, doublings)))
     while not len(seam := search.seam(overlaps)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
@@ -170,12 +174,13 @@ class _Search:
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
-        spoke = constants.PART_COST * np.linalg.norm(box_sides(part.V)) / 2
-        self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
+        spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
+        price = CreasedSurface(part).price[np.searchsorted(topology.inside, inner)]
+        self._cost = np.append(price, np.full(len(rim), spoke))
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 
     def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
-        """The largest overlaps, so many at most, by their pairs of polygons."""
+        """Return at most `most` overlaps of pairs of polygons, the largest first."""
         m, dual = self._m, self._dual
         code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
         upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
@@ -194,7 +199,7 @@ class _Search:
         indptr, indices, edge = self._graph
         flip, cost = np.zeros(len(self._cost), dtype=np.int64), self._cost.copy()
         barred = np.concatenate([overlap.barred for overlap in overlaps])
-        cost[barred] = constants.BARRIER_COST * self._cost[barred]
+        cost[barred] = BARRIER_COST * self._cost[barred]
         for k, overlap in enumerate(overlaps):
             flip[overlap.way] |= 1 << k
         # A closed line separates two sheets if it crosses the way from one to the other an odd number of
@@ -252,7 +257,7 @@ class _Dual(NamedTuple):
         return np.asarray(self.edge[at[within[self.neighbour[at]]]])
 
     def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
-        """The entries of some faces, and of which face each is."""
+        """Return the entries of some faces, and the face of each entry."""
         number = self.begin[faces + 1] - self.begin[faces]
         of = np.repeat(np.arange(len(faces)), number)
         return (self.begin[faces] - np.cumsum(number) + number)[of] + np.arange(len(of)), of

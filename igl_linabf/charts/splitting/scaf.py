@@ -24,14 +24,20 @@ from ...surface import (
     flipped_faces,
     signed_double_areas,
 )
-from . import constants
 from .tips import MapMeasure
+
+SCAF_SECONDS = 300.0  # seconds after which SCAF hangs
+SCAF_SECONDS_PER_FACE = 1e-2  # seconds per face in addition
+SCAF_ITERATIONS = 50  # iterations of SCAF
+# Factor on the L2 stretch and conformal distortion that moving parts apart may bring.
+MAX_SCAF_STRETCH_FACTOR = 1.2
+MIN_SCAF_AREA = 1e-14  # share of the map's area that a triangle needs: the barrier overflows at thinner ones
 
 SCAF = "igl's SCAF"
 
 
 def make_bijective(
-    uv: ArrayLike, F: ArrayLike, *, iterations: int = constants.SCAF_ITERATIONS, timeout: float = 600.0
+    uv: ArrayLike, F: ArrayLike, *, iterations: int = SCAF_ITERATIONS, timeout: float = 600.0
 ) -> FloatArray:
     """Move the overlapping parts of a flat map apart, without a cut.
 
@@ -102,13 +108,13 @@ def make_bijective(
 def moved_apart(
     flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
-    """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
+    """Run `make_bijective` on a checked map of one disk; also return a sentence on remaining faults, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
-    bad = np.flatnonzero(~(np.abs(area) > constants.MIN_SCAF_AREA * total))
+    bad = np.flatnonzero(~(np.abs(area) > MIN_SCAF_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {constants.MIN_SCAF_AREA:g} of the map's area: its scale "
+            f"faces {some(bad)} have less than {MIN_SCAF_AREA:g} of the map's area: its scale "
             "varies too much for SCAF; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
@@ -180,9 +186,9 @@ def move_parts_apart(
     `before` is the measured map. On long strips SCAF stops far from it, and a seam is better. The number of
     iterations is fixed, so the result does not depend on how busy the machine is.
     """
-    hangs = constants.SCAF_SECONDS + constants.SCAF_SECONDS_PER_FACE * len(piece.F)
-    try:  # overlaps and flips that are left are told by the atlas
-        uv, _ = moved_apart(result.uv, piece.topology, constants.SCAF_ITERATIONS, hangs)
+    hangs = SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
+    try:  # the atlas reports the remaining overlaps and flips
+        uv, _ = moved_apart(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
     except MeshError as error:
         _tell(piece, str(error))
         return None
@@ -190,7 +196,11 @@ def move_parts_apart(
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
     after = MapMeasure(piece, uv)
-    if not after.stretch <= constants.MAX_SCAF_STRETCH_FACTOR * before.stretch:
+    sheared = [change.at_triangles.mean(change.at_triangles.conformal) for change in (before, after)]
+    if not sheared[1] <= MAX_SCAF_STRETCH_FACTOR * sheared[0]:
+        _tell(piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}")
+        return None
+    if not after.stretch <= MAX_SCAF_STRETCH_FACTOR * before.stretch:
         _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
         return None
     shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]

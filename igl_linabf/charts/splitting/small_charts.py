@@ -1,35 +1,36 @@
-"""Charts of a few faces that a split leaves, joined to a neighbour where they have room beside it.
+"""Small charts that a split leaves, merged into a neighbour where they have room beside it.
 
-The neighbour keeps its map, and so the seam's vertices their places. The small chart is laid out beside it as
-conformally as these allow. Where it would lie over something, it is joined along a part of the seam only, or
-gets narrower.
+The neighbour keeps its map, so the vertices of the common seam keep their places. The small chart is moved
+there if it fits unchanged. Otherwise it is laid out as conformally as the places on the seam allow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import islice, product
 from typing import NamedTuple
 
 import numpy as np
 
 from ..._core import lie_over
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...layouts import energy_matrix, least_energy_positions, least_squares
+from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
-from . import constants
+
+MAX_SMALL_AREA = 0.01  # share of the surface's area that a small chart may have
+MAX_SMALL_FACES = 300  # faces of a small chart
+FIT_TOL = 1e-5  # share of its extent by which a chart may miss the vertices of a seam and still fit unchanged
+MAX_STRETCH_FACTOR = 1.01  # factor on the L2 stretch of the neighbour that small charts may bring
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
 Made = tuple[Key, Chart, Submesh]
 
 
 def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
-    """The charts, with small ones joined to others of the same piece, where these have room.
+    """Merge small charts into others of the same piece, where these have room.
 
     The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
     """
@@ -39,7 +40,10 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     area = [float(piece.measured[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
-        parted and len(piece.topology.loops) == 1 and _is_small(len(piece.F), a, whole)
+        parted
+        and len(piece.topology.loops) == 1
+        and len(piece.F) <= MAX_SMALL_FACES
+        and a < MAX_SMALL_AREA * whole
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
     if not any(small):
@@ -54,7 +58,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
         key, chart, piece = made[i]
         runs = rims[key[0]].beside(piece) if key[0] in rims else []
         candidate = _Candidate(piece, chart.result.uv)
-        if any(run.host.takes(piece, z, run, width, most_stretch) for run, width, z in candidate.ways(runs)):
+        if any(run.host.merge(piece, z, run, most_stretch) for run, z in candidate.positions(runs)):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     joined = {i: host.joined(made[i]) for i, host in larger.items()}
@@ -64,15 +68,8 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
 
 
-def _is_small(faces: int, area: float, whole: float) -> bool:
-    """Whether a chart of so many faces, and this part of the whole area, may join a neighbour."""
-    if faces <= constants.MAX_FACES_OF_SMALL_CHART:
-        return area < constants.MAX_AREA_OF_SMALL_CHART * whole
-    return faces <= constants.MAX_FACES_OF_NEGLIGIBLE_CHART and area < constants.NEGLIGIBLE_AREA * whole
-
-
 class _Run(NamedTuple):
-    """Edges in a row between a small chart and a host: vertices in both, their places there, and length."""
+    """Consecutive edges between a small chart and a host: vertices in both, their places, and the length."""
 
     host: _Host
     own: IntArray
@@ -91,33 +88,28 @@ class _Guest:
 
 
 class _Candidate:
-    """A small chart and its map, and the ways to lay it out beside others."""
+    """A small chart and its map, which is laid out beside others."""
 
     def __init__(self, piece: Submesh, flat: FloatArray) -> None:
         self._piece, self._z = piece, complex_positions(flat)
         self._cot = np.divide(piece.measured[1], piece.measured[0])
-        self._matrices = dict[float, ComplexArray]()
 
-    def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, ComplexArray]]:
-        """Runs, widths and positions: the map itself where it fits along a run; else ever narrower ones."""
+    def positions(self, runs: list[_Run]) -> Iterator[tuple[_Run, ComplexArray]]:
+        """Yield runs with positions: the map itself where it fits, then conformal layouts."""
         if not runs:
             return
-        fits, moved = self._moved(runs)
+        fits, moved = self._fit(runs)
         for k in np.flatnonzero(fits).tolist():
             z = moved[k]
             z[runs[k].own] = runs[k].at
-            yield runs[k], 1.0, z
-        rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
-        others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
-        tries = product(constants.RELAYOUT_WIDTHS, others)
-        for width, (run, least) in islice(tries, constants.MAX_JOINING_TRIES):
-            if least <= run.host.most_shear(width):
-                laid_out = self._laid_out(run.own, run.at, width)
-                if laid_out is not None:
-                    yield run, width, laid_out
+            yield runs[k], z
+        for run, fit in zip(runs, fits.tolist(), strict=True):
+            laid_out = None if fit else self._lay_out(run.own, run.at)
+            if laid_out is not None:
+                yield run, laid_out
 
-    def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
-        """Whether the map, moved to the ends of a run, fits it, for each; and its places there, (#R, #V)."""
+    def _fit(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
+        """Move the map to the ends of each run; return where it fits, (#R,), and its positions, (#R, #V)."""
         z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
@@ -125,49 +117,18 @@ class _Candidate:
         turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
         moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
         off = vertices.max(np.abs(moved[vertices.repeat(np.arange(len(runs))), own] - to))
-        return apart & (off <= constants.FIT_TOL * np.abs(moved - start[:, None]).max(axis=1)), moved
+        return apart & (off <= FIT_TOL * np.abs(moved - start[:, None]).max(axis=1)), moved
 
-    def _least_shear(self, runs: list[_Run]) -> list[float]:
-        """The least mean angle distortion of any map with the vertices of a run held, for each.
-
-        Of angles b that have to change by d together, the relative errors have squares of d^2 / sum b^2 at
-        least (Cauchy).
-        """
-        z = np.concatenate([run.at for run in runs])
-        inner = np.concatenate([run.own[1:-1] for run in runs])
-        of = np.repeat(np.arange(len(runs)), [len(run.own) - 2 for run in runs])
-        middle = np.arange(1, len(inner) + 1) + 2 * of
-        there = np.angle((z[middle - 1] - z[middle]) / (z[middle + 1] - z[middle])) % (2 * np.pi)
-        total, squares = self._angles
-        least = np.bincount(of, (there - total[inner]) ** 2 / squares[inner], len(runs)) / self._cot.size
-        return list(least.tolist())
-
-    @cached_property
-    def _angles(self) -> tuple[FloatArray, FloatArray]:
-        """The sum of the angles at each vertex, and that of their squares."""
-        angle = np.arctan2(*self._piece.measured)
-        return self._piece.topology.sum_at_vertices(angle), self._piece.topology.sum_at_vertices(angle**2)
-
-    def _laid_out(self, fixed: IntArray, position: ComplexArray, width: float) -> ComplexArray | None:
-        """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
-
-        None if the piece is too thin for that.
-        """
-        topology = self._piece.topology
-        if topology.n > constants.MAX_DENSE_VERTICES:
-            try:
-                return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
-            except NotPositiveDefiniteError:
-                return None
-        if width not in self._matrices:
-            self._matrices[width] = energy_matrix(topology.corner, topology.n, self._cot, width)
-        z, free = np.zeros(topology.n, dtype=np.complex128), np.ones(topology.n, dtype=bool)
-        z[fixed], free[fixed] = position, False
-        return least_energy_positions(self._matrices[width], z, free)
+    def _lay_out(self, fixed: IntArray, position: ComplexArray) -> ComplexArray | None:
+        """Return the least-squares conformal map (LSCM) with some vertices held; None if it is too thin."""
+        try:
+            return least_squares(self._piece.topology, self._cot, fixed, position, Solvers("auto"))[0]
+        except NotPositiveDefiniteError:
+            return None
 
 
 class _Host:
-    """A chart that small ones may be joined to, and those that are."""
+    """A chart with the small charts that are merged into it."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
         self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
@@ -186,20 +147,12 @@ class _Host:
         rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
         return rim, _codes(self._piece, *rim.T)
 
-    def most_shear(self, width: float) -> float:
-        """The mean angle distortion that a chart joined to it may have at this width."""
-        own = self._chart.quality.angle_distortion
-        if own <= constants.ISOMETRIC_SHEAR:
-            return constants.INVISIBLE_SHEAR if width == 1 else -1.0  # narrower, it is not isometric
-        widest = max(constants.MAX_SHEAR_FACTOR * own, constants.INVISIBLE_SHEAR)
-        return widest if width == 1 else constants.MAX_NARROWED_SHEAR
-
     def at(self, vertices: IntArray) -> ComplexArray:
         """Where these are in its map."""
         return np.asarray(self._z[vertices])
 
-    def takes(self, piece: Submesh, z: ComplexArray, run: _Run, width: float, most_stretch: float) -> bool:
-        """Join a chart, at this width and these positions, if it has room there; whether it is joined."""
+    def merge(self, piece: Submesh, z: ComplexArray, run: _Run, most_stretch: float) -> bool:
+        """Merge a chart at these positions if there is room; return True if it is merged."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
@@ -207,14 +160,12 @@ class _Host:
         if lie_over(own, self._in_chart):
             return False
         changed = change_of(piece, coordinates(z))
-        if not changed.angle_distortion.mean() <= self.most_shear(width):
-            return False
         own_area = float(changed.double_area.sum())
-        share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
+        share = own_area / double_area.sum()  # stretch is measured at a scale of its own; the host's is one
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
         stretch = np.sqrt(squared * flat_area) / area
-        if not stretch <= min(constants.MAX_STRETCH_FACTOR * self._chart.quality.stretch_l2, most_stretch):
+        if not stretch <= min(MAX_STRETCH_FACTOR * self._chart.quality.stretch_l2, most_stretch):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
@@ -224,7 +175,7 @@ class _Host:
         return True
 
     def joined(self, entry: Made) -> Made:
-        """The chart with all that it took; its quality is still that of the chart alone."""
+        """Return the chart with all merged charts; its quality is still the one before the merge."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
         faces, vertices = [piece.faces], [piece.vertices]
@@ -266,7 +217,7 @@ class _Host:
 
 
 class _Rims:
-    """The boundaries of some hosts but for the edges `kept`, in which each is found by its vertices."""
+    """The boundary edges of hosts except the edges `kept`, indexed by their vertices."""
 
     def __init__(self, hosts: list[_Host], kept: IntArray) -> None:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)
@@ -296,22 +247,14 @@ class _Rims:
             number = 1
             while goes[(k + number - 1) % len(loop)]:
                 number += 1
+            number = min(number, len(loop) - 1)  # no vertex twice
             edges = np.arange(k, k + number) % len(loop)
             own = np.concatenate((loop[edges], following[edges[-1:]]))
             of_host = np.concatenate((start[edges], end[edges[-1:]]))
-            host, names = self._hosts[of[k]], of_host.tolist()
-            at, upto = host.at(of_host), [0.0, *np.cumsum(length[edges]).tolist()]
-            for i, j in _parts_of_run(number, bool(own[0] == own[-1])):
-                if names[i] != names[j]:
-                    part = slice(i, j + 1)
-                    found.append(_Run(host, own[part], of_host[part], at[part], upto[j] - upto[i]))
+            host = self._hosts[of[k]]
+            if of_host[0] != of_host[-1]:
+                found.append(_Run(host, own, of_host, host.at(of_host), float(length[edges].sum())))
         return sorted(found, key=lambda run: (-run.length, run.host.index))
-
-
-def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
-    """A run of so many edges, and if it is short, its parts: along one, a chart may find room."""
-    least, most = 1 if number <= constants.MAX_EDGES_TO_TRY_PARTS else number, number - closed
-    return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 
 def _codes(piece: Submesh, start: IntArray, end: IntArray) -> IntArray:

@@ -9,7 +9,11 @@ from ..._types import FloatArray, IntArray
 from ...measures import Change, change_of
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
-from . import constants
+from ..features import CreasedSurface
+
+TIP_STRETCH = 1.2  # L2 stretch of a map from which seams to its tips are sought
+TIP_AREA_SHARE = 1 / 16  # share of its area that a face at a shrunk tip has in the map
+MIN_TIP_GAIN = 0.008  # L2 stretch that seams to tips save beyond their price
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,7 @@ def size_and_stretch(changed: Change) -> tuple[float, float]:
 
 
 def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
-    """Which of the seams to tips save more stretch than they cost; and what they gain together.
+    """Choose the seams to tips that save more stretch than they cost; also return their total gain.
 
     A seam saves its part of the squared L2 stretch, which is `total`. Prices are in units of L2 stretch.
     """
@@ -68,21 +72,25 @@ def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[Int
 def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
 
-    `changed` is what the map does to the piece. Cut to a tip, its faces are taken to keep their size.
+    `changed` is the distortion of the map. Faces at a tip are assumed to keep their size once a seam ends there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
-    if trade == 0 or not constants.TIP_STRETCH**2 < total < np.inf:
+    if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
-    faces, saved = tips_of(piece.F, len(piece.V), changed, constants.TIP_AREA_SHARE)
-    if not saved.sum() / (np.sqrt(total) + 1) >= constants.MIN_TIP_GAIN:  # not even with seams for nothing
+    faces, saved = tips_of(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
+    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
-    is_inside, closed, unit = leaves >= 0, ClosedSurface.of(piece, hidden), size * trade
+    is_inside, closed, unit = (
+        leaves >= 0,
+        ClosedSurface.of_creased(CreasedSurface(piece, hidden)),
+        size * trade,
+    )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
     # a seam whose price is more than all stretch beyond 1 is worth nothing
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
     chosen, gain = seams_worth(distance[nodes] / unit, saved[is_inside], total)
-    if gain < constants.MIN_TIP_GAIN:
+    if gain < MIN_TIP_GAIN:
         return none
     return piece.vertices[closed.edges[closed.graph.path_edges(before, nodes[chosen])]]

@@ -1,7 +1,4 @@
-"""The commands for texture coordinates that a mesh has.
-
-In: a command line. Out: what is wrong with them, and an exit code; or a file with their charts packed anew.
-"""
+"""The commands `check` and `pack`, which measure and repack the texture coordinates of a mesh."""
 
 from .checking import CHECK
 from .packing import PACK

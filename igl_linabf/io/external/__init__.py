@@ -1,15 +1,7 @@
-"""Formats that other packages read and write: 3MF, GIFTI, FreeSurfer, VTP."""
+"""Read and write 3MF, GIFTI, FreeSurfer and VTP files with optional packages."""
 
 from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
 from .optional_packages import call_reader, import_optional
-from .patches import (
-    PATCH_BEGINNING,
-    Patch,
-    mean_surface,
-    parse_patch,
-    save_patch,
-    surfaces_beside,
-    write_patch,
-)
+from .patches import PATCH_MAGIC, Patch, mean_surface, parse_patch, save_patch, surfaces_beside, write_patch
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
 from .vtk_polydata import VtpFile, keep_data_of_polydata, parse_vtp, save_vtp, without_strips

@@ -1,4 +1,4 @@
-"""Surfaces of brains, by nibabel: GIFTI and FreeSurfer."""
+"""Read and write GIFTI and FreeSurfer brain surfaces with nibabel."""
 
 import copy
 import gzip
@@ -14,19 +14,19 @@ from ...errors import MeshWarning, stack_level
 from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras
-from ..vertex_splits import flat_surface, single_precision
-from .optional_packages import call_reader, checked_mesh_file, import_optional
+from ..vertex_splits import make_flat_surface, to_single_precision
+from .optional_packages import call_reader, import_optional, make_checked_mesh_file
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
-OF_TRIANGLES = b"\xff\xff\xfe"  # how FreeSurfer's surfaces of triangles begin; two lines of text follow
+TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # of FreeSurfer's triangle surfaces; two lines of text follow
 VOLUME = "the volume that it was made from"
 
 
 @dataclass(frozen=True, eq=False)
 class GiftiFile:
-    """The file itself, nibabel's image."""
+    """The nibabel image of a GIFTI file, and the contents that a new GIFTI file keeps."""
 
     image: Any
     kept: tuple[str, ...] = (METADATA, LABELS, ARRAYS)
@@ -34,55 +34,57 @@ class GiftiFile:
 
 @dataclass(frozen=True)
 class FreeSurferFile:
-    """What follows the faces of a surface: its volume's geometry, and the commands that made it."""
+    """The trailer of a surface file: the geometry of its volume, and the commands that created it."""
 
-    rest: bytes
+    trailer: bytes
     kept: tuple[str, ...] = (VOLUME,)
 
 
 def parse_gifti(path: Path) -> MeshFile:
-    """The surface of a GIFTI file, compressed or not."""
+    """Read the surface of a GIFTI file, which may be compressed."""
     image = call_reader(import_optional("nibabel").load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
     except (AttributeError, ValueError):
-        raise Damaged("it has not one array of points and one of triangles: is it a .surf.gii?") from None
+        raise Damaged(
+            "it does not have one array of points and one of triangles: is it a .surf.gii?"
+        ) from None
     V = np.asarray(points.data, dtype=np.float64)
     F = np.asarray(triangles.data)
     if V.ndim != 2 or V.shape[1] != 3 or F.ndim != 2 or F.shape[1] != 3:
         raise Damaged(f"its arrays have the shapes {V.shape} and {F.shape}, not three columns")
-    there = {
-        METADATA: any(len(of.meta) for of in (image, points, triangles)),
+    found = {
+        METADATA: any(len(element.meta) for element in (image, points, triangles)),
         LABELS: bool(image.labeltable.labels),
-        ARRAYS: bool(_others(image)),
-        "its systems of coordinates": any(map(_says_where, (points.coordsys and [points.coordsys]) or [])),
+        ARRAYS: bool(_get_other_arrays(image)),
+        "its coordinate systems": any(map(_is_meaningful, (points.coordsys and [points.coordsys]) or [])),
     }
-    return checked_mesh_file(
+    return make_checked_mesh_file(
         V,
         Polygons.of_triangles(F.astype(np.int64)),
         Extras(
-            colours=_rgba_of_points(image, len(V)),
+            colours=_read_point_colours(image, len(V)),
             units="millimeter",
-            unshared=tuple(what for what, is_there in there.items() if is_there),
+            unshared=tuple(what for what, is_there in found.items() if is_there),
             source=GiftiFile(image),
         ),
     )
 
 
-def _others(image: Any) -> list[Any]:
-    """The arrays beside points and triangles."""
+def _get_other_arrays(image: Any) -> list[Any]:
+    """Return the arrays other than points and triangles."""
     names = import_optional("nibabel.nifti1").intent_codes.niistring
-    return [of for of in image.darrays if names[of.intent] not in (POINTS, TRIANGLES)]
+    return [array for array in image.darrays if names[array.intent] not in (POINTS, TRIANGLES)]
 
 
-def _says_where(system: Any) -> bool:
-    """Whether a system of coordinates tells the space of points, or leads to another one."""
+def _is_meaningful(system: Any) -> bool:
+    """Return True if a coordinate system names the space of the points, or transforms to another space."""
     return bool(system.dataspace or system.xformspace or not np.array_equal(system.xform, np.eye(4)))
 
 
-def _rgba_of_points(image: Any, n: int) -> FloatArray | None:
-    """Of the vertices, from 0 to 1."""
+def _read_point_colours(image: Any, n: int) -> FloatArray | None:
+    """Return the colours of the vertices, from 0 to 1, or None."""
     for intent in COLOURS:
         for array in image.get_arrays_from_intent(intent):
             values = np.asarray(array.data, dtype=np.float64)
@@ -92,9 +94,9 @@ def _rgba_of_points(image: Any, n: int) -> FloatArray | None:
 
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the flat map as a surface, as flat cortices are."""
+    """Write the flat map as a surface, the usual form of flat cortices."""
     gifti = import_optional("nibabel.gifti")
-    points, triangles, vertex = flat_surface(mesh)
+    points, triangles, vertex = make_flat_surface(mesh)
     of_points, of_triangles = {"GeometricType": "Flat"}, dict[str, str]()
     source, image = mesh.extras.source, gifti.GiftiImage()
     if isinstance(source, GiftiFile):
@@ -105,65 +107,67 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
         if vertex is not None and "TopologicalType" in of_triangles:
             of_triangles["TopologicalType"] = "Cut"
     for data, intent, meta in (
-        (single_precision(points, "TC"), POINTS, of_points),
+        (to_single_precision(points, "TC"), POINTS, of_points),
         (triangles.astype(np.int32), TRIANGLES, of_triangles),
     ):
         image.add_gifti_data_array(gifti.GiftiDataArray(data, intent=intent, meta=gifti.GiftiMetaData(meta)))
     if isinstance(source, GiftiFile):
-        for array in _at_vertices(_others(source.image), vertex, len(mesh.V)):
+        for array in _select_rows(_get_other_arrays(source.image), vertex, len(mesh.V)):
             image.add_gifti_data_array(array)
     data = image.to_bytes()
     Path(temporary).write_bytes(gzip.compress(data, mtime=0) if path.suffix.lower() == ".gz" else data)
 
 
-def _at_vertices(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
-    """Arrays of n vertices at those that are written, by their old numbers; None: they are the same."""
+def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
+    """Return arrays of n vertices at the written vertices; None for `vertex` means unchanged vertices."""
     if vertex is None:
         return arrays
-    made = []
+    selected = []
     for array in arrays:
         if len(array.data) == n:
             array = copy.copy(array)
             array.data = array.data[vertex]
             array.dims = list(array.data.shape)
-            made.append(array)
-    if len(made) < len(arrays):
+            selected.append(array)
+    if len(selected) < len(arrays):
         warnings.warn(
-            f"{len(arrays) - len(made)} data arrays of the GIFTI file have no value a vertex, and vertices "
-            "are written several times: they are left out",
+            f"{len(arrays) - len(selected)} data arrays of the GIFTI file do not have one value per vertex, "
+            "and vertices are duplicated: the arrays are left out",
             MeshWarning,
             stacklevel=stack_level(),
         )
-    return made
+    return selected
 
 
 def parse_freesurfer(path: Path) -> MeshFile:
-    """The surface of a FreeSurfer file, lh.pial for example."""
+    """Read the surface of a FreeSurfer file, for example lh.pial."""
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
-    rest = _rest(path.read_bytes(), 12 * (len(V) + len(F)))
+    trailer = _read_trailer(path.read_bytes(), 12 * (len(V) + len(F)))
     extras = Extras(
-        units="millimeter", unshared=(VOLUME,) * bool(rest), source=FreeSurferFile(rest) if rest else None
+        units="millimeter",
+        unshared=(VOLUME,) * bool(trailer),
+        source=FreeSurferFile(trailer) if trailer else None,
     )
-    return checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, extras)
+    return make_checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, extras)
 
 
-def _rest(data: bytes, size: int) -> bytes:
-    """What follows the vertices and faces, which take so many bytes."""
-    if not data.startswith(OF_TRIANGLES):
+def _read_trailer(data: bytes, size: int) -> bytes:
+    """Return the bytes after the vertices and faces, which take `size` bytes."""
+    if not data.startswith(TRIANGLE_FILE_MAGIC):
         return b""
-    first = data.index(b"\n", len(OF_TRIANGLES))
-    start = data.index(b"\n", first + 1) + 1 + 8  # two numbers: of vertices and of faces
+    first = data.index(b"\n", len(TRIANGLE_FILE_MAGIC))
+    start = data.index(b"\n", first + 1) + 1 + 8  # skip the numbers of vertices and faces
     return data[start + size :]
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the flat map as a surface."""
-    points, triangles, _ = flat_surface(mesh)
-    single_precision(points, "TC")
+    """Write the flat map as a FreeSurfer surface."""
+    points, triangles, _ = make_flat_surface(mesh)
+    to_single_precision(points, "TC")
     import_optional("nibabel.freesurfer").write_geometry(
         temporary, points, triangles, create_stamp="igl_linabf"
     )
     if isinstance(mesh.extras.source, FreeSurferFile):
         with open(temporary, "ab") as file:
-            file.write(mesh.extras.source.rest)
+            file.write(mesh.extras.source.trailer)

@@ -1,4 +1,4 @@
-"""Readers and writers of other packages: found, called quietly, their meshes checked."""
+"""Import optional packages, call their readers, and check the meshes that they return."""
 
 import warnings
 from collections.abc import Callable
@@ -14,19 +14,19 @@ from ..parsing import Damaged, Extras
 
 
 def import_optional(
-    module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format"
+    module: str, hint: str = "pip install 'igl-linabf[formats]' reads and writes this format"
 ) -> Any:
-    """The module of another package; where it is missing, the error says how to get it."""
+    """Import a module of an optional package; if it is missing, the error message states the pip command."""
     try:
         return import_module(module)
     except ImportError as error:
-        raise ImportError(f"{error}: {how}") from None
+        raise ImportError(f"{error}: {hint}") from None
 
 
 def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
-    """What another package's reader makes of a path; whatever it raises says that the file is damaged."""
+    """Call a reader of another package without warnings, and raise `Damaged` for any exception."""
     if isinstance(given, Path):
-        given.open("rb").close()  # what cannot be opened is no damage
+        given.open("rb").close()  # raise OSError for a file that cannot be opened
         given = str(given)
     try:
         with warnings.catch_warnings():
@@ -34,13 +34,13 @@ def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
             return read(given)
     except (MemoryError, Damaged):
         raise
-    except Exception as error:  # each package has its own
+    except Exception as error:  # packages raise exceptions of their own
         raise Damaged(f"{type(error).__name__}: {error}") from None
 
 
-def checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
-    """The mesh that a package has read; raises where faces name vertices that are not there."""
-    bad = polygons.outside(len(V))
-    if len(bad):
-        raise Damaged(f"faces {some(bad)} name vertices outside 0..{len(V) - 1}")
+def make_checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
+    """Return the mesh from another package; raise `Damaged` if faces refer to missing vertices."""
+    outside = polygons.outside(len(V))
+    if len(outside):
+        raise Damaged(f"faces {some(outside)} refer to vertices outside 0..{len(V) - 1}")
     return MeshFile(V, polygons, extras=extras)

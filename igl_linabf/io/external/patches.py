@@ -1,4 +1,4 @@
-"""FreeSurfer's patches: the vertices of a surface that stay, with their places. nibabel knows no patches."""
+"""Read and write FreeSurfer patches, which store a subset of a surface's vertices with their positions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Polygons, compact, patch_faces, topology_of
 from ..mesh_file import MeshFile
 from ..parsing import Damaged
-from ..vertex_splits import single_precision, split_vertices
+from ..vertex_splits import split_vertices, to_single_precision
 
-PATCH_BEGINNING = b"\xff" * 4  # the version, -1; no surface has this for its first bytes
-ROW = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
+PATCH_MAGIC = b"\xff" * 4  # version -1; surface files begin with other bytes
+ROW_DTYPE = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
 
-# The surfaces on which cortices are measured, in the order in which they are looked for: midway between the
-# white matter and the pial surface, or the mean of two.
-BESIDE = (
+# Surfaces of a cortex, or pairs to be averaged, by preference: midway between white matter and pial surface.
+SURFACE_NAMES = (
     ("fiducial",),
     ("midthickness",),
     ("smoothwm", "pial"),
@@ -35,20 +34,20 @@ BESIDE = (
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """What is of a patch's file alone.
+    """The data that only patch files contain.
 
     Attributes
     ----------
     border : (#V,) bool
-        The vertices that are flagged as those of the border.
+        Whether a vertex is flagged as a border vertex.
     """
 
     border: BoolArray
 
 
 def surfaces_beside(folder: Path, hemisphere: str) -> list[Path]:
-    """The files, one or two, whose mean is the cortex of a hemisphere, "lh" or "rh", if they are there."""
-    for names in BESIDE:
+    """Return the existing files, one or two, whose mean is the surface of a hemisphere, "lh" or "rh"."""
+    for names in SURFACE_NAMES:
         paths = [folder / f"{hemisphere}.{name}" for name in names]
         if all(path.is_file() for path in paths):
             return paths
@@ -56,102 +55,107 @@ def surfaces_beside(folder: Path, hemisphere: str) -> list[Path]:
 
 
 def mean_surface(meshes: list[MeshFile]) -> MeshFile:
-    """The first surface, its vertices midway to those of the second, if there are two."""
+    """Return the first surface, with vertices averaged over all surfaces."""
     first = meshes[0]
     for mesh in meshes[1:]:
         if mesh.V.shape != first.V.shape or not np.array_equal(mesh.polygons.corners, first.polygons.corners):
             raise MeshError(
-                f"{first.path} has {len(first.V)} vertices and {mesh.path} {len(mesh.V)}, or other faces: "
-                "they are not of one hemisphere"
+                f"{first.path} has {len(first.V)} vertices and {mesh.path} {len(mesh.V)}, or their faces "
+                "differ: they do not belong to the same hemisphere"
             )
     return replace(first, V=np.mean([mesh.V for mesh in meshes], axis=0))
 
 
 def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
-    """The part of the surface that a patch leaves, vertices by their numbers on the surface.
+    """Read the largest piece of a patch as a part of its surface; vertices keep their numbers.
 
-    The faces are those whose three vertices stay, in the largest piece. Of a flat patch the places are the
-    texture coordinates.
+    Faces are included if all three vertices are in the patch. The positions of a flat patch become texture
+    coordinates.
     """
-    rows = _rows(path.read_bytes())
+    rows = _read_rows(path.read_bytes())
     number = rows["vertex"].astype(np.int64)
     vertex, n = np.abs(number) - 1, len(surface.V)
     outside = np.flatnonzero(vertex >= n)
     if len(outside):
         raise MeshError(
-            f"{path} has the vertices {some(vertex[outside])}, and its surface {surface.path} has {n}: give "
-            "the surface from which it was cut"
+            f"{path} has the vertices {some(vertex[outside])}, and its surface {surface.path} has {n}: pass "
+            "the surface from which the patch was cut"
         )
-    stays, border = np.zeros((2, n), dtype=bool)
-    stays[vertex], border[vertex[number < 0]] = True, True
+    is_kept, border = np.zeros((2, n), dtype=bool)
+    is_kept[vertex], border[vertex[number < 0]] = True, True
     F = surface.triangles
     try:
-        found = patch_faces(F, stays)
+        found = patch_faces(F, is_kept)
     except MeshError as error:
         raise MeshError(f"{path} on {surface.path}: {error}; is this the patch's own surface?") from None
     vertices, faces = compact(F[found.rows], n)
-    inside = vertices[topology_of(faces, vertices).interior]
-    closed = inside[border[inside]]
-    said = [f"without {part}" for part in found.left_out]
-    if len(closed):
-        said.append(
-            f"with closed slits at vertices {some(closed)}, which are flagged as border and lie inside: a "
-            "patch is cut where vertices are left out, not along edges"
+    interior = vertices[topology_of(faces, vertices).interior]
+    slit_vertices = interior[border[interior]]
+    remarks = [f"without {part}" for part in found.left_out]
+    if len(slit_vertices):
+        remarks.append(
+            f"with closed slits at vertices {some(slit_vertices)}, which are flagged as border but are "
+            "interior: a patch is cut by leaving out vertices, not along edges"
         )
-    if said:
-        told = f"{path} is read {'; '.join(said)}"
-        warnings.warn(told, MeshWarning, stacklevel=stack_level())
-    # what only the surface's file has, its volume for example, is not the patch's
+    if remarks:
+        message = f"{path} is read {'; '.join(remarks)}"
+        warnings.warn(message, MeshWarning, stacklevel=stack_level())
+    # contents that only the surface file has, such as its volume, do not apply to the patch
     extras = replace(surface.extras, unshared=(), source=Patch(border))
-    made = MeshFile(surface.V, Polygons.of_triangles(F[found.rows]), extras=extras)
+    mesh = MeshFile(surface.V, Polygons.of_triangles(F[found.rows]), extras=extras)
     if rows["place"][:, 2].any():
-        return made
+        return mesh
     place = np.full((n, 2), np.nan)
     place[vertex] = rows["place"][:, :2]
-    return made.textured(place)
+    return mesh.textured(place)
 
 
-def _rows(data: bytes) -> NDArray[Any]:
-    """The rows of a patch's file; raises where they are not what its beginning says."""
-    if len(data) < 8 or data[:4] != PATCH_BEGINNING:
-        raise Damaged("it does not begin as a patch, with -1 as a big-endian integer")
+def _read_rows(data: bytes) -> NDArray[Any]:
+    """Return the rows of a patch file; raise `Damaged` if they do not match its header."""
+    if len(data) < 8 or data[:4] != PATCH_MAGIC:
+        raise Damaged("it does not begin with -1 as a big-endian integer, like a patch")
     count = int.from_bytes(data[4:8], "big")
-    if len(data) != 8 + ROW.itemsize * count:
-        raise Damaged(f"it has {len(data)} bytes, where {count} vertices take {8 + ROW.itemsize * count}")
-    rows = np.frombuffer(data, dtype=ROW, offset=8)
-    vertex, times = np.unique(np.abs(rows["vertex"].astype(np.int64)), return_counts=True)
-    if not count or vertex[0] == 0 or (times > 1).any():
-        which = "none" if not count else some(vertex[(times > 1) | (vertex == 0)] - 1)
-        raise Damaged(f"its vertices are numbered from 1, each once, and it has {which} otherwise")
+    if len(data) != 8 + ROW_DTYPE.itemsize * count:
+        raise Damaged(f"it has {len(data)} bytes, but {count} vertices need {8 + ROW_DTYPE.itemsize * count}")
+    rows = np.frombuffer(data, dtype=ROW_DTYPE, offset=8)
+    vertex, occurrences = np.unique(np.abs(rows["vertex"].astype(np.int64)), return_counts=True)
+    if not count or vertex[0] == 0 or (occurrences > 1).any():
+        invalid = some(vertex[(occurrences > 1) | (vertex == 0)] - 1)
+        raise Damaged(
+            f"its vertex numbers are not distinct and positive at vertices {invalid}"
+            if count
+            else "it has no vertices"
+        )
     if not np.isfinite(rows["place"]).all():
-        raise Damaged("it has places that are no numbers")
+        raise Damaged("it has positions that are NaN or infinite")
     return rows
 
 
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write a flat patch: the vertices that have a place in the plane, by their numbers on the surface.
+    """Write a flat patch: the vertices with a position in the plane, with their numbers on the surface.
 
-    Numbers count from 1, and are negative at the border: where the patch that was read has it, or else the
-    boundary. The triangles are those of the surface.
+    Numbers count from 1, and are negative at the border. The border is the border of the patch that was
+    read, or otherwise the boundary of the surface. The triangles are not stored, because the surface has
+    them.
     """
-    made = split_vertices(mesh)
-    vertex, times = np.unique(made.vertex, return_counts=True)
+    split = split_vertices(mesh)
+    vertex, times = np.unique(split.vertex, return_counts=True)
     if (times > 1).any():
         raise MeshError(
-            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
-            ".surf or .gii, or flatten a disk"
+            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one position per vertex: "
+            "write .surf or .gii, or flatten a disk"
         )
     if isinstance(mesh.extras.source, Patch):
-        border = mesh.extras.source.border[made.vertex]
+        border = mesh.extras.source.border[split.vertex]
     else:
         used, F = compact(mesh.triangles, len(mesh.V))
-        border = np.isin(made.vertex, used[~topology_of(F, used).interior])
-    write_patch(temporary, made.vertex, border, made.TC)
+        border = np.isin(split.vertex, used[~topology_of(F, used).interior])
+    write_patch(temporary, split.vertex, border, split.TC)
 
 
 def write_patch(path: str, vertex: IntArray, border: BoolArray, place: FloatArray) -> None:
-    """Write the vertices of a patch, with their places in the plane or in space."""
-    rows = np.zeros(len(vertex), dtype=ROW)
+    """Write the vertices of a patch with their positions in the plane or in space."""
+    rows = np.zeros(len(vertex), dtype=ROW_DTYPE)
     rows["vertex"] = np.where(border, -1, 1) * (vertex + 1)
-    rows["place"][:, : place.shape[1]] = single_precision(place, "TC" if place.shape[1] == 2 else "V")
+    rows["place"][:, : place.shape[1]] = to_single_precision(place, "TC" if place.shape[1] == 2 else "V")
     Path(path).write_bytes(np.array([-1, len(rows)], dtype=">i4").tobytes() + rows.tobytes())

@@ -1,4 +1,4 @@
-"""VTP, the polygons of VTK, by pyvista."""
+"""Read and write VTP, the polygons of VTK, with pyvista."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,60 +7,60 @@ from typing import Any
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ..materials import bytes_of_colours
+from ..materials import quantise_colours
 from ..mesh_file import MeshFile
-from ..parsing import Column, Damaged, Extras, polygons_of, triangles_of_strips
+from ..parsing import Column, Damaged, Extras, make_polygons, triangulate_strips
 from ..vertex_splits import split_vertices
-from .optional_packages import call_reader, checked_mesh_file, import_optional
+from .optional_packages import call_reader, import_optional, make_checked_mesh_file
 
-# VTK's numbers of what an array may be, and how many there are: scalars, vectors, normals, ..., tangents
+# VTK's numbers of attributes (scalars, vectors, normals, ..., tangents), and the number of attributes.
 NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
 NEW_TEXTURE = "Texture Coordinates"
 
 
 @dataclass(frozen=True, eq=False)
 class VtpFile:
-    """The file itself, of pyvista."""
+    """The pyvista mesh of a VTP file, and the contents that a new VTP file keeps."""
 
     mesh: Any
     kept: tuple[str, ...]
 
 
 def parse_vtp(path: Path) -> MeshFile:
-    """The polygons of a VTK file."""
+    """Read the polygons of a VTP file."""
     pyvista = import_optional("pyvista")
     mesh = call_reader(_read_polydata, path)
-    more = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
+    extra_cells = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
         mesh = without_strips(mesh)
     if mesh.n_points == 0 or mesh.GetNumberOfPolys() == 0:
         raise Damaged("it has no polygons")
-    corners, sizes = _cells(pyvista, mesh.GetPolys())
-    polygons = polygons_of(Column(corners, sizes))
+    corners, sizes = _read_cells(pyvista, mesh.GetPolys())
+    polygons = make_polygons(Column(corners, sizes))
     if (polygons.sizes < 3).any():
-        raise Damaged("it has polygons of less than three corners")
-    texture = _texture(mesh.GetPointData())
+        raise Damaged("it has polygons with fewer than three corners")
+    texture = _get_texture_name(mesh.GetPointData())
     normals = mesh.point_data.active_normals
-    arrays = _arrays(mesh)
-    tangents = "its tangents" if _named(mesh.GetPointData(), TANGENTS) else ""
+    arrays = _describe_arrays(mesh)
+    tangents = "its tangents" if _get_attribute_name(mesh.GetPointData(), TANGENTS) else ""
     extras = Extras(
-        colours=_colours(mesh.point_data, 0, mesh.n_points),
-        face_colours=_colours(mesh.cell_data, mesh.n_verts + mesh.n_lines, len(polygons)),
+        colours=_read_colours(mesh.point_data, 0, mesh.n_points),
+        face_colours=_read_colours(mesh.cell_data, mesh.n_verts + mesh.n_lines, len(polygons)),
         normals=None if normals is None else np.asarray(normals, dtype=np.float64),
         normal=None if normals is None else corners,
-        unshared=tuple(filter(None, (arrays, more, tangents))),
+        unshared=tuple(filter(None, (arrays, extra_cells, tangents))),
         source=VtpFile(mesh, (arrays,)),
     )
-    made = checked_mesh_file(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
+    mesh_file = make_checked_mesh_file(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
     if texture is None:
-        return made
+        return mesh_file
     TC = np.asarray(mesh.point_data[texture], dtype=np.float64)[:, :2]
-    map_, same = np.unique(TC, axis=0, return_inverse=True)
-    return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+    unique_TC, row = np.unique(TC, axis=0, return_inverse=True)
+    return replace(mesh_file, TC=unique_TC, texture=row.ravel().astype(np.int64)[polygons.corners])
 
 
 def _read_polydata(path: str) -> Any:
-    """What VTK reads. It prints what is damaged and goes on without: the first of its errors is raised."""
+    """Read a VTK file; raise the first error that VTK reports, because VTK itself continues after errors."""
     pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
     with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
         reader = readers.vtkXMLPolyDataReader()
@@ -72,8 +72,8 @@ def _read_polydata(path: str) -> Any:
     return pyvista.wrap(reader.GetOutput())
 
 
-def _cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
-    """The points of VTK's cells, cell after cell, and how many each has."""
+def _read_cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
+    """Return the points of VTK cells, concatenated, and the number of points of each cell."""
     offsets, corners = (
         np.asarray(pyvista.convert_array(array), dtype=np.int64)
         for array in (cells.GetOffsetsArray(), cells.GetConnectivityArray())
@@ -82,115 +82,119 @@ def _cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
 
 
 def without_strips(mesh: Any) -> Any:
-    """The same with the triangles of its strips, whose data are those of their strip.
+    """Return the mesh with its triangle strips replaced by triangles, which get the data of their strip.
 
-    VTK's own filter leaves data of cells behind that nobody has written.
+    VTK's own filter produces incorrect cell data.
     """
     pyvista = import_optional("pyvista")
     (corners, sizes), (of_strips, lengths) = (
-        _cells(pyvista, cells) for cells in (mesh.GetPolys(), mesh.GetStrips())
+        _read_cells(pyvista, cells) for cells in (mesh.GetPolys(), mesh.GetStrips())
     )
     if (lengths < 3).any() or of_strips.max(initial=0) >= mesh.n_points:
-        raise Damaged("it has triangle strips of less than three points, or of points that are not there")
-    triangles, strip = triangles_of_strips(of_strips, np.repeat(np.arange(len(lengths)), lengths))
+        raise Damaged("it has triangle strips with fewer than three points, or with missing points")
+    triangles, strip = triangulate_strips(of_strips, np.repeat(np.arange(len(lengths)), lengths))
     faces = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
     faces = np.concatenate((faces, np.insert(triangles, 0, 3, axis=1).ravel()))
-    more = {"verts": mesh.verts} if mesh.n_verts else {}
+    extra_cells = {"verts": mesh.verts} if mesh.n_verts else {}
     if mesh.n_lines:
-        more["lines"] = mesh.lines
-    made = pyvista.PolyData(mesh.points, faces, **more)
-    made.GetPointData().ShallowCopy(mesh.GetPointData())
-    made.GetFieldData().ShallowCopy(mesh.GetFieldData())
-    before = mesh.n_verts + mesh.n_lines + len(sizes)
-    rows = np.concatenate((np.arange(before), before + strip))
+        extra_cells["lines"] = mesh.lines
+    triangulated = pyvista.PolyData(mesh.points, faces, **extra_cells)
+    triangulated.GetPointData().ShallowCopy(mesh.GetPointData())
+    triangulated.GetFieldData().ShallowCopy(mesh.GetFieldData())
+    strip_start = mesh.n_verts + mesh.n_lines + len(sizes)
+    rows = np.concatenate((np.arange(strip_start), strip_start + strip))
     for name, values in mesh.cell_data.items():
-        made.cell_data[name] = np.asarray(values)[rows]
-    _mark(mesh.GetCellData(), made.GetCellData())
-    return made
+        triangulated.cell_data[name] = np.asarray(values)[rows]
+    _restore_active(mesh.GetCellData(), triangulated.GetCellData())
+    return triangulated
 
 
-def _arrays(mesh: Any) -> str:
-    """The arrays that are nothing but numbers, as a warning names them."""
+def _describe_arrays(mesh: Any) -> str:
+    """Return a description, for warnings, of the arrays without a special meaning."""
     points = mesh.GetPointData()
-    taken = {_named(points, NORMALS), _texture(points), _named(points, TANGENTS)}
-    taken |= {_colour_array(mesh.point_data), _colour_array(mesh.cell_data)}
-    held = (*mesh.point_data.items(), *mesh.cell_data.items(), *mesh.field_data.items())
-    names = [name for name, _ in held if name not in taken]
+    known = {
+        _get_attribute_name(points, NORMALS),
+        _get_texture_name(points),
+        _get_attribute_name(points, TANGENTS),
+    }
+    known |= {_find_colour_array(mesh.point_data), _find_colour_array(mesh.cell_data)}
+    arrays = (*mesh.point_data.items(), *mesh.cell_data.items(), *mesh.field_data.items())
+    names = [name for name, _ in arrays if name not in known]
     return f"the arrays {', '.join(names)}" if names else ""
 
 
-def _named(data: Any, attribute: int) -> str | None:
-    """The array of VTK that is this attribute."""
+def _get_attribute_name(data: Any, attribute: int) -> str | None:
+    """Return the name of VTK's array for this attribute."""
     array = data.GetAbstractAttribute(attribute)
     return None if array is None else str(array.GetName())
 
 
-def _texture(points: Any) -> str | None:
-    """The array of texture coordinates; one number a point is no place in an image."""
-    name = _named(points, TEXTURE)
+def _get_texture_name(points: Any) -> str | None:
+    """Return the name of the array of texture coordinates; None unless it has at least two components."""
+    name = _get_attribute_name(points, TEXTURE)
     return name if name is not None and points.GetArray(name).GetNumberOfComponents() > 1 else None
 
 
-def _colour_array(arrays: Any) -> str | None:
-    """The first array of bytes with three or four columns, as VTK has colours."""
+def _find_colour_array(arrays: Any) -> str | None:
+    """Return the name of the first byte array with three or four columns, VTK's form of colours."""
     for name, values in arrays.items():
         if values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
             return str(name)
     return None
 
 
-def _colours(arrays: Any, first: int, count: int) -> FloatArray | None:
-    """The colours of some rows."""
-    name = _colour_array(arrays)
+def _read_colours(arrays: Any, first: int, count: int) -> FloatArray | None:
+    """Return the colours of `count` rows from row `first` on."""
+    name = _find_colour_array(arrays)
     return None if name is None else np.asarray(arrays[name], dtype=np.float64)[first : first + count] / 255
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write polygons with texture coordinates at the points; all arrays that were read stay."""
+    """Write polygons with texture coordinates at the points, and all other arrays of a file that was read."""
     pyvista, source, extras = import_optional("pyvista"), mesh.extras.source, mesh.extras
-    made = split_vertices(mesh, normals=not isinstance(source, VtpFile))
-    rows = made.vertex
-    faces = np.insert(made.corners, mesh.polygons.starts, mesh.polygons.sizes)
+    split = split_vertices(mesh, normals=not isinstance(source, VtpFile))
+    rows = split.vertex
+    faces = np.insert(split.corners, mesh.polygons.starts, mesh.polygons.sizes)
     written = pyvista.PolyData(mesh.V[rows], faces)
     name = NEW_TEXTURE
     if isinstance(source, VtpFile):
-        name = _texture(source.mesh.GetPointData()) or NEW_TEXTURE
+        name = _get_texture_name(source.mesh.GetPointData()) or NEW_TEXTURE
         keep_data_of_polydata(written, source.mesh, rows)
     else:
         if extras.colours is not None:
-            written.point_data["RGB"] = bytes_of_colours(extras.colours[rows])
+            written.point_data["RGB"] = quantise_colours(extras.colours[rows])
         if extras.face_colours is not None:
-            written.cell_data["RGB"] = bytes_of_colours(extras.face_colours)
-        if made.normals is not None:
-            written.point_data["Normals"] = made.normals
+            written.cell_data["RGB"] = quantise_colours(extras.face_colours)
+        if split.normals is not None:
+            written.point_data["Normals"] = split.normals
             written.GetPointData().SetActiveAttribute("Normals", NORMALS)
-    written.point_data[name] = made.TC
+    written.point_data[name] = split.TC
     written.GetPointData().SetActiveAttribute(name, TEXTURE)
     written.save(temporary)
 
 
 def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
-    """Arrays of points that are copies of rows, of cells and of fields; which ones are active stays.
+    """Copy the arrays of points (at `rows`), cells and fields, and their active attributes, to a new mesh.
 
-    The old texture coordinates, and the tangents made of them, are left out.
+    The old texture coordinates and the tangents derived from them are not copied.
     """
-    first = given.n_verts + given.n_lines  # cells of points and lines come before
+    first = given.n_verts + given.n_lines  # cells of points and lines precede polygons
     points = given.GetPointData()
-    made_of_the_map = {_texture(points), _named(points, TANGENTS)}
+    replaced = {_get_texture_name(points), _get_attribute_name(points, TANGENTS)}
     for name, values in given.point_data.items():
-        if name not in made_of_the_map:
+        if name not in replaced:
             written.point_data[name] = np.asarray(values)[rows]
     for name, values in given.cell_data.items():
         written.cell_data[name] = np.asarray(values)[first : first + written.n_cells]
     for name, values in given.field_data.items():
         written.field_data[name] = values
-    _mark(given.GetPointData(), written.GetPointData())
-    _mark(given.GetCellData(), written.GetCellData())
+    _restore_active(given.GetPointData(), written.GetPointData())
+    _restore_active(given.GetCellData(), written.GetCellData())
 
 
-def _mark(given: Any, written: Any) -> None:
-    """Say again which arrays are scalars, normals and so on."""
+def _restore_active(given: Any, written: Any) -> None:
+    """Mark arrays as active scalars, normals and other attributes, as in the original data."""
     for attribute in range(ATTRIBUTES):
-        name = _named(given, attribute)
+        name = _get_attribute_name(given, attribute)
         if name is not None and written.HasArray(name):
             written.SetActiveAttribute(name, attribute)

@@ -1,5 +1,5 @@
-"""glTF 2.0, as text and as GLB."""
+"""Read and write glTF 2.0, as text and as binary GLB."""
 
-from .images import are_moved
+from .images import has_texture_transforms
 from .reading import GltfFile, parse_gltf
 from .rewriting import save_gltf

@@ -1,4 +1,4 @@
-"""What extensions of glTF name by number: so that it is refused, carried over, or left out with a word."""
+"""Determine which glTF extensions remain valid in a file with renumbered vertices, accessors and views."""
 
 import warnings
 from collections.abc import Iterator
@@ -8,11 +8,11 @@ from typing import Any
 from ...errors import MeshWarning, stack_level
 from ..parsing import Damaged
 
-COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
+COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
-VIEWS = ("values", "arrayOffsets", "stringOffsets")  # of a property of METADATA
-# They name no vertices, accessors or views: or those only that are renumbered here.
-KNOWN = (
+VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # keys of buffer views in properties of METADATA
+# Extensions without references to vertices, accessors or buffer views that are not renumbered here.
+KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
     *("KHR_lights_*", "EXT_lights_*", "KHR_xmp*", "KHR_node_*", "KHR_animation_pointer"),
@@ -21,89 +21,89 @@ KNOWN = (
 
 
 def is_known(name: str) -> bool:
-    """Whether what an extension says stays true in a file with other vertices."""
-    return any(fnmatchcase(name, pattern) for pattern in KNOWN)
+    """Return True if an extension remains valid in a file with other vertices."""
+    return any(fnmatchcase(name, pattern) for pattern in KNOWN_EXTENSIONS)
 
 
 def refuse_required(text: dict[str, Any]) -> None:
-    """Raise where a file cannot be read without an extension that is not known here."""
+    """Raise if the file requires an unknown extension."""
     for name in text.get("extensionsRequired", ()):
-        if name in COMPRESSED:
+        if name in COMPRESSION_EXTENSIONS:
             refuse_compressed("it", name)
         if not is_known(str(name)):
             raise Damaged(
-                f"it requires the extension {name}, which is not known here, and without it would be read as "
-                "something else: export it without"
+                f"it requires the extension {name}, which is not supported, and cannot be read correctly "
+                "without it: export the file without the extension"
             )
 
 
 def refuse_compressed(what: str, name: str) -> None:
-    """Raise: it would be read as garbage."""
-    raise Damaged(f"{what} is compressed by {name}: write it without, as `gltf-transform copy` does")
+    """Raise because compressed data cannot be read."""
+    raise Damaged(f"{what} is compressed by {name}: write it without, for example by `gltf-transform copy`")
 
 
-def extended(value: Any) -> Iterator[dict[str, Any]]:
-    """Everything in a description that has extensions."""
-    return (of for of in objects(value) if isinstance(of.get("extensions"), dict))
+def iterate_extended(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield all objects in a description that have extensions."""
+    return (entry for entry in iterate_objects(value) if isinstance(entry.get("extensions"), dict))
 
 
-def objects(value: Any) -> Iterator[dict[str, Any]]:
-    """Everything in a description that has keys, but for what is in its extras."""
+def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield all objects in a description, except those within extras."""
     if isinstance(value, dict):
         yield value
         for key, inner in value.items():
             if key != "extras":
-                yield from objects(inner)
+                yield from iterate_objects(inner)
     elif isinstance(value, list):
         for inner in value:
-            yield from objects(inner)
+            yield from iterate_objects(inner)
 
 
-def names_numbers(text: dict[str, Any]) -> bool:
-    """Whether an extension may name accessors or views where nobody knows: their numbers have to stay."""
-    return any(not is_known(name) for holder in extended(text) for name in holder["extensions"])
+def has_unknown_references(text: dict[str, Any]) -> bool:
+    """Return True if an unknown extension may refer to accessors or views, whose numbers must not change."""
+    return any(not is_known(name) for holder in iterate_extended(text) for name in holder["extensions"])
 
 
-def leave_out_of_vertices(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
-    """Leave out the unknown extensions of meshes and primitives, which may name vertices by number."""
-    gone = set[str]()
+def drop_unknown_extensions(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
+    """Remove unknown extensions of meshes and primitives, because they may refer to vertex numbers."""
+    dropped = set[str]()
     for holder in changed:
         extensions = holder.get("extensions", {})
-        gone |= {name for name in extensions if not is_known(name)}
+        dropped |= {name for name in extensions if not is_known(name)}
         kept = {name: value for name, value in extensions.items() if is_known(name)}
         holder.pop("extensions", None)
         if kept:
             holder["extensions"] = kept
-    if not gone:
+    if not dropped:
         return
-    there = {name for holder in extended(text) for name in holder["extensions"]}
+    remaining = {name for holder in iterate_extended(text) for name in holder["extensions"]}
     for key in ("extensionsUsed", "extensionsRequired"):
         if key in text:
-            text[key] = [name for name in text[key] if name not in gone or name in there]
+            text[key] = [name for name in text[key] if name not in dropped or name in remaining]
             if not text[key]:
                 del text[key]
     warnings.warn(
-        f"the extensions {', '.join(sorted(gone))} of meshes may name vertices by number, and these are "
-        "other ones now: they are left out; write OBJ or PLY if you do not need them, or apply them again",
+        f"the extensions {', '.join(sorted(dropped))} of meshes may refer to vertex numbers, which have "
+        "changed: they are left out; write OBJ or PLY if you do not need them, or apply them again",
         MeshWarning,
         stacklevel=stack_level(),
     )
 
 
-def properties(text: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """What holds the numbers of views in METADATA."""
+def iterate_table_properties(text: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the properties of METADATA tables, which refer to buffer views."""
     for table in text.get("extensions", {}).get(METADATA, {}).get("propertyTables", ()):
         yield from table.get("properties", {}).values()
 
 
-def instances(text: dict[str, Any]) -> Iterator[dict[str, int]]:
-    """The attributes, accessors by name, of nodes' INSTANCES."""
+def iterate_instance_attributes(text: dict[str, Any]) -> Iterator[dict[str, int]]:
+    """Yield the attributes of INSTANCES, accessors by name, of all nodes."""
     for node in text.get("nodes", ()):
         if INSTANCES in node.get("extensions", {}):
             yield node["extensions"][INSTANCES].get("attributes", {})
 
 
-def implied_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """The FEATURES of a primitive whose numbers are those of the vertices."""
+def find_implicit_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the FEATURES of a primitive that are identified by vertex numbers."""
     features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
-    return [of for of in features if not {"attribute", "texture"} & set(of)]
+    return [feature for feature in features if not {"attribute", "texture"} & set(feature)]

@@ -1,4 +1,4 @@
-"""Where a file of glTF names textures, and which of them were made for the old texture coordinates."""
+"""Find the textures that a glTF description uses, and remove textures of old texture coordinates."""
 
 import base64
 from collections.abc import Iterator
@@ -10,22 +10,22 @@ import numpy as np
 
 from ...errors import MeshError
 from ..materials import ImageMap
-from ..references import named_file
+from ..references import find_file
 from .scene import Gltf
 
-TRANSFORM = "KHR_texture_transform"
-WRAPS = {33071: "clamp", 33648: "mirror"}  # glTF's numbers; all else repeats
+TEXTURE_TRANSFORM = "KHR_texture_transform"
+WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF's codes; all other codes mean "repeat"
 
 
 class TextureUse(NamedTuple):
-    """A place that names a texture.
+    """A reference to a texture.
 
     Attributes
     ----------
     holder, key : dict and str
-        `holder[key]` is what names it.
+        `holder[key]` is the reference.
     coordinates : int
-        The number of the texture coordinates that go with it.
+        The number of the set of texture coordinates that the texture uses.
     """
 
     holder: dict[str, Any]
@@ -33,48 +33,50 @@ class TextureUse(NamedTuple):
     coordinates: int
 
 
-def texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUse]:
-    """The uses of textures in a material, or in anything else; `inside`: of property textures."""
+def iterate_texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUse]:
+    """Yield the references to textures in a material or any other value; `inside` marks property textures."""
     if isinstance(value, list):
         for inner in value:
-            yield from texture_uses(inner, inside)
+            yield from iterate_texture_uses(inner, inside)
     if not isinstance(value, dict):
         return
     for key, inner in value.items():
         if key == "extras":
             continue
-        named = isinstance(inner, dict) and isinstance(inner.get("index"), int)
-        if named and (inside or key.lower().endswith("texture")):
-            moved = inner.get("extensions", {}).get(TRANSFORM, {})
-            yield TextureUse(value, key, int(moved.get("texCoord", inner.get("texCoord", 0))))
+        is_use = isinstance(inner, dict) and isinstance(inner.get("index"), int)
+        if is_use and (inside or key.lower().endswith("texture")):
+            transform = inner.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
+            yield TextureUse(value, key, int(transform.get("texCoord", inner.get("texCoord", 0))))
         else:
-            yield from texture_uses(inner, inside or key == "propertyTextures")
+            yield from iterate_texture_uses(inner, inside or key == "propertyTextures")
 
 
-def all_uses(text: dict[str, Any]) -> list[TextureUse]:
-    """Those of materials, of primitives, and of the whole file."""
+def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
+    """Return the references to textures in materials, primitives and extensions of a file."""
     primitives = [primitive for mesh in text.get("meshes", ()) for primitive in mesh.get("primitives", ())]
-    held = [
+    holders = [
         text.get("materials", []),
         text.get("extensions", {}),
-        [of.get("extensions") for of in primitives],
+        [primitive_.get("extensions") for primitive_ in primitives],
     ]
-    return [use for value in held for use in texture_uses(value)]
+    return [use for value in holders for use in iterate_texture_uses(value)]
 
 
-def old_images(text: dict[str, Any], coordinates: int = 0) -> int:
-    """How many textures go with the texture coordinates of this number, which are new."""
-    return len({use.holder[use.key]["index"] for use in all_uses(text) if use.coordinates == coordinates})
+def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
+    """Return the number of textures that use the texture coordinates with this number, which are new."""
+    return len(
+        {use.holder[use.key]["index"] for use in find_texture_uses(text) if use.coordinates == coordinates}
+    )
 
 
-def leave_out_old_images(text: dict[str, Any]) -> None:
-    """Leave out textures, and images, that materials name for the first texture coordinates alone.
+def drop_stale_images(text: dict[str, Any]) -> None:
+    """Remove textures and images that only materials with the first texture coordinates use.
 
-    What names them stays, with the number -1, until it is named anew or left out.
+    References to them get the index -1 until they are replaced or removed.
     """
-    old = [use for use in texture_uses(text.get("materials", [])) if use.coordinates == 0]
+    old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
-    others = [use for use in all_uses(text) if (id(use.holder), use.key) not in ids]
+    others = [use for use in find_texture_uses(text) if (id(use.holder), use.key) not in ids]
     for use in old:
         use.holder[use.key]["index"] = -1
     textures = sorted({use.holder[use.key]["index"] for use in others})
@@ -82,65 +84,68 @@ def leave_out_old_images(text: dict[str, Any]) -> None:
         use.holder[use.key]["index"] = textures.index(use.holder[use.key]["index"])
     kept = [text["textures"][i] for i in textures]
     sources = [
-        of for texture in kept for of in (texture, *texture.get("extensions", {}).values()) if "source" in of
+        source
+        for texture in kept
+        for source in (texture, *texture.get("extensions", {}).values())
+        if "source" in source
     ]
-    images = sorted({of["source"] for of in sources})
-    for of in sources:
-        of["source"] = images.index(of["source"])
-    held = {"textures": kept, "images": [text["images"][i] for i in images]}
-    for name, entries in held.items():
+    images = sorted({source["source"] for source in sources})
+    for source in sources:
+        source["source"] = images.index(source["source"])
+    remaining = {"textures": kept, "images": [text["images"][i] for i in images]}
+    for name, entries in remaining.items():
         text.pop(name, None)
         text |= {name: entries} if entries else {}
 
 
-def maps_of(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
-    """The images of a material that go with the first texture coordinates."""
-    return tuple(_map_of(gltf, use) for use in texture_uses(material) if use.coordinates == 0)
+def find_image_maps(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
+    """Return the images of a material that use the first texture coordinates."""
+    return tuple(_make_image_map(gltf, use) for use in iterate_texture_uses(material) if use.coordinates == 0)
 
 
-def _map_of(gltf: Gltf, use: TextureUse) -> ImageMap:
+def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     info = use.holder[use.key]
-    texture = gltf.listed("textures")[info["index"]]
-    samplers = gltf.listed("samplers")
+    texture = gltf.entries("textures")[info["index"]]
+    samplers = gltf.entries("samplers")
     sampler = samplers[texture["sampler"]] if "sampler" in texture else {}
-    wrap = tuple(WRAPS.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
-    moved = info.get("extensions", {}).get(TRANSFORM, {})
-    (x, y), (across, down) = moved.get("offset", (0, 0)), moved.get("scale", (1, 1))
-    cos, sin = np.cos(moved.get("rotation", 0)), np.sin(moved.get("rotation", 0))
-    # u = a u + b v + x, v = c u + d v + y, v downwards: counterclockwise as one sees it, which is what
-    # programs do, and not the listing in the extension's text
+    wrap = tuple(WRAP_MODES.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
+    transform = info.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
+    (x, y), (across, down) = transform.get("offset", (0, 0)), transform.get("scale", (1, 1))
+    cos, sin = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
+    # u' = a u + b v + x, v' = c u + d v + y, v downwards. The rotation appears counterclockwise, which
+    # matches existing programs but not the listing in the extension's specification.
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
-    return ImageMap(use.key, partial(_read, gltf, texture), (wrap[0], wrap[1]), upwards)
+    return ImageMap(use.key, partial(_read_image, gltf, texture), (wrap[0], wrap[1]), upwards)
 
 
-def _read(gltf: Gltf, texture: dict[str, Any]) -> bytes:
-    """The file of a texture's image: the one that every program reads, or that of an extension."""
+def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
+    """Return the image file of a texture: the core image, or otherwise the image of an extension."""
     sources = [texture, *texture.get("extensions", {}).values()]
-    number = next((of["source"] for of in sources if "source" in of), None)
+    number = next((source["source"] for source in sources if "source" in source), None)
     if number is None:
-        raise MeshError("a texture names no image: leave it out")
-    image = gltf.listed("images")[number]
+        raise MeshError("a texture has no image: remove it")
+    image = gltf.entries("images")[number]
     if "bufferView" in image:
         return gltf.view(image["bufferView"])
     uri = str(image.get("uri", ""))
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
-    file = named_file(unquote(uri), gltf.folder)
+    file = find_file(unquote(uri), gltf.folder)
     if file is None:
         raise MeshError(f"the image {uri} is not in {gltf.folder}: put it there")
     return file.read_bytes()
 
 
-def are_moved(text: dict[str, Any]) -> bool:
-    """Whether images lie elsewhere on the first texture coordinates than these say."""
-    uses = [use for use in all_uses(text) if use.coordinates == 0]
-    moved = [use.holder[use.key].get("extensions", {}).get(TRANSFORM, {}) for use in uses]
-    return any({"offset", "rotation", "scale"} & set(of) for of in moved)
+def has_texture_transforms(text: dict[str, Any]) -> bool:
+    """Return True if a transform changes the first texture coordinates before the image lookup."""
+    uses = [use for use in find_texture_uses(text) if use.coordinates == 0]
+    transforms = [use.holder[use.key].get("extensions", {}).get(TEXTURE_TRANSFORM, {}) for use in uses]
+    return any({"offset", "rotation", "scale"} & set(transform) for transform in transforms)
 
 
-def without_old_images(material: dict[str, Any]) -> None:
-    """Leave out the images of a material that go with the first texture coordinates."""
-    for use in list(texture_uses(material)):
+def drop_stale_uses(material: dict[str, Any]) -> None:
+    """Remove a material's references to textures that use the first texture coordinates."""
+    for use in list(iterate_texture_uses(material)):
         if use.coordinates == 0:
             del use.holder[use.key]

@@ -1,6 +1,6 @@
-"""Polygons among glTF's triangles, by its extension FB_ngon_encoding.
+"""Encode polygons as glTF triangles by the extension FB_ngon_encoding.
 
-Triangles that follow each other and begin with the same vertex are one polygon, split as a fan around it.
+Consecutive triangles that begin with the same vertex form one polygon, split into a fan around this vertex.
 """
 
 import numpy as np
@@ -11,8 +11,8 @@ from ...surface import Polygons, Triangles
 EXTENSION = "FB_ngon_encoding"
 
 
-def fans(split: Triangles, corners: IntArray) -> IntArray:
-    """The triangles (#T, 3) in the order that tells the polygons apart.
+def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
+    """Return the triangles (#T, 3) in an order that encodes the polygons as fans.
 
     Polygons whose triangles have no corner in common are written as triangles.
 
@@ -20,42 +20,42 @@ def fans(split: Triangles, corners: IntArray) -> IntArray:
     ----------
     split : Triangles
     corners : (#C,) int64
-        The vertices as they are written, at the corners of the polygons.
+        The written vertices at the corners of the polygons.
     """
     place = split.place
     count = np.bincount(split.face, minlength=len(split.polygons))[split.face]
-    # how often each corner of the polygon is in its triangles
-    often = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
-    centre = often[place] == count[:, None]
+    # number of triangles at each corner of the polygon
+    occurrences = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
+    centre = occurrences[place] == count[:, None]
     starts = corners[place]
-    alone = ~centre.any(axis=1)
-    head = np.flatnonzero(np.append(True, (split.face[1:] != split.face[:-1]) | alone[1:]))
+    no_centre = ~centre.any(axis=1)
+    head = np.flatnonzero(np.append(True, (split.face[1:] != split.face[:-1]) | no_centre[1:]))
     length = np.diff(head, append=len(place))
-    candidates = np.where(centre | alone[:, None], np.arange(3), -1)[head].tolist()
+    candidates = np.where(centre | no_centre[:, None], np.arange(3), -1)[head].tolist()
     turn, before = np.empty(len(head), dtype=np.int64), -1
-    for i, (row, its) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
-        choice = next((k for k in its if k >= 0 and row[k] != before), max(its))
+    for i, (row, options) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
+        choice = next((k for k in options if k >= 0 and row[k] != before), max(options))
         turn[i], before = choice, row[choice]
-    # the chosen corner of the first triangle comes first in all of them, and they go around it
-    own = np.repeat(place[head, turn], length)
-    shift = np.argmax(place == own[:, None], axis=1)
-    turned = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
+    # the chosen corner of the first triangle becomes the first corner of all triangles, sorted around it
+    centre_place = np.repeat(place[head, turn], length)
+    shift = np.argmax(place == centre_place[:, None], axis=1)
+    rotated = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
     sizes = split.polygons.sizes[split.face]
-    around = (turned[:, 1] - turned[:, 0]) % sizes
+    around = (rotated[:, 1] - rotated[:, 0]) % sizes
     order = np.lexsort((around, np.repeat(np.arange(len(head)), length)))
-    return np.asarray(corners[turned[order]])
+    return np.asarray(corners[rotated[order]])
 
 
-def turned_over(polygons: Polygons) -> Polygons:
-    """The same polygons with their corners the other way round; each begins where it did."""
+def reverse_polygons(polygons: Polygons) -> Polygons:
+    """Return the polygons with reversed orientation and the same first corners."""
     place = np.arange(len(polygons.corners))
     start = polygons.starts[polygons.owner]
     back = start + (start - place) % polygons.sizes[polygons.owner]
     return Polygons(polygons.corners[back], polygons.sizes)
 
 
-def polygons_among(F: IntArray) -> Polygons:
-    """The polygons that were written as these triangles, (#T, 3)."""
+def merge_fans(F: IntArray) -> Polygons:
+    """Return the polygons that these triangles, (#T, 3), encode."""
     follows = (F[1:, 0] == F[:-1, 0]) & (F[1:, 1] == F[:-1, 2])
     head = np.flatnonzero(np.append(True, ~follows)) if len(F) else np.zeros(0, dtype=np.int64)
     sizes = np.diff(head, append=len(F)) + 2

@@ -1,4 +1,4 @@
-"""Read glTF and GLB."""
+"""Read the mesh of glTF and GLB files."""
 
 from dataclasses import dataclass, replace
 from itertools import accumulate
@@ -9,31 +9,31 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...surface import Polygons, distinct_corners
-from ..materials import Material, as_gltf, of_gltf, srgb
+from ..materials import Material, encode_srgb, make_gltf_material, parse_gltf_material
 from ..mesh_file import MeshFile
-from ..parsing import Damaged, Extras, triangles_of_strips
-from .images import maps_of
-from .ngons import EXTENSION, polygons_among, turned_over
-from .particulars import unshared
-from .scene import Gltf, Mode, Placement, load_gltf, placements
+from ..parsing import Damaged, Extras, triangulate_strips
+from .images import find_image_maps
+from .ngons import EXTENSION, merge_fans, reverse_polygons
+from .scene import Gltf, Mode, Placement, find_placements, load_gltf
+from .unshared import list_unshared
 
 COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
-UNMOVED = Placement("", np.eye(4))
+IDENTITY_PLACEMENT = Placement("", np.eye(4))
 
 
 class Primitive(NamedTuple):
-    """Where the faces of a primitive are.
+    """The faces of the mesh that belong to a primitive.
 
     Attributes
     ----------
     mesh, number : int
-        Its place in the file.
+        The mesh of the primitive, and its number within this mesh.
     faces, corners : (#f,) int64 and (#c,) int64
-        Of the polygons.
+        Faces and corners in the polygons of the whole file.
     vertex : (#c,) int64
-        Its own vertex at each corner.
+        The primitive's vertex at each corner.
     mirrored : bool
-        Whether the scene mirrors it, so that its own faces run the other way round.
+        Whether the scene mirrors the primitive, which reverses the orientation of its faces.
     """
 
     mesh: int
@@ -46,12 +46,14 @@ class Primitive(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class GltfFile:
-    """The file itself.
+    """The contents of a glTF file.
 
     Attributes
     ----------
+    gltf : Gltf
+    primitives : list of Primitive
     frames : (#meshes, 3, 3) float64
-        From the space of each mesh to that of the scene, but for a translation.
+        The linear map from the space of each mesh to the space of the scene.
     """
 
     gltf: Gltf
@@ -59,19 +61,19 @@ class GltfFile:
     frames: FloatArray
 
 
-class _Content(NamedTuple):
-    """What a primitive holds.
+class _PrimitiveContent(NamedTuple):
+    """The contents of a primitive.
 
     Attributes
     ----------
     V : (#v, 3) float64
-        Where the scene has its vertices.
+        Vertices in the space of the scene.
     polygons : Polygons
-        By these vertices.
+        Faces over these vertices.
     attributes : dict
-        COLOURS, NORMALS and TEXTURE, (#v, width) float64 each, or None.
+        COLOURS, NORMALS and TEXTURE, each (#v, width) float64 or None.
     material : int
-        -1 if it has none.
+        -1 for a primitive without a material.
     """
 
     V: FloatArray
@@ -81,34 +83,37 @@ class _Content(NamedTuple):
 
 
 def parse_gltf(path: Path) -> MeshFile:
-    """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
+    """Read a glTF or GLB file. A mesh with several instances is read once, where its largest instance is."""
     try:
         return _parse_gltf(load_gltf(path))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
-        raise Damaged(
-            f"its description is not as glTF 2.0 has it ({type(error).__name__}: {error})"
-        ) from None
+        raise Damaged(f"its description does not follow glTF 2.0 ({type(error).__name__}: {error})") from None
 
 
 def _parse_gltf(gltf: Gltf) -> MeshFile:
-    shown = placements(gltf)
+    placement_of_mesh = find_placements(gltf)
     found = [
-        (i, j, _content(gltf, primitive, i, shown.get(i, UNMOVED).matrix))
+        (i, j, _read_primitive(gltf, primitive, i, placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix))
         for i, j, primitive in gltf.primitives()
     ]
-    held = [content for _, _, content in found]
-    polygons = [content.polygons for content in held]
-    if not any(len(of.corners) for of in polygons):
+    contents = [content for _, _, content in found]
+    polygons = [content.polygons for content in contents]
+    if not any(len(part.corners) for part in polygons):
         raise Damaged("it has no mesh of triangles")
     point, face, corner = (
         [0, *accumulate(sizes)]
         for sizes in (
-            [len(of.V) for of in held],
-            [len(of) for of in polygons],
-            [len(of.corners) for of in polygons],
+            [len(part.V) for part in contents],
+            [len(part) for part in polygons],
+            [len(part.corners) for part in polygons],
         )
     )
-    frames = np.array([shown.get(i, UNMOVED).matrix[:3, :3] for i in range(len(gltf.listed("meshes")))])
+    frames = np.array(
+        [
+            placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix[:3, :3]
+            for i in range(len(gltf.entries("meshes")))
+        ]
+    )
     mirrored = np.linalg.det(frames) < 0
     primitives = [
         Primitive(
@@ -121,139 +126,155 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
         )
         for k, (i, j, content) in enumerate(found)
     ]
-    V = np.concatenate([of.V for of in held])
-    flat = np.concatenate([of.corners + start for of, start in zip(polygons, point[:-1], strict=True)])
+    V = np.concatenate([part.V for part in contents])
+    corner_vertices = np.concatenate(
+        [part.corners + start for part, start in zip(polygons, point[:-1], strict=True)]
+    )
     mesh = np.array([i for i, _, _ in found])
-    used, merged = np.unique(_welded(V, np.repeat(mesh, np.diff(point)))[flat], return_inverse=True)
-    made = MeshFile(
+    used, merged = np.unique(
+        _weld_vertices(V, np.repeat(mesh, np.diff(point)))[corner_vertices], return_inverse=True
+    )
+    mesh_file = MeshFile(
         V[used],
-        Polygons(merged.ravel().astype(np.int64), np.concatenate([of.sizes for of in polygons])),
+        Polygons(merged.ravel().astype(np.int64), np.concatenate([part.sizes for part in polygons])),
         extras=Extras(
-            **_colours_and_normals(held, used, merged.ravel(), flat),
-            **_materials(gltf, np.repeat([of.material for of in held], np.diff(face))),
-            parts=(_names(gltf, shown), np.repeat(mesh, np.diff(face))),
+            **_gather_colours_and_normals(contents, used, merged.ravel(), corner_vertices),
+            **_read_materials(gltf, np.repeat([part.material for part in contents], np.diff(face))),
+            parts=(_name_meshes(gltf, placement_of_mesh), np.repeat(mesh, np.diff(face))),
             units="meter",
-            unshared=unshared(gltf.text, sum(of.times - 1 for of in shown.values())),
+            unshared=list_unshared(gltf.text, sum(part.times - 1 for part in placement_of_mesh.values())),
             source=GltfFile(gltf, primitives, frames),
         ),
     )
-    maps = [of.attributes[TEXTURE] for of in held]
-    has = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
-    if not any(has):
-        return made
+    maps = [part.attributes[TEXTURE] for part in contents]
+    has_map = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
+    if not any(has_map):
+        return mesh_file
     map_ = np.concatenate(
         [
-            np.zeros((len(of.V), 2)) if m is None or not ok else m
-            for m, ok, of in zip(maps, has, held, strict=True)
+            np.zeros((len(part.V), 2)) if m is None or not ok else m
+            for m, ok, part in zip(maps, has_map, contents, strict=True)
         ]
     )
     TC, same = np.unique(map_, axis=0, return_inverse=True)
-    texture = np.where(np.repeat(has, np.diff(point))[flat], same.ravel()[flat], -1)
-    return replace(made, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))
+    texture = np.where(np.repeat(has_map, np.diff(point))[corner_vertices], same.ravel()[corner_vertices], -1)
+    return replace(mesh_file, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))
 
 
-def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray) -> _Content:
-    """What a primitive of a mesh holds, placed by a transform (4, 4)."""
-    its, linear = primitive["attributes"], matrix[:3, :3]
-    local = gltf.numbers(its["POSITION"])
+def _read_primitive(
+    gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray
+) -> _PrimitiveContent:
+    """Read the contents of a primitive, transformed by a matrix (4, 4)."""
+    indices_of_attribute, linear = primitive["attributes"], matrix[:3, :3]
+    local = gltf.numbers(indices_of_attribute["POSITION"])
     if local.ndim != 2 or local.shape[1] != 3:
-        raise Damaged(f"the positions of its mesh {mesh} have not three columns")
-    polygons = _polygons(gltf, primitive, len(local))
+        raise Damaged(f"the positions of its mesh {mesh} do not have three columns")
+    polygons = _read_polygons(gltf, primitive, len(local))
     if np.linalg.det(linear) < 0:
-        polygons = turned_over(polygons)
+        polygons = reverse_polygons(polygons)
     attributes: dict[str, FloatArray | None] = {}
     for name in (TEXTURE, COLOURS, NORMALS):
-        values = gltf.numbers(its[name]) if name in its else None
+        values = gltf.numbers(indices_of_attribute[name]) if name in indices_of_attribute else None
         fits = values is not None and values.ndim == 2 and len(values) == len(local)
         attributes[name] = values if fits else None
     if (normals := attributes[NORMALS]) is not None:
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
     number = int(primitive.get("material", -1))
-    material = number if number < len(gltf.listed("materials")) else -1
-    with np.errstate(invalid="ignore"):  # infinite positions: whoever uses the mesh names their vertices
+    material = number if number < len(gltf.entries("materials")) else -1
+    with np.errstate(invalid="ignore"):  # infinite positions are reported when the mesh is used
         V = local @ linear.T + matrix[:3, 3]
-    return _Content(V, polygons, attributes, material)
+    return _PrimitiveContent(V, polygons, attributes, material)
 
 
-def _colours_and_normals(
-    held: list[_Content], used: IntArray, merged: IntArray, flat: IntArray
+def _gather_colours_and_normals(
+    contents: list[_PrimitiveContent], used: IntArray, merged: IntArray, flat: IntArray
 ) -> dict[str, Any]:
-    """Of `Extras`: colours at the vertices that are used, or at corners where copies differ; normals."""
-    normals = _whole([of.attributes[NORMALS] for of in held])
-    made: dict[str, Any] = {"normals": normals, "normal": None if normals is None else flat}
-    colours = _colours([of.attributes[COLOURS] for of in held], [len(of.V) for of in held])
+    """Return the colours and normals as fields of `Extras`.
+
+    Colours are per vertex, or per corner if merged vertices have different colours.
+    """
+    normals = _concatenate_if_complete([part.attributes[NORMALS] for part in contents])
+    gathered: dict[str, Any] = {"normals": normals, "normal": None if normals is None else flat}
+    colours = _stack_colours(
+        [part.attributes[COLOURS] for part in contents], [len(part.V) for part in contents]
+    )
     if colours is None:
-        return made
-    colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))
+        return gathered
+    colours = np.column_stack((encode_srgb(colours[:, :3]), colours[:, 3:]))
     if (colours[used][merged] == colours[flat]).all():
-        return {**made, "colours": colours[used]}
-    return {**made, "corner_colours": colours[flat]}
+        return {**gathered, "colours": colours[used]}
+    return {**gathered, "corner_colours": colours[flat]}
 
 
-def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
-    """Of `Extras`: the materials and what they look like, if one has a name."""
-    listed = gltf.listed("materials")
-    plain = as_gltf(Material())  # texture coordinates are written with it where there is none
+def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
+    """Return the names and the appearance of the materials as fields of `Extras`."""
+    listed = gltf.entries("materials")
+    plain = make_gltf_material(Material())  # written for faces without a material
     while listed and listed[-1] == plain:
         listed.pop()
     if not listed:
         return {}
     of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
-    looks = tuple(replace(of_gltf(material), maps=maps_of(gltf, material)) for material in listed)
+    looks = tuple(
+        replace(parse_gltf_material(material), maps=find_image_maps(gltf, material)) for material in listed
+    )
     return {"materials": (names, of_face), "looks": looks}
 
 
-def _colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:
-    """Of the vertices; those of primitives that have none are white, as glTF says."""
+def _stack_colours(rows: list[FloatArray | None], sizes: list[int]) -> FloatArray | None:
+    """Return the colours of all vertices; primitives without colours are white, as glTF specifies."""
     if all(values is None for values in rows):
         return None
     width = max(values.shape[1] for values in rows if values is not None)
-    made = [np.ones((n, width)) for n in sizes]
-    for row, values in zip(made, rows, strict=True):
+    filled = [np.ones((n, width)) for n in sizes]
+    for row, values in zip(filled, rows, strict=True):
         if values is not None:
             row[:, : values.shape[1]] = values
-    return np.concatenate(made)
+    return np.concatenate(filled)
 
 
-def _names(gltf: Gltf, shown: dict[int, Placement]) -> tuple[str, ...]:
-    """Of the meshes: those of the nodes that show them, or their own."""
+def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[str, ...]:
+    """Return the name of each mesh: the name of its node, or otherwise its own name."""
     return tuple(
-        shown.get(i, UNMOVED).name or str(mesh.get("name", f"mesh {i}"))
-        for i, mesh in enumerate(gltf.listed("meshes"))
+        placement_of_mesh.get(i, IDENTITY_PLACEMENT).name or str(mesh.get("name", f"mesh {i}"))
+        for i, mesh in enumerate(gltf.entries("meshes"))
     )
 
 
-def _whole(rows: list[FloatArray | None]) -> FloatArray | None:
-    """An attribute, if all primitives have it in one width."""
+def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None:
+    """Return an attribute of all primitives; None unless all have it with the same width."""
     known = [values for values in rows if values is not None and values.ndim == 2]
     if len(known) < len(rows) or len({values.shape[1] for values in known}) > 1:
         return None
     return np.concatenate(known)
 
 
-def _polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
-    """The faces of a primitive, by its own vertices."""
+def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
+    """Return the faces of a primitive over its own vertices."""
     index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
     mode = primitive.get("mode", Mode.TRIANGLES)
     if mode == Mode.TRIANGLES:
         if len(index) % 3:
-            raise Damaged(f"{len(index)} indices are no triangles")
+            raise Damaged(f"{len(index)} indices do not form triangles")
         F = index.reshape(-1, 3)
     elif mode == Mode.TRIANGLE_STRIP:
-        F, _ = triangles_of_strips(index, np.zeros_like(index))
+        F, _ = triangulate_strips(index, np.zeros_like(index))
         F = F[distinct_corners(F)]
     else:
         F = np.column_stack(
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])
         )
     if len(F) and int(F.max()) >= n:
-        raise Damaged(f"triangles name vertices beyond the {n} of their mesh")
-    return polygons_among(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
+        raise Damaged(f"triangles refer to vertices beyond the {n} vertices of their mesh")
+    return merge_fans(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
 
 
-def _welded(V: FloatArray, mesh: IntArray) -> IntArray:
-    """For each vertex the first of its mesh in the same place: glTF doubles them at creases and seams."""
+def _weld_vertices(V: FloatArray, mesh: IntArray) -> IntArray:
+    """Return for each vertex the first vertex of its mesh at the same position.
+
+    glTF duplicates vertices at creases and seams.
+    """
     _, first, same = np.unique(
         np.column_stack((mesh, V + 0.0)), axis=0, return_index=True, return_inverse=True
     )

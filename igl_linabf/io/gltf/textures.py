@@ -1,26 +1,26 @@
-"""New images in a description of glTF: baked colours, or old images moved to the new texture coordinates."""
+"""Add new images to a glTF description: baked colours, or old images moved to new texture coordinates."""
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..materials import BLACK, COLOUR, FIRST_TILE, Material
+from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, Material
 from ..mesh_file import Images
-from .images import TRANSFORM, all_uses, texture_uses, without_old_images
+from .images import TEXTURE_TRANSFORM, drop_stale_uses, find_texture_uses, iterate_texture_uses
 from .scene import Filter
 
 SHADING = "pbrMetallicRoughness"
 VARIANTS = "KHR_materials_variants"
-Put = Callable[..., int]  # bytes into the buffer: the number of their view
+Put = Callable[..., int]  # appends bytes to the buffer, and returns the number of their view
 
 
 class MaterialPages:
-    """The materials of a description, of which each page of new images needs its own.
+    """The materials of a description, with a copy for each page of new images.
 
     Attributes
     ----------
     pages : dict of int to int
-        The page of each material that is not for the first one.
+        The page of each material copy; all other materials belong to the first page.
     """
 
     def __init__(self, text: dict[str, Any]) -> None:
@@ -28,103 +28,107 @@ class MaterialPages:
         self.pages: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
 
-    def of(self, material: int, page: int) -> int:
-        """The number of the material for a page; a copy of it from the second page on."""
+    def material_for(self, material: int, page: int) -> int:
+        """Return the number of the material for a page, a copy for all pages but the first."""
         if page == 0:
             return material
         if (material, page) not in self._copies:
-            made = copy.deepcopy(self.materials[material])
-            if "name" in made:
-                made["name"] = f"{made['name']}.{FIRST_TILE + page}"
+            material_copy = copy.deepcopy(self.materials[material])
+            if "name" in material_copy:
+                material_copy["name"] = f"{material_copy['name']}.{FIRST_UDIM_TILE + page}"
             self.pages[len(self.materials)] = page
             self._copies[material, page] = len(self.materials)
-            self.materials.append(made)
+            self.materials.append(material_copy)
         return self._copies[material, page]
 
     def assign(self, primitive: dict[str, Any], page: int) -> None:
-        """Give a primitive, and its variants, the materials of its page."""
-        primitive["material"] = self.of(primitive["material"], page)
+        """Assign the materials of a page to a primitive and its variants."""
+        primitive["material"] = self.material_for(primitive["material"], page)
         for mapping in primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", ()):
             if "material" in mapping:
-                mapping["material"] = self.of(mapping["material"], page)
+                mapping["material"] = self.material_for(mapping["material"], page)
 
 
-def with_images(
+def add_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material] = ()
 ) -> None:
-    """Add images, and name them in the materials; `looks` are these where the description is a new one.
+    """Add images and refer to them in the materials; `looks` are the materials of a new description.
 
-    Baked colours are those of all materials, and no longer multiplied by colours of vertices.
+    A baked image becomes the texture of all materials, and is no longer multiplied by vertex colours.
     """
     if images.moved:
-        _name_moved(text, put, images, pages, looks)
+        _replace_images(text, put, images, pages, looks)
         return
     for material in text["materials"]:
-        without_old_images(material)
-    _leave_out_unused(text)
-    textures = _added(text, put, images.maps[COLOUR], {})
+        drop_stale_uses(material)
+    _drop_unused_textures(text)
+    textures = _add_textures(text, put, images.maps[COLOUR], {})
     for i, material in enumerate(text["materials"]):
         shading = material.get(SHADING, {})
         shading.pop("baseColorFactor", None)  # the image would be multiplied by it
         material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
     for mesh in text["meshes"]:
         for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # viewers would multiply by it: kept as data
+            if "COLOR_0" in primitive["attributes"]:  # kept as data that viewers ignore
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
-def _name_moved(
+def _replace_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material]
 ) -> None:
-    """The images in the places of those that materials had; their factors stay."""
+    """Replace the old images of the materials; their factors do not change."""
     uses: list[tuple[dict[str, Any], str, dict[str, Any], int]] = []
     for i, material in enumerate(text["materials"]):
         page = pages.get(i, 0)
-        for use in [use for use in texture_uses(material) if use.coordinates == 0]:
+        for use in [use for use in iterate_texture_uses(material) if use.coordinates == 0]:
             info = use.holder.pop(use.key)
             if use.key in images.maps:
-                uses.append((use.holder, use.key, _of_the_use(info), page))
+                uses.append((use.holder, use.key, _strip_placement(info), page))
     for material, look in zip(text["materials"], looks, strict=False):
-        for kind in (of.kind for of in look.maps if of.kind in images.maps):
+        for kind in (image_map.kind for image_map in look.maps if image_map.kind in images.maps):
             uses.append((material[SHADING] if kind == COLOUR else material, kind, {}, look.page))
             if kind == "emissiveTexture" and look.emission == BLACK:
                 material["emissiveFactor"] = [1.0, 1.0, 1.0]
-    _leave_out_unused(text)
+    _drop_unused_textures(text)
     known: dict[bytes, int] = {}
-    textures = {kind: _added(text, put, files, known) for kind, files in images.maps.items()}
+    textures = {kind: _add_textures(text, put, files, known) for kind, files in images.maps.items()}
     for holder, key, info, page in uses:
         holder[key] = {**info, "index": textures[key][page]}
 
 
-def _of_the_use(info: dict[str, Any]) -> dict[str, Any]:
-    """What a use of a texture says beside which one, and where that lies."""
+def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
+    """Return a texture reference without its index, set of coordinates and transform."""
     kept = {key: value for key, value in info.items() if key not in ("index", "texCoord", "extensions")}
-    extensions = {name: value for name, value in info.get("extensions", {}).items() if name != TRANSFORM}
+    extensions = {
+        name: value for name, value in info.get("extensions", {}).items() if name != TEXTURE_TRANSFORM
+    }
     return {**kept, **({"extensions": extensions} if extensions else {})}
 
 
-def _added(text: dict[str, Any], put: Put, files: Sequence[bytes], known: dict[bytes, int]) -> list[int]:
-    """The numbers of new textures, one for each file; equal files are one."""
-    made = []
+def _add_textures(
+    text: dict[str, Any], put: Put, files: Sequence[bytes], texture_of_file: dict[bytes, int]
+) -> list[int]:
+    """Return the numbers of new textures, one for each file; equal files share a texture."""
+    numbers = []
     for file in files:
-        if file not in known:
+        if file not in texture_of_file:
             image = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
             linear = {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}
             samplers = text.setdefault("samplers", [])
             sampler = samplers.index(linear) if linear in samplers else _append(text, "samplers", linear)
-            known[file] = _append(text, "textures", {"source": image, "sampler": sampler})
-        made.append(known[file])
-    return made
+            texture_of_file[file] = _append(text, "textures", {"source": image, "sampler": sampler})
+        numbers.append(texture_of_file[file])
+    return numbers
 
 
 def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
-    """Add an entry to a list; returns its number."""
+    """Append an entry to a list, and return its number."""
     listed = text.setdefault(name, [])
     listed.append(entry)
     return len(listed) - 1
 
 
-def _leave_out_unused(text: dict[str, Any]) -> None:
-    if not all_uses(text):
+def _drop_unused_textures(text: dict[str, Any]) -> None:
+    if not find_texture_uses(text):
         for name in ("images", "samplers", "textures"):
             text.pop(name, None)

@@ -1,4 +1,12 @@
-"""OBJ, with the groups and materials that it names."""
+"""Read and write OBJ files with their groups, and MTL files with their images."""
 
-from .reading import ObjText, parse_obj, with_looks
-from .writing import has_library, image_files, library_of, materials_beside, obj_names, save_obj, without_name
+from .reading import ObjText, load_looks, parse_obj
+from .writing import (
+    encode_material_files,
+    has_library,
+    image_paths,
+    library_path,
+    make_obj_names,
+    make_unused_name,
+    save_obj,
+)

@@ -1,4 +1,4 @@
-"""Write OBJ: a new file, or the one that was read with other texture coordinates."""
+"""Write OBJ: a new file, or the file that was read with new texture coordinates."""
 
 import os
 import warnings
@@ -12,100 +12,95 @@ from ..._types import IntArray
 from ...errors import MeshWarning, stack_level
 from ..materials import (
     COLOUR,
-    FIRST_TILE,
-    MOVE,
-    MTL_WORDS,
-    PLAIN,
+    DEFAULT_MATERIAL,
+    FIRST_UDIM_TILE,
+    MOVE_HINT,
+    MTL_KEYWORDS,
     Material,
-    library_text,
-    unmoved_images,
-    warn_of_images,
+    count_unmovable,
+    format_library,
     warn_of_lost_images,
+    warn_of_stale_images,
 )
 from ..mesh_file import MeshFile
-from ..parsing import Named, as_bytes, name_of
-from ..references import renamed
-from .reading import LIBRARY, ObjText, library_names
+from ..parsing import FaceLabels, encode_utf8, parse_name
+from ..references import relocate_reference
+from .reading import LIBRARY_KEYWORD, ObjText, parse_library_names
 
-# elements that may name texture coordinates, too: those of curves and surfaces are their control points
-OF_OLD_TEXTURE = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
-FILES = {
-    LIBRARY: None,
-    b"maplib": None,
-    b"shadow_obj": 0,
-    b"trace_obj": 0,
-    b"call": 1,
-}  # many, one, the first
+# Elements other than faces that may refer to texture coordinates.
+MAPPED_ELEMENTS = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
+# Statements that refer to files: to several (None), to one (0), or to one with arguments (1).
+FILE_STATEMENTS = {LIBRARY_KEYWORD: None, b"maplib": None, b"shadow_obj": 0, b"trace_obj": 0, b"call": 1}
 
 
-def obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
-    """The names in lines of OBJ: each on one line, without blanks around it, and no two alike."""
-    made: dict[str, None] = {taken: None}
+def make_obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
+    """Return distinct names that OBJ can store: on one line, without leading or trailing spaces."""
+    unique: dict[str, None] = {taken: None}
     for name in names:
         line = " ".join(part.strip() for part in name.splitlines()).strip()
         line = f"{line[:-1]}_" if line.endswith("\\") else line or "unnamed"
         numbered = (line if i == 1 else f"{line}.{i}" for i in count(1))
-        made[next(word for word in numbered if word not in made)] = None
-    return tuple(made)[1:]
+        unique[next(candidate for candidate in numbered if candidate not in unique)] = None
+    return tuple(unique)[1:]
 
 
-def without_name(names: Sequence[str], word: str) -> str:
-    """A word for faces that have none of these names."""
-    while word in names:
-        word += "_"
-    return word
+def make_unused_name(names: Sequence[str], name_: str) -> str:
+    """Return a name that is not in `names`, for faces without a name."""
+    while name_ in names:
+        name_ += "_"
+    return name_
 
 
-def materials_beside(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
-    """The library of the materials, and the image that they have: what the files beside an OBJ file hold."""
+def encode_material_files(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
+    """Return the contents of the files next to an OBJ file: the material library and its images."""
     if not has_library(mesh):
         return {}
-    names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
+    names, material = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
     looks = mesh.extras.looks or [Material()] * len(names)
     materials = dict(zip(names, looks, strict=True))
-    if (of < 0).any():
-        materials[without_name(names, PLAIN)] = Material()
-    library, images = library_of(path), mesh.images
+    if (material < 0).any():
+        materials[make_unused_name(names, DEFAULT_MATERIAL)] = Material()
+    library, images = library_path(path), mesh.images
     if images is None:
-        return {library: as_bytes(library_text(materials))}
-    files = {kind: image_files(path, kind, len(pages)) for kind, pages in images.maps.items()}
-    warn_of_lost_images(unmoved_images(looks) if images.moved else sum(look.images for look in looks))
-    named = {kind: [file.name for file in own] for kind, own in files.items()}
-    made = {library: as_bytes(library_text(materials, named, images.moved))}
-    for kind, own in files.items():
-        made.update(zip(own, images.maps[kind], strict=True))
-    return made
+        return {library: encode_utf8(format_library(materials))}
+    files = {kind: image_paths(path, kind, len(pages)) for kind, pages in images.maps.items()}
+    warn_of_lost_images(count_unmovable(looks) if images.moved else sum(look.images for look in looks))
+    named = {kind: [file.name for file in paths] for kind, paths in files.items()}
+    contents = {library: encode_utf8(format_library(materials, named, images.moved))}
+    for kind, paths in files.items():
+        contents.update(zip(paths, images.maps[kind], strict=True))
+    return contents
 
 
-def library_of(path: Path) -> Path:
-    """The library beside an OBJ file."""
+def library_path(path: Path) -> Path:
+    """Return the path of the material library next to an OBJ file."""
     return path.with_suffix(".mtl")
 
 
-def image_files(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
-    """The images of one kind beside an OBJ file, one a page, numbered as UDIM tiles if there are several."""
-    word = MTL_WORDS.get(kind, kind)
+def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
+    """Return the paths of the images of one kind next to an OBJ file; several pages have UDIM numbers."""
+    word = MTL_KEYWORDS.get(kind, kind)
     stem = path.stem if kind == COLOUR else f"{path.stem}_{word}"
-    tiles = [""] if pages == 1 else [f".{FIRST_TILE + page}" for page in range(pages)]
+    tiles = [""] if pages == 1 else [f".{FIRST_UDIM_TILE + page}" for page in range(pages)]
     return tuple(path.with_name(f"{stem}{tile}.png") for tile in tiles)
 
 
 def has_library(mesh: MeshFile) -> bool:
-    """Whether an MTL file is written: that of an OBJ that was read stays as it is but for an image."""
+    """Return True if an MTL file is written. OBJ files keep their libraries unless an image is added."""
     from_obj = isinstance(mesh.extras.source, ObjText)
     return mesh.images is not None or (mesh.extras.materials is not None and not from_obj)
 
 
 def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the mesh; the lines that were read stay as they are, but for `vt` and the faces."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    """Write the mesh; of a file that was read, only `vt` lines and faces change."""
+    assert mesh.TC is not None and mesh.texture is not None
     if isinstance(mesh.extras.source, ObjText):
-        _rewrite_lines(temporary, mesh, mesh.extras.source, path)
+        _rewrite_obj(temporary, mesh, mesh.extras.source, path)
         return
     extras = mesh.extras
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
-    names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
-    words = (*names, without_name(names, PLAIN)) if has_library(mesh) else ()
+    names, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    words = (*names, make_unused_name(names, DEFAULT_MATERIAL)) if has_library(mesh) else ()
     columns, tables = [mesh.polygons.corners + 1, mesh.texture + 1], {"v": V, "vt": mesh.TC}
     if extras.normals is not None and extras.normal is not None:
         columns.append(extras.normal + 1)
@@ -114,123 +109,130 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     form = "/".join(["{}"] * len(columns))
     forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
     sizes, width, flat = mesh.polygons.sizes.tolist(), len(columns), corners.ravel().tolist()
-    materials = (words, np.where(of < 0, len(names), of)) if words else None
-    heads = _heads(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
+    materials = (words, np.where(material < 0, len(names), material)) if words else None
+    headings = _make_headings(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
         file.writelines(f"# {line}\n" for line in ("igl_linabf", *extras.comments))
         if words:
-            file.write(f"mtllib {library_of(path).name}\n")
+            file.write(f"mtllib {library_path(path).name}\n")
         for keyword, rows in tables.items():
             file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
         for i, k in enumerate(sizes):
-            if i in heads:
-                file.write(heads[i])
+            if i in headings:
+                file.write(headings[i])
             end = start + k * width
             file.write(forms[k].format(*flat[start:end]))
             start = end
 
 
-def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
-    """What is written before which face: where the name of its part or material is another one."""
-    heads: dict[int, str] = {}
-    for keyword, names in named:
+def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> dict[int, str]:
+    """Return the statements before each face at which the name of the part or material changes."""
+    headings: dict[int, str] = {}
+    for keyword, names in labels:
         if names is None:
             continue
-        words, of = names
-        none = without_name(words, "none")
-        new = np.flatnonzero(np.append(True, of[1:] != of[:-1])) if n else of
+        words, index = names
+        unnamed = make_unused_name(words, "none")
+        new = np.flatnonzero(np.append(True, index[1:] != index[:-1])) if n else index
         for i in new.tolist():
-            if of[i] >= 0 or i:
-                heads[i] = heads.get(i, "") + f"{keyword} {words[of[i]] if of[i] >= 0 else none}\n"
-    return heads
+            if index[i] >= 0 or i:
+                headings[i] = (
+                    headings.get(i, "") + f"{keyword} {words[index[i]] if index[i] >= 0 else unnamed}\n"
+                )
+    return headings
 
 
-def _rewrite_lines(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> None:
-    """The lines as they were read, with other texture coordinates."""
+def _rewrite_obj(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> None:
+    """Write the original lines with new texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None
     map_ = "".join(f"vt {u!r} {v!r}\n" for u, v in mesh.TC.tolist()).encode()
-    faces = _face_lines(text, mesh.texture + 1, mesh.polygons.sizes)
+    faces = _rewrite_face_lines(text, mesh.texture + 1, mesh.polygons.sizes)
     first, waiting = (int(text.faces[0]) if len(text.faces) else -1), iter(faces)
     of_face = set(text.faces.tolist())
     if mesh.images is None:
-        warn_of_images(sum(look.images for look in mesh.extras.looks or ()), MOVE)
+        warn_of_stale_images(sum(look.images for look in mesh.extras.looks or ()), MOVE_HINT)
     new_library, stale = has_library(mesh), set[str]()
-    names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
+    names, material_of_face = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
     on_pages = mesh.images is not None and mesh.images.pages > 1
-    numbers, now = iter(of.tolist()), None
+    face_materials, current_material = iter(material_of_face.tolist()), None
     with open(temporary, "wb") as file:
         if new_library:
-            file.write(as_bytes(f"mtllib {library_of(path).name}\n"))
+            file.write(encode_utf8(f"mtllib {library_path(path).name}\n"))
         for i, line in enumerate(text.lines):
             if i == first:
                 file.write(map_)
-                if new_library and of[0] < 0 and not on_pages:
-                    file.write(as_bytes(f"usemtl {without_name(names, PLAIN)}\n"))
+                if new_library and material_of_face[0] < 0 and not on_pages:
+                    file.write(encode_utf8(f"usemtl {make_unused_name(names, DEFAULT_MATERIAL)}\n"))
             if i in of_face:
-                material = next(numbers)
-                if on_pages and material != now:
-                    named = names[material] if material >= 0 else without_name(names, PLAIN)
-                    file.write(as_bytes(f"usemtl {named}\n"))
-                    now = material
+                material = next(face_materials)
+                if on_pages and material != current_material:
+                    named = names[material] if material >= 0 else make_unused_name(names, DEFAULT_MATERIAL)
+                    file.write(encode_utf8(f"usemtl {named}\n"))
+                    current_material = material
                 file.write(next(waiting))
                 continue
             word = (line.split(None, 1)[:1] or [b""])[0]
             if on_pages and word == b"usemtl":
                 continue
-            if word == b"vt" or (word == LIBRARY and new_library):
+            if word == b"vt" or (word == LIBRARY_KEYWORD and new_library):
                 continue
-            if word in OF_OLD_TEXTURE:
-                own, mark, comment = line.partition(b"#")
-                bare = [_without_texture(w) for w in own.split()]
-                if bare != own.split():
-                    stale.add(OF_OLD_TEXTURE[word])
+            if word in MAPPED_ELEMENTS:
+                statement, mark, comment = line.partition(b"#")
+                bare = [_strip_texture_index(w) for w in statement.split()]
+                if bare != statement.split():
+                    stale.add(MAPPED_ELEMENTS[word])
                     line = b" ".join([*bare, *[mark + comment] * bool(mark)])
-            elif word in FILES and mesh.path is not None:
-                line = _files_from_new_folder(line, word, mesh.path.parent, path.parent)
+            elif word in FILE_STATEMENTS and mesh.path is not None:
+                line = _relocate_file_names(line, word, mesh.path.parent, path.parent)
             file.write(line + b"\n")
     if stale:
         warnings.warn(
-            f"the texture coordinates of {' and '.join(sorted(stale))} were those of the old map: they are "
-            "left out",
+            f"the texture coordinates of {' and '.join(sorted(stale))} belong to the old map: they are left "
+            "out",
             MeshWarning,
             stacklevel=stack_level(),
         )
 
 
-def _face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> Iterator[bytes]:
+def _rewrite_face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> Iterator[bytes]:
     index, start = texture.tolist(), 0
     for line, k in zip(text.faces.tolist(), sizes.tolist(), strict=True):
-        own, mark, comment = text.lines[line].partition(b"#")
-        words = zip(own.split()[1:], index[start : start + k], strict=True)
-        yield b" ".join([b"f", *(_corner(w, t) for w, t in words), *[mark + comment] * bool(mark)]) + b"\n"
+        statement, mark, comment = text.lines[line].partition(b"#")
+        words = zip(statement.split()[1:], index[start : start + k], strict=True)
+        yield (
+            b" ".join(
+                [b"f", *(_replace_texture_index(w, t) for w, t in words), *[mark + comment] * bool(mark)]
+            )
+            + b"\n"
+        )
         start += k
 
 
-def _corner(word: bytes, texture: int) -> bytes:
-    """`v/vt/vn` with another vt."""
+def _replace_texture_index(word: bytes, texture: int) -> bytes:
+    """Return `v/vt/vn` with another vt."""
     vertex, *rest = word.split(b"/")
     if len(rest) == 2 and rest[1]:
         return b"%b/%d/%b" % (vertex, texture, rest[1])
     return b"%b/%d" % (vertex, texture)
 
 
-def _without_texture(word: bytes) -> bytes:
-    """`v`, or `v//vn`, of `v/vt/vn`."""
+def _strip_texture_index(word: bytes) -> bytes:
+    """Return `v` or `v//vn` for `v/vt/vn`."""
     vertex, *rest = word.split(b"/")
     return vertex + b"//" + rest[1] if len(rest) == 2 and rest[1] else vertex
 
 
-def _files_from_new_folder(line: bytes, word: bytes, old: Path, new: Path) -> bytes:
-    """A statement that names files, as seen from the folder of the new file: one line each."""
-    if FILES[word] is None:
-        names, more = library_names(line, old), ""
-    elif FILES[word] == 0:
-        names, more = [os.fsdecode(name_of(line))], ""
+def _relocate_file_names(line: bytes, word: bytes, old: Path, new: Path) -> bytes:
+    """Return a statement with references relative to the folder of the new file, one line for each file."""
+    if FILE_STATEMENTS[word] is None:
+        names, arguments = parse_library_names(line, old), ""
+    elif FILE_STATEMENTS[word] == 0:
+        names, arguments = [os.fsdecode(parse_name(line))], ""
     else:
-        name, blank, more = os.fsdecode(name_of(line)).partition(" ")
-        names, more = [name], blank + more
-    there = [renamed(name, old, new) for name in names]
-    if there == names:
+        name, blank, arguments = os.fsdecode(parse_name(line)).partition(" ")
+        names, arguments = [name], blank + arguments
+    relocated = [relocate_reference(name, old, new) for name in names]
+    if relocated == names:
         return line
-    return b"\n".join(word + b" " + os.fsencode(name + more) for name in there)
+    return b"\n".join(word + b" " + os.fsencode(name + arguments) for name in relocated)

@@ -1,4 +1,4 @@
-"""PLY, text and binary, with any elements and properties."""
+"""Read and write text and binary PLY files with all their elements and properties."""
 
 from .reading import PlyTables, parse_ply
 from .writing import save_ply

@@ -1,4 +1,4 @@
-"""Read PLY in text and binary, with any elements and properties."""
+"""Read text and binary PLY files with all their elements and properties."""
 
 import itertools
 import re
@@ -15,24 +15,26 @@ from ...surface import Polygons, distinct_corners
 from ..mesh_file import MeshFile
 from ..parsing import (
     Column,
-    Columns,
     Damaged,
     Extras,
     Property,
-    as_text,
-    columns_of,
-    polygons_of,
-    refuse,
-    rows_of,
-    triangles_of_strips,
+    Table,
+    decode_utf8,
+    make_polygons,
+    parse_table,
+    raise_damaged,
+    split_rows,
+    triangulate_strips,
 )
 
-NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
-NAMES |= {"f4": "float", "f8": "double"}
-TYPES = {name: kind for kind in NAMES for name in (NAMES[kind], np.dtype(kind).name)}  # char or int8, ...
-ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
-TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
+TYPE_NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
+TYPE_NAMES |= {"f4": "float", "f8": "double"}
+TYPE_CODES = {
+    name: kind for kind in TYPE_NAMES for name in (TYPE_NAMES[kind], np.dtype(kind).name)
+}  # for example char or int8
+BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+INTEGER_TYPES = [name for name, kind in TYPE_CODES.items() if kind[0] != "f"]
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertex properties, by program
 COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("red", "green", "blue", "alpha"),
     ("red", "green", "blue"),
@@ -40,12 +42,10 @@ COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("diffuse_red", "diffuse_green", "diffuse_blue"),
 )
 NORMAL_NAMES = ("nx", "ny", "nz")
-CORNER_TEXTURE = "texcoord"  # of faces: u and v of each corner
-INDICES = ("vertex_indices", "vertex_index")
-IMAGE = "TextureFile"  # a comment that begins with it names an image
-# Digits of an element's number of rows, at most: with fewer, large files are refused; with more, damaged
-# numbers pass whose products overflow (tests/io/test_formats.py).
-ROW_COUNT_DIGITS = 12
+CORNER_TEXTURE = "texcoord"  # face property with u and v of each corner
+INDEX_NAMES = ("vertex_indices", "vertex_index")
+IMAGE_COMMENT = "TextureFile"  # begins a comment that refers to an image
+MAX_ROW_COUNT_DIGITS = 12  # digits of an element's number of rows; damaged headers cannot cause overflow
 
 
 class Element(NamedTuple):
@@ -57,92 +57,94 @@ class Element(NamedTuple):
 
 
 class PlyTables(NamedTuple):
-    """The file itself."""
+    """The elements, tables and comments of a PLY file."""
 
     elements: list[Element]
-    tables: dict[str, Columns]
+    tables: dict[str, Table]
     comments: list[str]
 
 
 def parse_ply(data: bytes) -> MeshFile:
-    """The mesh in the bytes of a PLY file.
+    """Parse the mesh from the bytes of a PLY file.
 
     Raises
     ------
     Damaged
-        The text names the line of a text file, or the element of a binary one.
+        The file is damaged. The message names the line of a text file or the element of a binary file.
     """
-    order, elements, comments, start, line = _header(data)
+    order, elements, comments, start, line = _parse_header(data)
     tables = (
         _read_binary_elements(data, start, elements, order)
         if order
         else _read_text_elements(data[start:], elements, line)
     )
     if "vertex" not in tables:
-        raise Damaged("its head has no element vertex")
+        raise Damaged("its header has no element vertex")
     if "range_grid" in tables and "face" not in tables:
-        raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
-    of_strips = [name for name in tables.get("tristrips", ()) if name not in INDICES]
+        raise Damaged(
+            "it contains a range scan without faces: mesh it first, for example by opening it in MeshLab"
+        )
+    of_strips = [name for name in tables.get("tristrips", ()) if name not in INDEX_NAMES]
     if "tristrips" in tables:
-        elements = _with_strips(elements, tables)
+        elements = _append_strips(elements, tables)
     vertex = tables["vertex"]
-    V = _columns(vertex, *"xyz")
+    V = _stack_columns(vertex, *"xyz")
     if V is None:
-        raise Damaged("its element vertex has not the properties x, y and z")
-    if "face" not in tables:  # a cloud of points
+        raise Damaged("its element vertex lacks the properties x, y and z")
+    if "face" not in tables:  # a point cloud
         return MeshFile(V, Polygons.of_triangles(np.empty((0, 3), dtype=np.int64)))
-    _, polygons = _indices(tables, "face")
+    _, polygons = _find_index_list(tables, "face")
     small = np.flatnonzero(np.asarray(polygons.sizes) < 3)
     if len(small):
-        raise Damaged(f"faces {some(small)} have less than three vertices")
-    faces = polygons_of(polygons)
+        raise Damaged(f"faces {some(small)} have fewer than three vertices")
+    faces = make_polygons(polygons)
     outside = faces.outside(len(V))
     if len(outside):
-        raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
+        raise Damaged(f"faces {some(outside)} refer to vertices outside 0..{len(V) - 1}")
     if of_strips:
         warnings.warn(
-            f"triangle strips become faces, without the properties {', '.join(of_strips)} that they had",
+            f"triangle strips become faces, without their properties {', '.join(of_strips)}",
             MeshWarning,
             stacklevel=stack_level(),
         )
-    extras = _extras(faces, PlyTables(elements, tables, comments))
+    extras = _make_extras(faces, PlyTables(elements, tables, comments))
     at_corners = tables["face"].get(CORNER_TEXTURE)
     if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
         pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
-        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than of rows
+        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than for rows
         TC = pairs.view(np.float64).reshape(-1, 2)
         return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
     for names in TEXTURE_NAMES:
-        at_vertices = _columns(vertex, *names)
+        at_vertices = _stack_columns(vertex, *names)
         if at_vertices is not None:
             return MeshFile(V, faces, at_vertices, faces.corners, extras)
     return MeshFile(V, faces, extras=extras)
 
 
-def _indices(tables: dict[str, Columns], element: str) -> tuple[str, Column]:
-    """The name and the values of an element's lists of vertices."""
-    for name in INDICES:
+def _find_index_list(tables: dict[str, Table], element: str) -> tuple[str, Column]:
+    """Return the name and the values of an element's vertex lists."""
+    for name in INDEX_NAMES:
         column = tables[element].get(name)
         if column is not None and column.sizes is not None and column.values.dtype.kind != "f":
             return name, column
-    raise Damaged(f"its element {element} has no list of integers {INDICES[0]}")
+    raise Damaged(f"its element {element} has no list of integers {INDEX_NAMES[0]}")
 
 
-def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[Element]:
-    """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
-    _, rows = _indices(tables, "tristrips")
+def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[Element]:
+    """Append the triangles of the strips to the faces, with 0 or empty lists for all other properties."""
+    _, rows = _find_index_list(tables, "tristrips")
     del tables["tristrips"]
-    assert rows.sizes is not None  # of lists
+    assert rows.sizes is not None
     row = np.repeat(np.arange(len(rows)), rows.sizes)
-    ends = rows.values == -1  # it stands between two strips of a list
+    ends = rows.values == -1  # separates two strips of a list
     strip = row + np.cumsum(ends)
-    F, _ = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
+    F, _ = triangulate_strips(rows.values[~ends].astype(np.int64), strip[~ends])
     F = F[distinct_corners(F)]
-    found = next((element for element in elements if element.name == "face"), None)
-    if found is None:
-        found = Element("face", 0, [Property(INDICES[0], "i4", "u1")])
-        tables["face"] = {INDICES[0]: Column(np.empty(0, dtype="i4"), np.empty(0, dtype=np.int64))}
-    index, _ = _indices(tables, "face")
+    face_element = next((element for element in elements if element.name == "face"), None)
+    if face_element is None:
+        face_element = Element("face", 0, [Property(INDEX_NAMES[0], "i4", "u1")])
+        tables["face"] = {INDEX_NAMES[0]: Column(np.empty(0, dtype="i4"), np.empty(0, dtype=np.int64))}
+    index, _ = _find_index_list(tables, "face")
     for name, column in tables["face"].items():
         new = F.ravel() if name == index else np.zeros(0 if column.sizes is not None else len(F))
         sizes = np.full(len(F), 3 if name == index else 0)
@@ -150,59 +152,62 @@ def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[El
             np.append(column.values, new.astype(np.int64 if name == index else column.values.dtype)),
             None if column.sizes is None else np.append(column.sizes, sizes),
         )
-    face = Element("face", found.rows + len(F), found.properties)
+    face = Element("face", face_element.rows + len(F), face_element.properties)
     return [*(element for element in elements if element.name not in ("face", "tristrips")), face]
 
 
-def _extras(faces: Polygons, source: PlyTables) -> Extras:
-    """Colours and normals, in the names that most programs give them, and what else there is."""
+def _make_extras(faces: Polygons, source: PlyTables) -> Extras:
+    """Return colours and normals under their common names, and descriptions of all other contents."""
     properties = {element.name: element.properties for element in source.elements}
-    normals = _columns(source.tables["vertex"], *NORMAL_NAMES)
-    colours, named = _property_colours(source.tables["vertex"], properties["vertex"])
-    face_colours, face_named = _property_colours(source.tables["face"], properties["face"])
+    normals = _stack_columns(source.tables["vertex"], *NORMAL_NAMES)
+    colours, colour_names = _find_colours(source.tables["vertex"], properties["vertex"])
+    face_colours, face_colour_names = _find_colours(source.tables["face"], properties["face"])
     known = {
-        "vertex": {*"xyz", *named, *(NORMAL_NAMES if normals is not None else ()), *sum(TEXTURE_NAMES, ())},
-        "face": {*INDICES, CORNER_TEXTURE, *face_named},
+        "vertex": {
+            *"xyz",
+            *colour_names,
+            *(NORMAL_NAMES if normals is not None else ()),
+            *sum(TEXTURE_NAMES, ()),
+        },
+        "face": {*INDEX_NAMES, CORNER_TEXTURE, *face_colour_names},
     }
     unshared = []
-    for element, taken in known.items():
-        others = [of.name for of in properties[element] if of.name not in taken]
+    for element, known_names in known.items():
+        others = [prop.name for prop in properties[element] if prop.name not in known_names]
         unshared += [f"the properties {', '.join(others)} of its {element} element"] * bool(others)
     elements = [name for name in properties if name not in known]
     unshared += [f"the elements {', '.join(elements)}"] * bool(elements)
-    comments = [as_text(line.partition(" ")[2].encode("latin-1")) for line in source.comments]
-    unshared += ["its images"] * any(line.startswith(IMAGE) for line in comments)
+    comments = [decode_utf8(line.partition(" ")[2].encode("latin-1")) for line in source.comments]
+    unshared += ["its images"] * any(line.startswith(IMAGE_COMMENT) for line in comments)
     return Extras(
         colours=colours,
         normals=normals,
         normal=None if normals is None else faces.corners,
         face_colours=face_colours,
-        comments=tuple(line for line in comments if not line.startswith(IMAGE)),
+        comments=tuple(line for line in comments if not line.startswith(IMAGE_COMMENT)),
         unshared=tuple(unshared),
         source=source,
     )
 
 
-def _property_colours(
-    table: Columns, properties: list[Property]
-) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """The colours of an element, from 0 to 1, and the names of their properties."""
+def _find_colours(table: Table, properties: list[Property]) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Return the colours of an element, from 0 to 1, and the names of their properties."""
     for names in COLOUR_NAMES:
-        colours = _columns(table, *names)
+        colours = _stack_columns(table, *names)
         if colours is not None:
-            kind = next(of.type for of in properties if of.name == names[0])
+            kind = next(prop.type for prop in properties if prop.name == names[0])
             return colours / (1 if kind[0] == "f" else np.iinfo(kind).max), names
     return None, ()
 
 
-def _columns(table: Columns, *names: str) -> FloatArray | None:
-    """The numbers of these properties, if the element has all of them."""
+def _stack_columns(table: Table, *names: str) -> FloatArray | None:
+    """Return the numbers of these properties; None unless the element has all of them."""
     columns = [table[name].values for name in names if name in table and table[name].sizes is None]
     return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
 
 
-def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
-    """Byte order ("" for text), the elements, and the byte and line where the header ends."""
+def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
+    """Return the byte order ("" for text), elements, comments, and the byte and line of the header's end."""
     order, elements, comments, start = None, list[Element](), list[str](), 0
     newline = b"\r" if re.match(rb"ply\s*\r(?!\n)", data) else b"\n"
     for line in itertools.count(1):
@@ -213,16 +218,18 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
         if line == 1 and words != ["ply"]:
             raise Damaged("it does not begin with the line ply")
         if end < 0:
-            raise Damaged("its head has no end_header")
+            raise Damaged("its header has no end_header")
         match words:
-            case ["format", form, _] if form in ORDERS:
-                order = ORDERS[form]
-            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_COUNT_DIGITS:
+            case ["format", encoding, _] if encoding in BYTE_ORDERS:
+                order = BYTE_ORDERS[encoding]
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= MAX_ROW_COUNT_DIGITS:
                 elements.append(Element(name, int(rows), []))
-            case ["property", kind, name] if elements and kind in TYPES:
-                elements[-1].properties.append(Property(name, TYPES[kind]))
-            case ["property", "list", length, kind, name] if elements and length in WHOLE and kind in TYPES:
-                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
+            case ["property", kind, name] if elements and kind in TYPE_CODES:
+                elements[-1].properties.append(Property(name, TYPE_CODES[kind]))
+            case ["property", "list", length, kind, name] if (
+                elements and length in INTEGER_TYPES and kind in TYPE_CODES
+            ):
+                elements[-1].properties.append(Property(name, TYPE_CODES[kind], TYPE_CODES[length]))
             case ["end_header"]:
                 break
             case ["comment" | "obj_info", *_]:
@@ -230,59 +237,59 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
             case []:
                 pass
             case _ if line > 1:
-                refuse(line, text, "is not understood")
+                raise_damaged(line, text, "is not understood")
     if order is None:
-        raise Damaged("its head has no line format")
+        raise Damaged("its header has no line format")
     for element in elements:
-        names = [of.name for of in element.properties]
+        names = [prop.name for prop in element.properties]
         if not names or len(set(names)) < len(names):
-            raise Damaged(f"its element {element.name} has no properties, or two of one name")
+            raise Damaged(f"its element {element.name} has no properties, or two with the same name")
     if len({element.name for element in elements}) < len(elements):
-        raise Damaged("it has two elements of one name")
+        raise Damaged("it has two elements with the same name")
     return order, elements, comments, start, line
 
 
-def _read_text_elements(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
-    """All elements of a text file, one row a line."""
-    rows, at = rows_of(data)
-    promised = sum(element.rows for element in elements)
-    if len(rows) != promised:
+def _read_text_elements(data: bytes, elements: list[Element], before: int) -> dict[str, Table]:
+    """Read all elements of a text file, with one row per line."""
+    rows, line_numbers = split_rows(data)
+    declared = sum(element.rows for element in elements)
+    if len(rows) != declared:
         raise Damaged(
-            f"its head promises {promised} rows in all, and {len(rows)} lines follow: correct the head "
-            "if these are all"
+            f"its header declares {declared} rows in total, but {len(rows)} lines follow: correct the header "
+            "if no line is missing"
         )
     tables, start = {}, 0
     for element in elements:
         end = start + element.rows
-        lines = [before + i for i in at[start:end]]
-        what = f"is no row of the element {element.name}"
-        tables[element.name] = columns_of(rows[start:end], lines, element.properties, what)
+        lines = [before + i for i in line_numbers[start:end]]
+        problem = f"is not a row of the element {element.name}"
+        tables[element.name] = parse_table(rows[start:end], lines, element.properties, problem)
         start = end
     return tables
 
 
-def _read_binary_elements(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Columns]:
+def _read_binary_elements(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Table]:
     tables = {}
     for element in elements:
         tables[element.name], start = _read_element(data, start, element, order)
     if start != len(data):
-        raise Damaged(f"{len(data) - start} bytes follow after the rows that its head promises")
+        raise Damaged(f"{len(data) - start} bytes follow after the rows that its header declares")
     return tables
 
 
-def _read_element(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
-    """The columns of an element and the byte where it ends, read in runs of rows with equal list sizes."""
+def _read_element(data: bytes, start: int, element: Element, order: str) -> tuple[Table, int]:
+    """Read the columns of an element and the byte where it ends, in runs of rows with equal list sizes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
-    done, ahead = 0, element.rows  # a run is looked for among so many rows
+    done, ahead = 0, element.rows  # number of rows to search for a run
     while done < element.rows:
-        sizes.append(_list_sizes(data, start, element, order, done))
-        dtype = row_type(tuple(element.properties), sizes[-1], order)
+        sizes.append(_read_list_sizes(data, start, element, order, done))
+        dtype = make_row_dtype(tuple(element.properties), sizes[-1], order)
         n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
         run = np.frombuffer(data, dtype, n, start)
         same = np.ones(n, dtype=bool)
-        for k, of in enumerate(element.properties):
-            if of.length:
+        for k, prop in enumerate(element.properties):
+            if prop.length:
                 same &= run[f"{k} size"] == sizes[-1][k]
         length = n if same.all() else int(np.argmin(same))
         runs.append(run[:length])
@@ -291,34 +298,34 @@ def _read_element(data: bytes, start: int, element: Element, order: str) -> tupl
         start += length * dtype.itemsize
     lengths = list(map(len, runs))
     return {
-        of.name: Column(
-            np.concatenate([np.empty(0, of.type), *(run[str(k)].ravel() for run in runs)]),
-            np.repeat([row[k] for row in sizes], lengths).astype(np.int64) if of.length else None,
+        prop.name: Column(
+            np.concatenate([np.empty(0, prop.type), *(run[str(k)].ravel() for run in runs)]),
+            np.repeat([row[k] for row in sizes], lengths).astype(np.int64) if prop.length else None,
         )
-        for k, of in enumerate(element.properties)
+        for k, prop in enumerate(element.properties)
     }, start
 
 
 @cache
-def row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
+def make_row_dtype(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
     fields: list[Any] = []
-    for k, (of, size) in enumerate(zip(properties, sizes, strict=True)):
-        fields += [(f"{k} size", order + (of.length or "V0")), (str(k), order + of.type, (size,))]
+    for k, (prop, size) in enumerate(zip(properties, sizes, strict=True)):
+        fields += [(f"{k} size", order + (prop.length or "V0")), (str(k), order + prop.type, (size,))]
     return np.dtype(fields)
 
 
-def _list_sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
-    """How many values row `i`, at byte `start`, has of each property."""
+def _read_list_sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
+    """Return the number of values of each property in row `i`, which starts at byte `start`."""
     sizes = []
-    for of in element.properties:
+    for prop in element.properties:
         n = 1
-        if of.length:
-            count = np.dtype(order + of.length)
+        if prop.length:
+            count = np.dtype(order + prop.length)
             n = int(np.frombuffer(data[start : start + count.itemsize].ljust(count.itemsize), count)[0])
             start += count.itemsize
             if start <= len(data) and not 0 <= n <= len(data) - start:
                 raise Damaged(f"row {i} of the element {element.name} has a list of {n} values")
-        start += abs(n) * np.dtype(of.type).itemsize
+        start += abs(n) * np.dtype(prop.type).itemsize
         sizes.append(n)
     if start > len(data):
         raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}")

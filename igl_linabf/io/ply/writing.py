@@ -1,4 +1,4 @@
-"""Write PLY in binary: a new file, or the one that was read with texture coordinates."""
+"""Write binary PLY: a new file, or the file that was read with new texture coordinates."""
 
 import os
 from collections.abc import Iterable
@@ -10,134 +10,160 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray, IntArray
-from ..materials import bytes_of_colours, warn_of_images
+from ..materials import quantise_colours, warn_of_stale_images
 from ..mesh_file import MeshFile
-from ..parsing import Column, Property, as_bytes
-from ..references import renamed
-from ..vertex_splits import SplitVertices, single_precision, split_behind, unique_tuples
-from .reading import COLOUR_NAMES, CORNER_TEXTURE, IMAGE, INDICES, NAMES, NORMAL_NAMES, PlyTables, row_type
+from ..parsing import Column, Property, encode_utf8
+from ..references import relocate_reference
+from ..vertex_splits import SplitVertices, find_unique_tuples, split_with_stable_indices, to_single_precision
+from .reading import (
+    COLOUR_NAMES,
+    CORNER_TEXTURE,
+    IMAGE_COMMENT,
+    INDEX_NAMES,
+    NORMAL_NAMES,
+    TYPE_NAMES,
+    PlyTables,
+    make_row_dtype,
+)
 
-TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
-SECOND = "1"  # behind their names: PLY has no rule for second ones
-OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
-OLD_SECOND = {name + SECOND for name in (*TEXTURE, CORNER_TEXTURE)}
+TEXTURE_PROPERTIES = ("s", "t")  # written as floats, because MeshLab ignores doubles
+SECOND_MAP_SUFFIX = "1"  # ending of the names of second texture coordinates, which PLY does not define
+TEXTURE_NAMES_TO_REPLACE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
+SECOND_NAMES_TO_REPLACE = {name + SECOND_MAP_SUFFIX for name in (*TEXTURE_PROPERTIES, CORNER_TEXTURE)}
 Fields = list[tuple[Property, Column]]
 
 
 def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write vertices, each under its number, and polygons; all other elements stay.
+    """Write vertices with unchanged indices, polygons, and all other elements of a file that was read.
 
-    Texture coordinates are at the vertices. Where there are seams, they are lists at the triangles; polygons
-    have more vertices behind the others instead, as MeshLab opens no polygons with such lists.
+    Texture coordinates are vertex properties. If there are seams, triangles store them as lists instead;
+    meshes with other polygons get additional vertices, because MeshLab does not open polygons with such
+    lists.
     """
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    assert mesh.TC is not None and mesh.texture is not None
     source = mesh.extras.source if isinstance(mesh.extras.source, PlyTables) else None
     polygons, split_at_normals = mesh.polygons, source is None
-    made = split_behind(mesh)
-    at_faces = len(made.vertex) > len(mesh.V) and bool((polygons.sizes == 3).all())
+    split = split_with_stable_indices(mesh)
+    at_faces = len(split.vertex) > len(mesh.V) and bool((polygons.sizes == 3).all())
     if at_faces:
         one = np.zeros_like(mesh.texture)
         first = None if mesh.first is None else (mesh.first[0], one)
-        made = split_behind(replace(mesh, texture=one, first=first), split_at_normals)
+        split = split_with_stable_indices(replace(mesh, texture=one, first=first), split_at_normals)
     elif split_at_normals:
-        made = split_behind(mesh, split_at_normals)
-    elements = _new_elements(mesh, made) if source is None else _kept(source, made, mesh.first is not None)
-    corner = Property(INDICES[0], "i4", "u1" if polygons.sizes.max() < 256 else "i4")
-    elements["face"].insert(0, (corner, Column(made.corners, polygons.sizes)))
-    for mark, whole, at_vertices in _maps(mesh, made):
+        split = split_with_stable_indices(mesh, split_at_normals)
+    elements = (
+        _make_elements(mesh, split)
+        if source is None
+        else _keep_elements(source, split, mesh.first is not None)
+    )
+    corner = Property(INDEX_NAMES[0], "i4", "u1" if polygons.sizes.max() < 256 else "i4")
+    elements["face"].insert(0, (corner, Column(split.corners, polygons.sizes)))
+    for suffix, whole, at_vertices in _list_maps(mesh, split):
         if at_faces:
-            lists = single_precision(whole[0], "TC")[whole[1]].ravel()
-            corner = Property(CORNER_TEXTURE + mark, "f4", "u1")
+            lists = to_single_precision(whole[0], "TC")[whole[1]].ravel()
+            corner = Property(CORNER_TEXTURE + suffix, "f4", "u1")
             elements["face"].append((corner, Column(lists, 2 * polygons.sizes)))
         else:
-            names = [name + mark for name in TEXTURE]
-            elements["vertex"] += _numbers(names, "f4", single_precision(at_vertices, "TC"))
-    comments = _new_comments(mesh) if source is None else _kept_comments(mesh, source, path)
+            names = [name + suffix for name in TEXTURE_PROPERTIES]
+            elements["vertex"] += _make_fields(names, "f4", to_single_precision(at_vertices, "TC"))
+    comments = _make_comments(mesh) if source is None else _keep_comments(mesh, source, path)
     head = ["ply", "format binary_little_endian 1.0", *comments]
     for name, columns in elements.items():
-        head += [f"element {name} {len(columns[0][1])}", *(_declared(of) for of, _ in columns)]
+        head += [f"element {name} {len(columns[0][1])}", *(_declare_property(prop) for prop, _ in columns)]
     with open(temporary, "wb") as file:
         file.write("\n".join([*head, "end_header\n"]).encode("latin-1"))
         for columns in elements.values():
-            file.write(_binary_rows(columns))
+            file.write(_encode_rows(columns))
 
 
-def _maps(mesh: MeshFile, made: SplitVertices) -> list[tuple[str, tuple[FloatArray, IntArray], FloatArray]]:
-    """What the names of texture coordinates end in, their rows at corners, and those of vertices."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    if mesh.first is None or made.first is None:
-        return [("", (mesh.TC, mesh.texture), made.TC)]
-    return [("", mesh.first, made.first), (SECOND, (mesh.TC, mesh.texture), made.TC)]
+def _list_maps(
+    mesh: MeshFile, split: SplitVertices
+) -> list[tuple[str, tuple[FloatArray, IntArray], FloatArray]]:
+    """Return for each map the suffix of its names, its rows at corners, and its values at vertices."""
+    assert mesh.TC is not None and mesh.texture is not None
+    if mesh.first is None or split.first is None:
+        return [("", (mesh.TC, mesh.texture), split.TC)]
+    return [("", mesh.first, split.first), (SECOND_MAP_SUFFIX, (mesh.TC, mesh.texture), split.TC)]
 
 
-def _numbers(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
+def _make_fields(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
     return [(Property(name, kind), Column(table[:, k])) for k, name in enumerate(names)]
 
 
-def _new_elements(mesh: MeshFile, made: SplitVertices) -> dict[str, Fields]:
-    vertex, extras = _numbers("xyz", "f8", mesh.V[made.vertex]), mesh.extras
-    if made.normals is not None:
-        vertex += _numbers(NORMAL_NAMES, "f4", made.normals)
+def _make_elements(mesh: MeshFile, split: SplitVertices) -> dict[str, Fields]:
+    vertex, extras = _make_fields("xyz", "f8", mesh.V[split.vertex]), mesh.extras
+    if split.normals is not None:
+        vertex += _make_fields(NORMAL_NAMES, "f4", split.normals)
     if extras.colours is not None:
-        vertex += _colour_fields(extras.colours[made.vertex])
+        vertex += _make_colour_fields(extras.colours[split.vertex])
     return {
         "vertex": vertex,
-        "face": [] if extras.face_colours is None else _colour_fields(extras.face_colours),
+        "face": [] if extras.face_colours is None else _make_colour_fields(extras.face_colours),
     }
 
 
-def _colour_fields(colours: FloatArray) -> Fields:
-    return _numbers(COLOUR_NAMES[0][: colours.shape[1]], "u1", bytes_of_colours(colours))
+def _make_colour_fields(colours: FloatArray) -> Fields:
+    return _make_fields(COLOUR_NAMES[0][: colours.shape[1]], "u1", quantise_colours(colours))
 
 
-def _kept(source: PlyTables, made: SplitVertices, second: bool) -> dict[str, Fields]:
-    """The elements that were read, vertices and faces first, without what is written anew."""
-    old = OLD_TEXTURE | OLD_SECOND if second else OLD_TEXTURE
-    kept = {name: [(of, source.tables[name][of.name]) for of in its] for name, _, its in source.elements}
-    vertex = [(of, column.take(made.vertex)) for of, column in kept.pop("vertex") if of.name not in old]
-    face = [(of, column) for of, column in kept.pop("face") if of.name not in {*old, *INDICES}]
+def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) -> dict[str, Fields]:
+    """Return the original elements, vertices and faces first, without the properties that are replaced."""
+    replaced = TEXTURE_NAMES_TO_REPLACE | SECOND_NAMES_TO_REPLACE if has_second else TEXTURE_NAMES_TO_REPLACE
+    kept = {
+        name: [(prop, source.tables[name][prop.name]) for prop in props] for name, _, props in source.elements
+    }
+    vertex = [
+        (prop, column.take(split.vertex)) for prop, column in kept.pop("vertex") if prop.name not in replaced
+    ]
+    face = [(prop, column) for prop, column in kept.pop("face") if prop.name not in {*replaced, *INDEX_NAMES}]
     return {"vertex": vertex, "face": face, **kept}
 
 
-def _new_comments(mesh: MeshFile) -> list[str]:
-    """A comment is one line of bytes, of which PLY says no encoding."""
-    given = [as_bytes(line).decode("latin-1") for line in mesh.extras.comments]
-    return ["comment igl_linabf", *(f"comment {line}" for line in given)]
+def _make_comments(mesh: MeshFile) -> list[str]:
+    """Return comments for a new file; PLY does not specify their encoding."""
+    lines = [encode_utf8(line).decode("latin-1") for line in mesh.extras.comments]
+    return ["comment igl_linabf", *(f"comment {line}" for line in lines)]
 
 
-def _kept_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
-    """The comments that were read; images are named as seen from the new folder."""
+def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
+    """Return the original comments, with image references relative to the new folder."""
     comments = []
     for line in source.comments:
-        head, name, rest = line.partition(f"comment {IMAGE} ")
+        head, name, rest = line.partition(f"comment {IMAGE_COMMENT} ")
         if name and not head and mesh.path is not None:
-            named = os.fsdecode(rest.encode("latin-1"))
-            rest = os.fsencode(renamed(named.strip(), mesh.path.parent, path.parent)).decode("latin-1")
+            image_name = os.fsdecode(rest.encode("latin-1"))
+            rest = os.fsencode(relocate_reference(image_name.strip(), mesh.path.parent, path.parent)).decode(
+                "latin-1"
+            )
         comments.append(head + name + rest)
     if mesh.first is None:
-        warn_of_images(sum(line.startswith(f"comment {IMAGE} ") for line in comments))
+        warn_of_stale_images(sum(line.startswith(f"comment {IMAGE_COMMENT} ") for line in comments))
     return comments
 
 
-def _declared(of: Property) -> str:
-    return f"property {f'list {NAMES[of.length]} ' if of.length else ''}{NAMES[of.type]} {of.name}"
+def _declare_property(prop: Property) -> str:
+    list_type = f"list {TYPE_NAMES[prop.length]} " if prop.length else ""
+    return f"property {list_type}{TYPE_NAMES[prop.type]} {prop.name}"
 
 
-def _binary_rows(columns: Fields) -> bytes:
-    """Rows one after another, which differ in length where their lists do: those of one form at a time."""
-    every = np.ones(len(columns[0][1]), dtype=np.int64)
-    sizes = [every if column.sizes is None else column.sizes for _, column in columns]
-    (_, *forms), form = unique_tuples(every, *sizes)
-    types = [row_type(tuple(of for of, _ in columns), own, "<") for own in zip(*forms, strict=True)]
+def _encode_rows(columns: Fields) -> bytes:
+    """Return the rows as bytes; rows with equal list sizes are encoded together."""
+    ones = np.ones(len(columns[0][1]), dtype=np.int64)
+    sizes = [ones if column.sizes is None else column.sizes for _, column in columns]
+    (_, *forms), form = find_unique_tuples(ones, *sizes)
+    types = [
+        make_row_dtype(tuple(prop for prop, _ in columns), list_sizes, "<")
+        for list_sizes in zip(*forms, strict=True)
+    ]
     width = np.array([kind.itemsize for kind in types], dtype=np.int64)[form]
     start = np.cumsum(width) - width
     data = np.empty(int(width.sum()), dtype=np.uint8)
     for i, kind in enumerate(types):
         rows = np.flatnonzero(form == i)
         table = np.empty(len(rows), dtype=kind)
-        for k, (of, column) in enumerate(columns):
+        for k, (prop, column) in enumerate(columns):
             size = forms[k][i]
-            if of.length:
+            if prop.length:
                 table[f"{k} size"] = size
                 begin = np.cumsum(sizes[k]) - sizes[k]
                 table[str(k)] = column.values[begin[rows, None] + np.arange(size)]

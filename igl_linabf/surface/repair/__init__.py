@@ -1,7 +1,7 @@
-"""Any array of triangles as a clean surface.
+"""Repair of arbitrary triangles into an oriented manifold without degenerate faces.
 
-In: V, F with anything in it. Out: an oriented manifold, each face with an area, and what was changed.
-`patches` has what remains of a surface where some of its vertices stay.
+`clean` also reports each repair. `patch_faces` extracts the largest piece of a surface after some of its
+vertices have been removed.
 """
 
 from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired

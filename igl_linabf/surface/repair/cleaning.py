@@ -1,4 +1,4 @@
-"""Any array of triangles as a clean surface: an oriented manifold, of which each face has an area."""
+"""Repair of arbitrary triangles into an oriented manifold without degenerate faces."""
 
 from __future__ import annotations
 
@@ -17,28 +17,30 @@ from ..arrays import check_finite, check_indices, distinct_corners, face_array, 
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
-from .constants import (
-    FLATNESS,
-    LARGEST_USUAL_COORDINATE,
-    LARGEST_WELDED_COORDINATE,
-    SMALLEST_USUAL_COORDINATE,
-)
 from .sheets import Sheets, separate_sheets
 from .slivers import collapse_short_sides, open_caps
 
+# Bounds of the largest coordinate, between which eighth powers of lengths neither overflow nor vanish; other
+# meshes are scaled by a power of two.
+LARGEST_USUAL_COORDINATE = 1e30
+SMALLEST_USUAL_COORDINATE = 1e-30
+
+LARGEST_WELDED_COORDINATE = 1e150  # beyond, squared distances overflow
+FLATNESS = 1e-6  # largest share of its area that a flat piece loses when it is projected to a plane
+
 
 def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
-    """Whether most faces are in loose pieces: triangles, quadrangles, or flat sides of a body.
+    """Return True if most faces are in loose pieces: triangles, quadrilaterals, or flat sides of a body.
 
     `label` is the component of each face.
     """
     size = np.bincount(label)
-    loose = size <= 2  # a triangle, or the two of a quadrangle
-    if len(size) >= 4 and not loose.all():  # no body has fewer sides
+    loose = size <= 2  # a triangle or quadrilateral
+    if len(size) >= 4 and not loose.all():  # a body has at least four sides
         a, b, c = V[F.T]
         with np.errstate(over="ignore", invalid="ignore"):
             normal = np.cross(b - a, c - a)
-            first = np.unique(label, return_index=True)[1]  # faces may run either way around
+            first = np.unique(label, return_index=True)[1]  # orientations may be inconsistent
             along = np.sign((normal * normal[first[label]]).sum(axis=1))
             total = np.stack([sum_by(label, along * x, len(size)) for x in normal.T])
             area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
@@ -47,7 +49,7 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
 
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
-    """For each vertex the first of the `used` ones in the same place, to the bit."""
+    """Map each `used` vertex to the first one with exactly the same position."""
     points = V[used]
     order = np.lexsort(points.T)
     new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))
@@ -57,8 +59,8 @@ def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
     return merged
 
 
-def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
-    """For each vertex the first of those that a chain of steps of at most `distance` leads to.
+def merge_nearby(V: FloatArray, used: IntArray, distance: float) -> IntArray:
+    """Map each vertex to the first vertex that a chain of steps of at most `distance` connects to it.
 
     Raises
     ------
@@ -66,7 +68,7 @@ def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
         `distance` is negative or not finite.
     """
     if not is_number(distance, 0, np.finfo(float).max):
-        raise ValueError(f"weld is {distance!r}: give a distance from 0 on, in the units of V")
+        raise ValueError(f"weld is {distance!r}: give a distance of at least 0, in the units of V")
     if distance == 0:
         return merge_coincident(V, used)
     points = V[used]
@@ -82,7 +84,7 @@ def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class Repair:
-    """One kind of repair, and where it was done.
+    """A repair that `clean` has made, and where.
 
     Attributes
     ----------
@@ -90,10 +92,11 @@ class Repair:
         "scaled", "tiny", "welded", "collapsed", "crowded", "twin", "turned", "torn", "bowtie", "arealess"
         or "opened".
     count : int
+        Number of repaired vertices, edges or faces.
     of : str
-        What is counted: "vertices", "edges" or "faces".
+        The kind of elements that are counted: "vertices", "edges" or "faces".
     first : (at most 5,) or (at most 5, 2) int64
-        The first of them, as the caller numbers them; edges by their two vertices.
+        The first few elements, in the caller's numbering; edges are given by their two vertices.
     """
 
     kind: str
@@ -103,46 +106,47 @@ class Repair:
 
     def __str__(self) -> str:
         more = f", ... ({self.count:,} in all)" if self.count > len(self.first) else ""
-        return f"{self.of} {some(self.first)}{more} {SAID[self.kind]}"
+        return f"{self.of} {some(self.first)}{more} {REPAIR_TEXTS[self.kind]}"
 
 
-SAID = {
+REPAIR_TEXTS = {
     "scaled": "were beyond the range of coordinates: all are scaled by a power of two",
-    "tiny": "are, beside the others, at the origin",
-    "welded": "are welded to another one in their place",
-    "collapsed": "had two corners in one place: they are set aside",
-    "crowded": "had more than two faces: the sheets are cut apart, but for the best pairs",
-    "twin": "have the vertices of another face: they are a sheet of their own",
+    "tiny": "are so close to the origin that they are moved onto it",
+    "welded": "are welded to another vertex at the same position",
+    "collapsed": "had two corners at the same position: they are removed",
+    "crowded": "had more than two faces: the sheets are cut apart, except for the best pairs",
+    "twin": "have the same vertices as another face: they become a separate sheet",
     "turned": "are turned to the orientation of their neighbours",
     "torn": "cut a one-sided sheet (a Moebius band) open",
-    "bowtie": "joined several fans of faces: each fan has a vertex of its own",
-    "arealess": "are a piece without area: they are set aside",
+    "bowtie": "joined several fans of faces: each fan has its own vertex now",
+    "arealess": "belong to pieces without area: they are removed",
     "opened": "had zero area: they are opened a little",
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Cleaned:
-    """A surface that `flatten`, `cut` and the others take, as `V, F, origin, repairs = cleaned`.
+    """A clean surface for `flatten`, `cut` and all other functions: `V, F, origin, repairs = cleaned`.
 
     Attributes
     ----------
     V : (#V', 3) float64
-        The given positions, but for what `repairs` lists as scaled, welded, collapsed or opened.
+        The given positions, except where `repairs` lists vertices or faces as scaled, tiny, welded,
+        collapsed or opened.
     F : (#F', 3) int64
-        An oriented manifold; each face has an area. May be empty.
+        An oriented manifold whose faces all have an area. May be empty.
     origin : (#V',) int64
-        The given vertex that each is.
+        The given vertex that each vertex comes from.
     repairs : tuple of Repair
-        What was done; empty if the mesh was clean.
+        The repairs; empty if the mesh was clean.
     faces : (#F',) int64
-        The given face that each is, ascending; those set aside are missing.
+        The given face that each face comes from, ascending; removed faces are missing.
     turned : (#F',) bool
-        Whether it runs the other way around: its last two corners have then changed places.
+        Whether the orientation of the face was reversed. The last two corners of reversed faces are swapped.
     merged : (#V,) int64
-        The given vertex that each given one was made one with, or itself.
+        For each given vertex, the given vertex that it was merged into, or itself.
     power : int
-        V is scaled by 2 to this.
+        V is scaled by 2**power.
     """
 
     V: FloatArray
@@ -159,26 +163,26 @@ class Cleaned:
 
 
 def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
-    """Make any triangles an oriented manifold surface, of which each face has an area.
+    """Repair arbitrary triangles into an oriented manifold whose faces all have an area.
 
-    Where three and more faces meet in an edge, sheets are cut apart; the pairs that continue
-    each other best stay together. Two faces of the same vertices become two sheets. Each sheet is
-    oriented as most of its faces are; a one-sided one (a Moebius band) is cut. Where fans of faces
-    meet in a vertex, each gets a vertex of its own. Faces with two corners in one place are set
-    aside, and the surface closes over them. Other faces without area stay, opened a little: a vertex
-    moves by a tenth of their shortest side at most, in the plane of the neighbour. A clean mesh comes
-    back as it is.
+    Where three or more faces meet in an edge, the sheets are cut apart, except for the pairs of faces that
+    continue each other best. Two faces with the same vertices become separate sheets. Each sheet gets the
+    orientation of most of its faces; a one-sided sheet (a Moebius band) is cut open. Where several fans of
+    faces meet in a vertex, each fan gets its own copy of the vertex. Faces with two corners at the same
+    position are removed, and the surface closes over them. Other faces without area are kept and opened a
+    little: a vertex moves by at most a tenth of the shortest side, in the plane of the neighbouring face.
+    A clean mesh is returned unchanged.
 
     Parameters
     ----------
     V : (#V, 3) float
-        Vertex positions, finite where a face is.
+        Vertex positions; finite at vertices of faces.
     F : (#F, 3) int
         Any triangles.
     weld : float, optional
-        Make vertices one that are at most this far apart, or linked by a chain of such steps; 0:
-        those equal to the bit. By default that is done for a soup, most of whose triangles,
-        quadrangles or flat sides have vertices of their own.
+        Merge vertices whose distance is at most `weld`, also over chains of such steps; 0 merges exactly
+        equal positions. By default, exactly equal positions are merged if the mesh is a soup: if most of its
+        triangles, quadrilaterals or flat sides do not share vertices.
 
     Returns
     -------
@@ -191,7 +195,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
         The arrays are malformed, an index is out of range, or a coordinate at a face is NaN or
         infinite.
     ValueError
-        `weld` is no distance.
+        `weld` is not a distance.
 
     Examples
     --------
@@ -202,13 +206,13 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
     >>> F.tolist(), origin.tolist()
     ([[0, 2, 4], [2, 0, 5], [1, 3, 6]], [0, 0, 1, 1, 2, 3, 4])
     >>> print(*repairs)
-    edges [0, 1] had more than two faces: the sheets are cut apart, but for the best pairs
+    edges [0, 1] had more than two faces: the sheets are cut apart, except for the best pairs
     """
     return cleaned_surface(V, F, weld)[0]
 
 
 def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
-    """`clean`, and the cleaned surface; of a clean mesh, it has the caller's vertices."""
+    """Return the result of `clean` also as a `Submesh`, which keeps the caller's vertices if it is clean."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)
@@ -216,33 +220,33 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     used = np.flatnonzero(in_use)
     check_finite(positions[used], used)
     if weld is None:
-        surface = _if_clean(positions, faces)
+        surface = _check_clean(positions, faces)
         if surface is not None:
             return unrepaired(surface), surface
-    done = _repaired(positions, faces, used, weld)
+    done = _repair(positions, faces, used, weld)
     n = len(done.V)
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
 
 
-def _if_clean(V: FloatArray, F: IntArray) -> Submesh | None:
-    """The surface, if nothing is to be repaired."""
+def _check_clean(V: FloatArray, F: IntArray) -> Submesh | None:
+    """Return the surface if it needs no repair, otherwise None."""
     try:
         surface = Submesh.of_arrays(V, F)
-        _ = surface.measured  # what follows is for faces with an area
+        _ = surface.measured  # raises if a face has no area
         if surface.sound_topology is None:
             return None
         surface.as_manifold()
-    except MeshError:  # that is what is to be repaired
+    except MeshError:
         return None
-    soup = is_soup(surface.V, surface.F, surface.label) and not _apart(surface.V)
+    soup = is_soup(surface.V, surface.F, surface.label) and not _are_positions_distinct(surface.V)
     size = np.abs(surface.V.T).max(axis=0)
     tiny = (size > 0) & (size <= SMALLEST_COORDINATE)
     unclear = tiny.any() and tiny[surface.F].all(axis=1).any()
-    return None if soup or unclear or _beyond(size).any() else surface
+    return None if soup or unclear or _needs_scaling(size).any() else surface
 
 
 def unrepaired(surface: Submesh) -> Cleaned:
-    """A clean surface in the form of a repaired one."""
+    """Wrap a surface that needs no repair."""
     return Cleaned(
         V=surface.V,
         F=surface.F,
@@ -254,12 +258,12 @@ def unrepaired(surface: Submesh) -> Cleaned:
     )
 
 
-def _apart(V: FloatArray) -> bool:
+def _are_positions_distinct(V: FloatArray) -> bool:
     every = np.arange(len(V))
     return bool((merge_coincident(V, every) == every).all())
 
 
-def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> Cleaned:
+def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> Cleaned:
     did: list[Repair] = []
 
     def note(kind: str, of: str, which: IntArray) -> None:
@@ -268,11 +272,11 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
 
     merged = np.arange(len(V))
     if weld is not None:
-        merged = merge_within(V, used, weld)
+        merged = merge_nearby(V, used, weld)
     elif is_soup(V, F, face_components(F, len(V))):
         merged = merge_coincident(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
-    beyond, power = used[_beyond(np.abs(V[used].T).max(axis=0))], 0
+    beyond, power = used[_needs_scaling(np.abs(V[used].T).max(axis=0))], 0
     if len(beyond):
         note("scaled", "vertices", beyond)
         power = -int(np.frexp(np.abs(V[used]).max())[1])
@@ -293,8 +297,8 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     note("twin", "faces", rows[sheets.twins])
     note("turned", "faces", rows[sheets.turned])
     note("torn", "edges", sheets.torn)
-    note("bowtie", "vertices", _bowties(sheets, G[rows]))
-    solid, lost = _with_area(V[sheets.origin], sheets.F)
+    note("bowtie", "vertices", _find_bowties(sheets, G[rows]))
+    solid, lost = _partition_by_area(V[sheets.origin], sheets.F)
     note("arealess", "faces", rows[lost])
     kept = np.zeros(len(sheets.origin), dtype=bool)
     kept[sheets.F[solid]] = True
@@ -305,24 +309,24 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 
 
-def _beyond(size: FloatArray) -> BoolArray:
-    """The vertices for which to scale, by the largest coordinate of each; none if all have a usual size."""
+def _needs_scaling(size: FloatArray) -> BoolArray:
+    """Mark vertices whose largest coordinate requires scaling; none if the whole mesh has a usual size."""
     largest = float(size.max())
     if SMALLEST_USUAL_COORDINATE < largest < LARGEST_USUAL_COORDINATE or largest == 0:
         return np.zeros(len(size), dtype=bool)
     return np.asarray(size >= LARGEST_USUAL_COORDINATE if largest > 1 else size > 0)
 
 
-def _bowties(sheets: Sheets, F: IntArray) -> IntArray:
-    """Vertices of several fans that are on no edge where sheets were cut."""
+def _find_bowties(sheets: Sheets, F: IntArray) -> IntArray:
+    """Return vertices of several fans that are not on an edge where sheets were cut."""
     copies = np.bincount(sheets.origin)
     copies[np.concatenate((sheets.crowded, sheets.torn)).ravel()] = 0
     copies[F[sheets.twins]] = 0
     return np.flatnonzero(copies > 1)
 
 
-def _with_area(V: FloatArray, F: IntArray) -> tuple[IntArray, IntArray]:
-    """Faces of pieces in which one has an area, and the others."""
+def _partition_by_area(V: FloatArray, F: IntArray) -> tuple[IntArray, IntArray]:
+    """Divide the faces into pieces that contain a face with an area, and pieces that do not."""
     if not len(F):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     flat = without_area(V, F)

@@ -1,4 +1,4 @@
-"""What remains of a surface where some of its vertices stay: the largest piece, and what is left out."""
+"""The largest piece of a surface that remains when only some of its vertices are kept."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from ..topology import topology_of
 
 @dataclass(frozen=True, eq=False)
 class PatchFaces:
-    """The largest piece of a patch, and the vertices that stay and are not in it.
+    """The largest piece of a patch, and the kept vertices outside of it.
 
     Attributes
     ----------
     rows : (#,) int64
-        The rows of the surface's faces that are in the piece.
+        The rows of the surface's faces that form the piece.
     vertices : (#,) int64
-        Its vertices.
+        The vertices of the piece.
     pinched : (#,) int64
-        Vertices at which the border touched itself: left out, so that the piece has a border of loops.
+        Vertices where the border touched itself. They are removed to make the border a set of loops.
     pieces : tuple of int64 arrays
-        The vertices of the other pieces, the largest first.
+        The vertices of the other pieces, largest first.
     bare : (#,) int64
-        Vertices without a face whose three vertices stay.
+        Kept vertices without a face whose three vertices are kept.
     """
 
     rows: IntArray
@@ -39,7 +39,7 @@ class PatchFaces:
 
     @property
     def left_out(self) -> list[str]:
-        """What is left out, each a phrase with the first few vertices."""
+        """Descriptions of the parts that are left out, each with its first few vertices."""
         said = list[str]()
         if self.pieces:
             sizes = some([len(piece) for piece in self.pieces])
@@ -53,18 +53,19 @@ class PatchFaces:
 
 
 def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
-    """The largest piece of the faces whose three vertices stay.
+    """Return the largest piece of the faces whose three vertices are kept.
 
     Parameters
     ----------
     F : (#F, 3) int64
         An oriented manifold surface.
     stays : (#V,) bool
+        Mask of the vertices to keep.
 
     Raises
     ------
     MeshError
-        No face has three vertices that stay, or the surface is no oriented manifold.
+        The three vertices of no face are kept, or the surface is not an oriented manifold.
     """
     kept = stays.copy()
     pinched = list[IntArray]()
@@ -76,7 +77,7 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
         corner = np.ascontiguousarray(faces.T)
         _, sides, sound = undirected(corner, len(vertices))
         if not sound:
-            topology_of(faces, vertices)  # says what is wrong
+            topology_of(faces, vertices)  # raises
         label = connected_labels((sides[:, sides[1] >= 0] % len(faces)).T, len(faces))
         largest = label == np.bincount(label).argmax()
         if largest.all():
@@ -88,13 +89,13 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
             largest = kept[F[rows]].all(axis=1)
         rows = rows[largest]
     all_pinched = np.concatenate([np.zeros(0, dtype=np.int64), *pinched])
-    return PatchFaces(rows, vertices, all_pinched, *_others(F, stays, vertices, all_pinched))
+    return PatchFaces(rows, vertices, all_pinched, *_find_left_out(F, stays, vertices, all_pinched))
 
 
-def _others(
+def _find_left_out(
     F: IntArray, stays: BoolArray, vertices: IntArray, pinched: IntArray
 ) -> tuple[tuple[IntArray, ...], IntArray]:
-    """The vertices of the other pieces, the largest first, and those without a face."""
+    """Return the vertices of the other pieces, largest first, and the kept vertices without a face."""
     taken = np.zeros(len(stays), dtype=bool)
     taken[vertices] = taken[pinched] = True
     whole = F[stays[F].all(axis=1)]

@@ -1,6 +1,7 @@
-"""Any triangles as sheets, oriented manifolds: which sides are joined, and a vertex for each fan of faces.
+"""Separation of arbitrary triangles into sheets, which are oriented manifolds.
 
-Side 3 t + k of the faces runs from corner k of face t to its corner k + 1.
+Sides of faces are paired, and each fan of faces that the pairs connect gets its own copy of the vertex.
+Side 3 t + k runs from corner k of face t to its corner k + 1.
 """
 
 from dataclasses import dataclass
@@ -12,25 +13,33 @@ from ..._core import in_edges
 from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, triangle_numbers
-from .constants import COST_OF_ONE_SIDEDNESS, COST_OF_OTHER_PATCH, JOIN_COST_DECIMALS, MOST_FACES_PAIRED
+
+MOST_FACES_PAIRED = 500  # faces at an edge; if there are more, none of them are joined
+
+# Joining two faces costs 1 + cos of their angle (0 flat, 1 at a right angle, 2 folded) plus penalties.
+JOIN_COST_DECIMALS = 6  # of 1 + cos, so that rounding does not decide between equal pairs
+COST_OF_OTHER_PATCH = 1.05  # the two faces belong to patches that are not connected otherwise
+COST_OF_ONE_SIDEDNESS = 3.0  # joining the faces would make a patch one-sided
 
 
 @dataclass(frozen=True, eq=False)
 class Sheets:
-    """Triangles as an oriented manifold surface.
+    """Triangles that have been separated into oriented manifold sheets.
 
     Attributes
     ----------
     F : (#F, 3) int64
-        The same faces in the same order, over new vertices.
+        The same faces in the same order, with new vertices.
     origin : (#V,) int64
-        The vertex that each new one is a copy of.
+        The old vertex that each new vertex is a copy of.
     turned : (#F,) bool
-        Faces that run the other way around: their last two corners have changed places.
-    crowded, torn : (#, 2) int64
-        Edges that had more than two faces; edges where a one-sided sheet was cut.
+        Mask of reoriented faces, whose last two corners are swapped.
+    crowded : (#, 2) int64
+        Edges that had more than two faces.
+    torn : (#, 2) int64
+        Edges where a one-sided sheet was cut.
     twins : (#,) int64
-        Faces of the same three vertices as one before them.
+        Faces that have the same three vertices as an earlier face.
     """
 
     F: IntArray
@@ -42,42 +51,42 @@ class Sheets:
 
 
 def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
-    """Make triangles, none with a vertex twice, an oriented manifold surface.
+    """Separate triangles with three distinct vertices each into oriented manifold sheets.
 
-    Of three and more faces at an edge those that continue each other best stay joined, pair by pair.
-    Neighbours get the same orientation, that of most of a sheet's faces; where a sheet is
-    one-sided, it is cut. Each fan of joined faces gets a vertex of its own.
+    Where three or more faces share an edge, the pairs of faces that continue each other best are joined.
+    All faces of a sheet get the orientation of the majority; a one-sided sheet is cut. Each fan of joined
+    faces gets its own copy of the vertex.
     """
     if not len(F):
         no_edges = np.zeros((0, 2), dtype=np.int64)
         return Sheets(F, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool), no_edges, no_edges, F[:, 0])
     edges = _Edges.of(F, len(V))
-    triangle, twin = _triangles(F, edges)
-    links, crowded = _links(V, F, triangle, edges)
-    turned, torn = _orientation(F, links)
+    triangle, twin = _number_triangles(F, edges)
+    links, crowded = _link_sides(V, F, triangle, edges)
+    turned, torn = _orient_faces(F, links)
     torn_edges = _edge_ends(F, links[torn])
     links = links[~torn]
     turn = turned[links // 3]
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
     F = np.where(turned[:, None], F[:, [0, 2, 1]], F)
-    before = edges.of_sides().reshape(F.shape)
+    before = edges.counts_at_sides().reshape(F.shape)
     number = np.where(turned[:, None], before[:, ::-1], before)
-    F_new, origin = _with_fans(F, links, triangle, number.ravel())
+    F_new, origin = _split_vertices(F, links, triangle, number.ravel())
     return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
 
 
-def _tails_heads(F: IntArray) -> tuple[IntArray, IntArray]:
+def _side_ends(F: IntArray) -> tuple[IntArray, IntArray]:
     return F.ravel(), F[:, [1, 2, 0]].ravel()
 
 
 def _edge_ends(F: IntArray, links: IntArray) -> IntArray:
-    tail, head = _tails_heads(F)
+    tail, head = _side_ends(F)
     return np.sort(np.column_stack((tail[links[:, 0]], head[links[:, 0]])), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """Sides in the order of their edges; where each edge begins in it, and how many sides it has."""
+    """The sides sorted by edge, with the first position and the number of sides of each edge."""
 
     order: IntArray
     begin: IntArray
@@ -85,26 +94,26 @@ class _Edges:
 
     @classmethod
     def of(cls, F: IntArray, n: int) -> "_Edges":
-        return cls(*in_edges(*_tails_heads(F), n))
+        return cls(*in_edges(*_side_ends(F), n))
 
     def two(self) -> tuple[IntArray, IntArray]:
-        """Both sides of each edge that has two."""
+        """Return both sides of each edge that has exactly two."""
         begin = self.begin[self.count == 2]
         return self.order[begin], self.order[begin + 1]
 
-    def of_sides(self) -> IntArray:
-        """The number of sides at each side's edge."""
+    def counts_at_sides(self) -> IntArray:
+        """Return, for each side, the number of sides of its edge."""
         number = np.empty_like(self.order)
         number[self.order] = np.repeat(self.count, self.count)
         return number
 
 
-def _triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
-    """A number for each face's triangle, by its vertices; and which faces have that of one before them."""
+def _number_triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
+    """Number the distinct vertex triples of faces; also return a mask of the faces that repeat one."""
     a, b = edges.two()
-    twins = F.ravel()[_opposite(a)] == F.ravel()[_opposite(b)]
+    twins = F.ravel()[_opposite_corner(a)] == F.ravel()[_opposite_corner(b)]
     crowd = edges.order[np.repeat(edges.count > 2, edges.count)]
-    some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # no others can be equal
+    some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # only these faces may be equal
     triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
     if len(some):
         number, twin[some] = triangle_numbers(F[some])
@@ -112,40 +121,40 @@ def _triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
     return triangle, twin
 
 
-def _opposite(side: IntArray) -> IntArray:
-    """The corner opposite to each side."""
+def _opposite_corner(side: IntArray) -> IntArray:
+    """Return the corner opposite to each side."""
     return np.asarray(side + np.array([2, -1, -1])[side % 3])
 
 
-def _links(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tuple[IntArray, IntArray]:
-    """The pairs of sides that are joined, (#L, 2), and the edges of more than two faces."""
+def _link_sides(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tuple[IntArray, IntArray]:
+    """Return the pairs of joined sides, (#L, 2), and the edges with more than two faces."""
     order, begin, count = edges.order, edges.begin, edges.count
     plain = np.column_stack(edges.two())
-    plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # a leaf's two sides
+    plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # separate equal faces
     crowd = count > 2
     if not crowd.any():
         return plain, np.zeros((0, 2), dtype=np.int64)
-    tail, head = _tails_heads(F)
+    tail, head = _side_ends(F)
     some = order[begin[crowd]]
     ends = np.sort(np.column_stack((tail[some], head[some])), axis=1)
-    patch, turned, _ = _agreed(F, plain)
-    a, b = _pairs_at(order, begin[crowd], count[crowd])
+    patch, turned, _ = _propagate_orientation(F, plain)
+    a, b = _pair_sides(order, begin[crowd], count[crowd])
     a, b = (sides[triangle[a // 3] != triangle[b // 3]] for sides in (a, b))
     against = tail[a] == tail[b]
     same = patch[a // 3] == patch[b // 3]
     one_sided = same & (against ^ turned[a // 3] ^ turned[b // 3])
     with np.errstate(invalid="ignore"):
-        cosine = (_inward(V, F, a) * _inward(V, F, b)).sum(axis=1)
-    cosine[~np.isfinite(cosine)] = 1.0  # as if folded: a face without area has no direction
+        cosine = (_inward_vectors(V, F, a) * _inward_vectors(V, F, b)).sum(axis=1)
+    cosine[~np.isfinite(cosine)] = 1.0  # treat faces without area as folded
     cost = np.round(1 + cosine, JOIN_COST_DECIMALS)
     cost = cost + COST_OF_OTHER_PATCH * ~same + COST_OF_ONE_SIDEDNESS * one_sided
     ranked = np.lexsort((b, a, against, cost))
-    chosen = _best_pairs(a[ranked], b[ranked], 3 * len(F))
+    chosen = _choose_pairs(a[ranked], b[ranked], 3 * len(F))
     return np.concatenate((plain, chosen)), ends
 
 
-def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
-    """All pairs of sides at the same edge; `begin` and `count` as of `_Edges`."""
+def _pair_sides(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+    """Return all pairs of sides at the same edge; the parameters are the fields of `_Edges`."""
     few = count <= MOST_FACES_PAIRED
     begin, count = begin[few], count[few]
     edge, at = index_and_rank(count)
@@ -154,8 +163,8 @@ def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArr
     return order[place[row]], order[place[row] + 1 + ahead]
 
 
-def _best_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
-    """Of ranked pairs among n sides the first that use each side once, greedily."""
+def _choose_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
+    """Choose pairs greedily from a ranked list, such that each of the n sides is used at most once."""
     chosen = [np.zeros((0, 2), dtype=np.int64)]
     while len(a):
         rank = np.arange(len(a))
@@ -171,11 +180,11 @@ def _best_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
     return np.concatenate(chosen)
 
 
-def _inward(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
-    """Unit vectors in the faces, at right angles to these sides; NaN in a face without area."""
+def _inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
+    """Return unit vectors in the faces, orthogonal to the given sides; NaN for faces without area."""
     t, k = side // 3, side % 3
     a, b, c = (V[F[t, (k + i) % 3]] for i in range(3))
-    # the end of the edge does not depend on the direction of the side: equal faces give equal bits
+    # start from the same end of the edge for both directions, so that equal faces give equal bits
     swap = (F[t, k] > F[t, (k + 1) % 3])[:, None]
     a, b = np.where(swap, b, a), np.where(swap, a, b)
     along, across = b - a, c - a
@@ -185,20 +194,24 @@ def _inward(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
         return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
 
 
-def _orientation(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Which faces to turn, and across which links orientation cannot agree."""
-    tail, _ = _tails_heads(F)
+def _orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Return masks of the faces to reorient, and of the links where orientations cannot agree."""
+    tail, _ = _side_ends(F)
     if not (tail[links[:, 0]] == tail[links[:, 1]]).any():
         return np.zeros(len(F), dtype=bool), np.zeros(len(links), dtype=bool)
-    label, turned, torn = _agreed(F, links)
+    label, turned, torn = _propagate_orientation(F, links)
     change = np.bincount(label, weights=turned) * 2 > np.bincount(label)
     return turned ^ change[label], torn
 
 
-def _agreed(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
-    """The component of each face; which to turn to agree with its first one; links where that fails."""
+def _propagate_orientation(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
+    """Propagate the orientation of the first face of each component over a spanning tree.
+
+    Returns the component of each face, a mask of the faces to reorient, and a mask of the links across which
+    the orientations then still disagree.
+    """
     m, faces = len(F), links // 3
-    tail, _ = _tails_heads(F)
+    tail, _ = _side_ends(F)
     against = tail[links[:, 0]] == tail[links[:, 1]]
     label = connected_labels(faces, m)
     turned = np.zeros(m, dtype=bool)
@@ -215,35 +228,35 @@ def _agreed(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArra
     up = before[child]
     key = np.minimum(child, up) * m + np.maximum(child, up)
     turned[child] = against[link[np.searchsorted(keys, key)]]
-    while (before != before[before]).any():  # of all faces on the way to the first, doubling the steps
+    while (before != before[before]).any():  # pointer doubling: accumulate turns along the path to the root
         turned ^= turned[before]
         before = before[before]
     return label, turned, against ^ turned[faces[:, 0]] ^ turned[faces[:, 1]]
 
 
-def _with_fans(
+def _split_vertices(
     F: IntArray, links: IntArray, triangle: IntArray, number: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """`F` over a vertex for each fan, and what each was; `links` join sides of opposite directions.
+    """Give each fan its own vertex; return the new faces and the origin of each vertex.
 
-    `number` is that of the sides at each side's edge.
+    `links` are pairs of sides of opposite directions. `number` is the number of sides at each side's edge.
     """
     partner = np.full(F.size, -1)
     partner[links[:, 0]], partner[links[:, 1]] = links[:, 1], links[:, 0]
-    fan = _fans_at_corners(F, partner, np.arange(F.size))
+    fan = _label_fans(F, partner, np.arange(F.size))
     while True:
         loose = np.flatnonzero((number > 2) | ((number == 2) & (partner < 0)))
-        spoilt = _indistinct(fan.reshape(F.shape), partner, triangle, loose)
+        spoilt = _find_coincident_sides(fan.reshape(F.shape), partner, triangle, loose)
         if spoilt is None:
             break
-        at = np.zeros(int(F.max()) + 1, dtype=bool)  # the vertices whose fans change
-        for side in (spoilt, spoilt // 3 * 3 + (spoilt + 2) % 3):  # the two at the corner
+        at = np.zeros(int(F.max()) + 1, dtype=bool)  # vertices whose fans change
+        for side in (spoilt, spoilt // 3 * 3 + (spoilt + 2) % 3):  # both sides at the corner
             at[F.ravel()[side]] = at[F[side // 3, (side + 1) % 3]] = True
             other = partner[side]
             partner[other[other >= 0]] = -1
             partner[side] = -1
         corners = np.flatnonzero(at[F.ravel()])
-        fan[corners] = int(fan.max()) + 1 + _fans_at_corners(F, partner, corners)
+        fan[corners] = int(fan.max()) + 1 + _label_fans(F, partner, corners)
     used = np.zeros(int(fan.max()) + 1, dtype=bool)
     used[fan] = True
     fan = (np.cumsum(used) - 1)[fan]
@@ -255,24 +268,26 @@ def _with_fans(
     return place[fan].reshape(F.shape), vertex[order]
 
 
-def _fans_at_corners(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
-    """The fan of each of some corners, all of their vertices, by what sides are joined."""
+def _label_fans(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
+    """Label the fans of the given corners, which must be all corners of some vertices."""
     place = np.empty(F.size, dtype=np.int64)
     place[corners] = np.arange(len(corners))
     side = corners[partner[corners] >= 0]
     across = partner[side]
-    ahead = across + np.array([1, 1, -2])[across % 3]  # the corner where the other side ends
+    ahead = across + np.array([1, 1, -2])[across % 3]  # end corner of the partner side
     return connected_labels(place[np.column_stack((side, ahead))], len(corners))
 
 
-def _indistinct(F: IntArray, partner: IntArray, triangle: IntArray, loose: IntArray) -> IntArray | None:
-    """Sides whose first corner needs a vertex of its own, as its edge is another's, too; None if none.
+def _find_coincident_sides(
+    F: IntArray, partner: IntArray, triangle: IntArray, loose: IntArray
+) -> IntArray | None:
+    """Return the sides whose first corner needs its own vertex to make edges distinct, or None.
 
-    That is where a surface touches itself along an edge, and is connected around both of its ends.
-    Two free sides that come to lie together in opposite directions are joined instead. All of them are among
-    the `loose` sides: others are one of two that are joined.
+    Edges coincide where a surface touches itself along an edge and is connected around both of its ends. Two
+    free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are
+    the sides to examine; any other side is joined to the only other side at its edge.
     """
-    tail, head = _tails_heads(F)
+    tail, head = _side_ends(F)
     order, begin, count = in_edges(tail[loose], head[loose], int(F.max()) + 1)
     order = loose[order]
     two = begin[count == 2]

@@ -1,4 +1,4 @@
-"""Faces of zero area: short sides collapsed, caps opened by a hair, so that the surface stays closed."""
+"""Repair of faces without area: collapse short sides and open caps, without making holes."""
 
 import numpy as np
 
@@ -6,16 +6,24 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ..areas import without_area
 from ..arrays import distinct_corners
 from ..topology import connected_labels
-from .constants import ARC_HEIGHT, ARC_HEIGHT_OF_SHORTEST_SIDE, COLLAPSED_LENGTH, FIRST_SHAKE, ROUNDING_MARGIN
+
+COLLAPSED_LENGTH = 1e-9  # longest side that collapses, relative to the size of the face's coordinates
+ROUNDING_MARGIN = 16.0  # collapse faces whose area is up to this multiple of its rounding error
+
+# Height of the arc of opened caps: the smaller of these shares of its chord and of the shortest side.
+ARC_HEIGHT = 0.02
+ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
+
+FIRST_SHAKE = 1e-4  # first random displacement of a face that an arc does not open, over its shortest side
 
 
-def sides_of(V: FloatArray, F: IntArray) -> FloatArray:
-    """Lengths of the sides from corner k to k + 1, (#F, 3)."""
+def side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
+    """Return the lengths (#F, 3) of the sides from corner k to k + 1."""
     return np.asarray(np.linalg.norm(V[F[:, [1, 2, 0]]] - V[F], axis=2))
 
 
 def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
-    """For each vertex the one that it becomes, where the short sides of faces without area collapse."""
+    """Collapse the short sides of faces without area; return the vertex that each vertex is merged into."""
     merged = np.arange(len(V))
     while True:
         now = merged[F]
@@ -23,7 +31,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
         flat = whole[without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
-        lengths = sides_of(V, corners)
+        lengths = side_lengths(V, corners)
         size = np.maximum(extent, lengths.max(axis=1, initial=0))
         t, k = np.nonzero(lengths <= COLLAPSED_LENGTH * size[:, None])
         if not len(t):
@@ -33,20 +41,27 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
 
 
 def open_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
-    """`V` with the vertices of faces without area moved a little, and these faces; F is a manifold.
+    """Move the vertices of faces without area a little, such that these faces get an area.
 
-    The caps on an edge triangulate a line. Their vertices move to a flat arc, which bulges away from
-    the face on the other side of the edge, and in its plane: there the caps have room, and flat
-    surroundings stay flat.
+    The caps at an edge triangulate a line segment. Their vertices move to a shallow arc in the plane of the
+    face on the other side of the edge, bulging away from that face. This gives the caps an area, and flat
+    surroundings stay flat. Where an arc does not suffice, vertices move in random directions by increasing
+    distances. `F` must be a manifold.
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    faces : (#,) int64
+        The faces that had no area.
     """
     found = flat = without_area(V, F)
     if not len(found):
         return V, found
-    still = V = _on_arcs(V, F, found)
+    still = V = _move_to_arcs(V, F, found)
     flat = without_area(V, F)
     random, step = np.random.default_rng(0), FIRST_SHAKE
     while len(flat) and step < 1:
-        lengths = sides_of(still, F[flat])
+        lengths = side_lengths(still, F[flat])
         mover = F[flat, (lengths.argmax(axis=1) + 2) % 3]
         reach = np.full(len(V), np.inf)
         np.minimum.at(reach, mover, step * lengths.min(axis=1))
@@ -60,22 +75,22 @@ def open_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
     return V, found
 
 
-def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
-    lengths = sides_of(V, F[flat])
+def _move_to_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
+    lengths = side_lengths(V, F[flat])
     side = lengths.argmax(axis=1)
     order = (side[:, None] + np.arange(3)) % 3
-    a, b, c = F[flat[:, None], order].T  # a - b is the longest side, c between them
-    across = _faces_across(F, flat * 3 + side)
+    a, b, c = F[flat[:, None], order].T  # the longest side is a - b, with c between its ends
+    across = _find_faces_across(F, flat * 3 + side)
     cap = np.full(len(F) + 1, -1)
     cap[flat] = np.arange(len(flat))
-    up = cap[across]  # -1 of a missing face reads the -1 at the end
+    up = cap[across]  # index -1 of a missing face reads the last entry, which is -1
     own = np.arange(len(flat))
     ends = (up < 0) | (up[up] == own)
     root = np.where(ends, own, up)
     for _ in range(len(flat).bit_length()):
         root = root[root]
     away = np.empty((len(flat), 3))
-    away[ends] = _away_from_faces(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
+    away[ends] = _arc_directions(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
     start, along = V[a[root]], V[b[root]] - V[a[root]]
     length = np.linalg.norm(along, axis=1)
     shortest = np.full(len(flat), np.inf)
@@ -87,8 +102,8 @@ def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     return moved
 
 
-def _faces_across(F: IntArray, side: IntArray) -> IntArray:
-    """The faces on the other sides of these sides 3 t + k, or -1."""
+def _find_faces_across(F: IntArray, side: IntArray) -> IntArray:
+    """Return the face across each of the sides 3 t + k, or -1 at the boundary."""
     n = int(F.max()) + 1
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     forth, back = tail * n + head, head[side] * n + tail[side]
@@ -97,12 +112,13 @@ def _faces_across(F: IntArray, side: IntArray) -> IntArray:
     return np.where(forth[order[place]] == back, order[place] // 3, -1)
 
 
-def _away_from_faces(
+def _arc_directions(
     V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: BoolArray
 ) -> FloatArray:
-    """Unit vectors at right angles to the sides, in the plane of the faces across, and away from these.
+    """Return unit vectors orthogonal to the sides, in the plane of the faces across and away from them.
 
-    Any one where there is none, and the opposite one for the second of two caps on one side.
+    Without a face across, or with a degenerate one, the vector is any vector orthogonal to the side. The
+    second of two caps at a side gets the opposite vector.
     """
     t, k = side // 3, side % 3
     a, b = F[t, k], F[t, (k + 1) % 3]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import igl
 import numpy as np
 import pytest
 from conftest import HOLES, best_fit_distance
 from holed_surfaces import surface
 
-from igl_linabf import ABF, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
+from igl_linabf import ABF, Flattening, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
 from igl_linabf.angles import (
     AngleProblem,
     HolonomyConstraints,
@@ -29,6 +31,12 @@ from igl_linabf.surface import planar_mesh
 CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 
+@cache
+def converged(name: str) -> Flattening:
+    """Return the map of twelve iterations at most, which several tests look at."""
+    return flatten(*surface(name), LinABF(iterations=12))
+
+
 @pytest.mark.parametrize("name", ["annulus", "plate"])
 @pytest.mark.parametrize("method", ["linabf", "abf", "lscm", "dncp", "abf++1"])
 def test_a_flat_plate_with_holes_comes_back_as_itself(name: str, method: str) -> None:
@@ -41,7 +49,7 @@ def test_a_flat_plate_with_holes_comes_back_as_itself(name: str, method: str) ->
 @pytest.mark.parametrize("name", CURVED)
 def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> None:
     V, F = surface(name)
-    result = flatten(V, F, LinABF(iterations=12))
+    result = converged(name)
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= 12
     assert result.holes
@@ -53,7 +61,7 @@ def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> 
 @pytest.mark.parametrize("name", CURVED)
 def test_converged_angles_make_a_single_valued_map_around_every_hole(name: str) -> None:
     V, F = surface(name)
-    for angles in (flatten(V, F, LinABF(iterations=12)).angles, flatten(V, F, ABF(tol=1e-9)).angles):
+    for angles in (converged(name).angles, flatten(V, F, ABF(tol=1e-9)).angles):
         least, greedy, drawn = (layout(F, angles, method=m) for m in ("least-squares", "greedy", "auto"))
         assert max(best_fit_distance(uv, least) for uv in (greedy, drawn)) < 1e-5
         assert np.abs(igl.internal_angles(least, F) - angles).max() < 1e-5
@@ -182,7 +190,7 @@ def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
     found = igl.boundary_loop_all(F)
     length = [np.linalg.norm(V[loop] - V[np.roll(loop, 1)], axis=1).sum() for loop in found]
     loops = [found[i] for i in np.argsort(length)]
-    default = flatten(V, F, LinABF(iterations=12))
+    default = converged("crown")
     assert {hole.vertex in loops[-1] for hole in default.holes} == {False}
     small = int(loops[0][1])
     other = flatten(V, F, LinABF(iterations=12), outer=small)

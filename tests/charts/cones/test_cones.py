@@ -448,6 +448,7 @@ def test_a_torus_needs_no_cone() -> None:
     assert "converged" in str(atlas.charts[0].result)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # some spikes shrink
 def test_all_limbs_of_a_body_get_cones_however_many_they_are() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 5)

@@ -10,13 +10,13 @@ import pytest
 from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
+from igl_linabf.charts.cut_graphs import constants
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contracted, Levels, shortest_path_trees
-from igl_linabf.charts.features import dihedral_angles
-from igl_linabf.charts.seams import search as seams
-from igl_linabf.charts.seams.constants import MAX_CLUSTERS
-from igl_linabf.charts.seams.growth import grown_seam, seam_cost
-from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
+from igl_linabf.charts.cut_graphs.clusters import Contracted, shortest_path_trees
+from igl_linabf.charts.features import CreasedSurface
+from igl_linabf.charts.seams.growth import grow_seam, seam_cost
+from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
+from igl_linabf.flattening import LinABF
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
 
 NAMES = (
@@ -37,7 +37,7 @@ def surface(name: str) -> Submesh:
 def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Subdivided until seams are sought on clusters."""
     V, F = load(name)
-    while len(V) <= seams.MAX_DIRECT_NODES:
+    while len(V) <= constants.MAX_CLUSTERS:
         V, F = igl.upsample(V, F, 1)
     return V, F
 
@@ -59,7 +59,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
     smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
-    seam, leaves = grown_seam(smaller.coarse, 6.0, False)
+    seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
         smaller.coarse.graph.topology_of(seam)
@@ -70,8 +70,7 @@ def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops:
     assert piece.graph.length_of(carried) <= smaller.coarse.graph.length_of(seam) * (
         1 + 1e-9
     )  # ways in a cluster may be shared
-    way = piece.graph.length * piece.features.valley
-    assert way[drawn].sum() <= way[carried].sum() * (1 + 1e-9)
+    assert piece.graph.length_of(drawn) <= piece.graph.length_of(carried) * (1 + 1e-9)
     assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
         piece.graph.ends[drawn].ravel()
     )
@@ -104,11 +103,12 @@ def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them
 def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str, monkeypatch) -> None:
     part = Submesh.checked_manifold(*fine(name))
     piece, costs = ClosedSurface.of(part), []
-    for direct in (piece.graph.n, piece.graph.n - 1):
-        monkeypatch.setattr(seams, "MAX_DIRECT_NODES", direct)
-        task = seams._Task(6.0, False, False, direct)
-        seam = seams._cheapest_seam(part, piece, dihedral_angles(part), None, task)
-        costs.append(seam_cost(piece, seam, 6.0))
+    node = np.full(len(part.V), -1)
+    node[piece.edges.ravel()] = piece.graph.ends.ravel()
+    for most in (piece.graph.n, constants.MAX_CLUSTERS):
+        monkeypatch.setattr(constants, "MAX_CLUSTERS", most)
+        edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), False, _PanelSeams.none(1), 0)
+        costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 
@@ -155,7 +155,7 @@ def test_large_bodies_of_many_handles_fall_into_sound_charts(
 ) -> None:
     V, F = level_set(body, reach, points)
     whole = Submesh.checked_manifold(V, F)
-    assert len(V) > seams.MAX_DIRECT_NODES
+    assert len(V) > constants.MAX_CLUSTERS
     assert whole.topology.genus == handles
     assert bool(whole.topology.loops) == (body is schwarz)
     atlas = unwrap(V, F, strict=True, progress=False)
@@ -165,22 +165,3 @@ def test_large_bodies_of_many_handles_fall_into_sound_charts(
     parts = whole.cut_along(atlas.seams)
     assert len(parts) == len(atlas.charts)
     assert all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
-
-
-def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Thin rods in three directions, with a handle through each of their squares."""
-    a, b, c = (np.mod(t, 1) - 0.5 for t in (x, y, z))
-    rods = np.minimum.reduce([np.hypot(a, b), np.hypot(b, c), np.hypot(c, a)]) - 0.06
-    return np.maximum(rods, np.abs(np.stack((x, y, z))).max(axis=0) - 1.9)
-
-
-def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
-    """They are the vertices of a mesh then, on which overlaps are foreseen."""
-    whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
-    assert whole.topology.genus == 81
-    piece = ClosedSurface.of(whole)
-    levels = Levels.of(piece, MAX_CLUSTERS)
-    assert len(levels.coarse.graph.neighbours[0]) == len(levels.coarse.graph.ends)
-    mesh = coarse_mesh(levels.coarse.graph, levels.label(piece.node[whole.F]))
-    assert mesh is not None
-    assert mesh.topology.genus == 81

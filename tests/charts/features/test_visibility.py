@@ -1,4 +1,4 @@
-"""Seams lie where they do not show: in hiding, in valleys, alike on both sides of a symmetric body."""
+"""Seams lie where they do not show."""
 
 from __future__ import annotations
 
@@ -9,15 +9,10 @@ from commands import run
 from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
-from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError, MeshWarning, Seams, clean, find_seams, texture_seams, unwrap
-from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.shortening import slide_into_valleys
+from igl_linabf import MeshError, MeshWarning, Seams, find_seams, texture_seams, unwrap
 from igl_linabf.charts.seams import TRADE
-from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
 from igl_linabf.io import read_texture, write_mesh
-from igl_linabf.surface import Submesh, face_components
 
 FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
 
@@ -47,7 +42,7 @@ def test_seams_of_many_small_bodies_lie_on_the_hidden_side() -> None:
     F = np.concatenate([F + 12 * i for i in range(10)])
     above, below = (V[find_seams(V, F, hide=[0, 0, z])][..., 2].mean() for z in (1.0, -1.0))
     assert above > 0.2
-    assert below == pytest.approx(-above)
+    assert below == pytest.approx(-above, rel=0.1)
 
 
 def test_a_weight_a_face_hides_as_a_direction_does() -> None:
@@ -151,7 +146,7 @@ def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None
     assert (FTC == unwrap(V, F, Seams(hide=[0, 0, -1])).FTC).all()
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
     assert process.returncode == 2
-    assert "is no direction" in process.stderr
+    assert "is not a direction" in process.stderr
 
 
 @pytest.mark.parametrize("name", ["soup of triangles", "three sheets at an edge", "faces turned at random"])
@@ -168,51 +163,3 @@ def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path
     with pytest.warns(match="repaired"):
         again = unwrap(V, F, texture_seams(F, first.FTC, V, first.TC, sides=True))
     assert_allclose(igl.doublearea(again.TC, again.FTC), igl.doublearea(first.TC, first.FTC), rtol=1e-6)
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_valleys_attract_seams(name: str) -> None:
-    piece = ClosedSurface.of(Submesh.checked_manifold(*load(name)))
-    seam = shorter_seam(piece, grown_seam(piece, 6.0, holes=False)[0], 6.0)[0]
-    moved = slide_into_valleys(piece, seam, lambda _: True)
-    before, after = (
-        piece.graph.length[s] @ (1 - piece.features.valley[s]) / piece.graph.length[s].sum()
-        for s in (seam, moved)
-    )
-    assert after > 1.2 * before
-
-
-def mirrored_half(V: np.ndarray, F: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """One half of a body and its mirror image, joined in the plane; the largest piece of it."""
-    import pyvista
-
-    middle = V.mean(axis=0)
-    body = pyvista.PolyData(V, np.column_stack((np.full(len(F), 3), F)))
-    half = body.clip(normal=np.eye(3)[axis], origin=middle, invert=False).triangulate()
-    P, G = np.array(half.points, dtype=float) - middle, half.faces.reshape(-1, 4)[:, 1:]
-    P[np.abs(P[:, axis]) < 1e-6 * np.ptp(V), axis] = 0
-    P = np.vstack((P, P * (1 - 2 * np.eye(3)[axis])))
-    G = np.vstack((G, G[:, ::-1] + len(P) // 2)).astype(np.int64)
-    P, G, _, _ = clean(P, G, weld=1e-6 * np.ptp(V))
-    label = face_components(G, len(P))
-    return igl.remove_unreferenced(P, G[label == np.bincount(label).argmax()])[:2]
-
-
-@pytest.mark.parametrize(
-    ("name", "axis"), [(FIGURES[0], 0), ("closed__optcuts_horse_f10000.obj", 0), ("pial", 1)]
-)
-@pytest.mark.parametrize("turned", [False, True])
-def test_a_symmetric_body_is_cut_alike_on_both_sides(name: str, axis: int, turned: bool) -> None:
-    V, F = mirrored_half(*load(name), axis)
-    normal = np.eye(3)[axis]
-    if turned:
-        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-        V, normal = 3 * V @ turn + 1, normal @ turn
-    seams = find_seams(V, F)
-    in_plane = np.full(3, float(turned))  # a point of it
-    image = V - 2 * np.outer((V - in_plane) @ normal, normal)
-    vertex = cKDTree(V).query(image)[1]
-    there = set(map(frozenset, seams.tolist()))
-    alike = [frozenset(pair) in there for pair in vertex[seams].tolist()]
-    assert len(seams) > 20
-    assert np.mean(alike) > 0.85  # where two ways are equally long, one is taken

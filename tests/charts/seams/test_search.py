@@ -85,7 +85,7 @@ def test_small_closed_surfaces(surface: tuple[np.ndarray, np.ndarray], trade: fl
     assert len(flatten(V_cut, F_cut).flipped) == 0
 
 
-@pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "closed__igl_fandisk.off"])
+@pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "closed__igl_cow.off"])
 def test_longer_seams_for_less_stretch(name: str) -> None:
     V, F = load(name)
     seams = [find_seams(V, F, trade=trade) for trade in (1, 6, 30)]
@@ -187,12 +187,12 @@ def test_a_single_edge_and_the_boundary_open_nothing() -> None:
     [
         ([[0, 12]], r"edges 0 refer to vertices outside 0\.\.11"),
         ([[0, 1], [-1, 0]], "edges 1 refer"),
-        ([[0, 1], [0, 0]], r"edges 1 are no edges of the mesh \(edge 1 is \[0, 0\]\)"),
+        ([[0, 1], [0, 0]], r"edges 1 are not edges of the mesh \(edge 1 is \[0, 0\]\)"),
         ([[0.0, 1.0]], "float64"),
         ([0, 1], r"shape \(2,\)"),
         ([[0, 1, 2]], r"shape \(1, 3\)"),
-        (np.full((20, 3), 2), "no mask"),
-        ([[0, 1], [2]], "no array"),
+        (np.full((20, 3), 2), "not a mask"),
+        ([[0, 1], [2]], "not an array"),
     ],
 )
 def test_seams_that_are_none_are_refused(seams: object, says: str) -> None:

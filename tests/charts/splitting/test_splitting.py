@@ -13,9 +13,9 @@ import shapely
 from conftest import load
 from overlapping_surfaces import spiral
 
-from igl_linabf import FallbackWarning, Flattening, Seams, find_seams, flatten, overlaps, quality, unwrap
-from igl_linabf.charts import options
-from igl_linabf.charts.splitting import constants, merge_small_charts
+from igl_linabf import FallbackWarning, Seams, find_seams, flatten, overlaps, quality, unwrap
+from igl_linabf.charts import constants as charts_constants
+from igl_linabf.charts.splitting import merge_small_charts, scaf
 from igl_linabf.surface import Submesh
 
 
@@ -68,7 +68,7 @@ def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
 ) -> None:
     V, F = spiral()
     for name, value in limits.items():
-        monkeypatch.setattr(constants, name, value)
+        monkeypatch.setattr(scaf, name, value)
     with pytest.warns(FallbackWarning, match=f"cut apart, not moved.*{why}"):
         atlas = unwrap(V, F, Seams(bijective=True))
     assert atlas.splits
@@ -76,45 +76,11 @@ def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
 
 
 def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
-    monkeypatch.setattr(options, "MAX_SPLITS", 0)
+    monkeypatch.setattr(charts_constants, "MAX_OVERLAP_ROUNDS", 0)
     V, F = spiral()
     atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
     assert atlas.good and len(atlas.charts) > 1
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
-
-
-def as_they_are(piece: Submesh, result: Flattening, pairs: np.ndarray) -> tuple[Flattening, np.ndarray]:
-    """Overlaps, left for seams to part."""
-    return result, pairs
-
-
-@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"])
-def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    V, F = load(name)
-    narrower = unwrap(V, F)
-    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
-    parted = unwrap(V, F)
-    assert narrower.good
-    assert narrower.quality.flips == narrower.quality.overlaps == 0
-    assert (len(narrower.charts), narrower.seam_length) <= (len(parted.charts), parted.seam_length)
-    assert narrower.quality.stretch_l2 < 1.01 * parted.quality.stretch_l2
-    (chart,) = [chart for chart in narrower.charts if "laid out narrower" in chart.result.message]
-    assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
-        igl.doublearea(V, F[chart.faces]).sum()
-    )
-
-
-@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj"])
-def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    V, F = load(name)
-    monkeypatch.setattr("igl_linabf.charts.charting.move_parts_apart", pytest.fail)
-    atlas = unwrap(V, F, Seams(bijective=True))
-    assert not atlas.quality.overlaps
-    assert (atlas.TC == unwrap(V, F).TC).all()
 
 
 @pytest.mark.parametrize(
@@ -124,7 +90,6 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = load(name)
-    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     joined = unwrap(V, F)
     monkeypatch.setattr("igl_linabf.charts.charting.merge_small_charts", lambda made, *_: made)
     apart = unwrap(V, F)
@@ -144,7 +109,6 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
 
 def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load("holes__igl_beetle.off")
-    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     mine = find_seams(V, F)
     begun = unwrap(V, F, Seams(mine, complete=True))
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)

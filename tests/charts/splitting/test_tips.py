@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import pytest
 from nasty_meshes import sphere
@@ -49,3 +50,17 @@ def test_a_spike_that_clusters_do_not_show_gets_its_seam_from_the_map(height: fl
     reached = np.linalg.norm(V[atlas.seams], axis=2).max()
     assert (reached > 0.95 * np.linalg.norm(V, axis=1).max()) or not height
     assert atlas.good and atlas.quality.texel_spread < 20
+
+
+def test_tall_fins_of_a_large_plate_get_seams_to_their_tips() -> None:
+    x, y = np.meshgrid(*2 * [np.linspace(-1, 1, 120)])
+    turns = np.arange(8) * np.pi / 4
+    along, across = (
+        a * x[..., None] + b * y[..., None]
+        for a, b in ((np.cos(turns), np.sin(turns)), (-np.sin(turns), np.cos(turns)))
+    )
+    z = 1.2 * np.exp(-(((along - 0.55) / 0.25) ** 6) - (across / 0.03) ** 2).max(axis=2)
+    V, F = np.column_stack((x.ravel(), y.ravel(), z.ravel())), igl.triangulated_grid(120, 120)[1]
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 <= 4

@@ -35,7 +35,9 @@ def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int)
         assert quality(V, F, result.uv).flips == 0
 
 
-@pytest.mark.parametrize(("leaves", "seed"), [(2, 8), (2, 118), (2, 10)])
+@pytest.mark.parametrize(
+    ("leaves", "seed"), [(2, 8), *(pytest.param(2, k, marks=pytest.mark.slow) for k in (118, 10))]
+)
 def test_a_model_cut_too_little_flips_says_so_and_is_helped(leaves: int, seed: int) -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), leaves, seed)
     result = flatten(V, F)
@@ -147,6 +149,7 @@ def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
             assert (flatten(V, F).uv == flatten(V, F, LinABF(guarantee="injective")).uv).all()
 
 
+@pytest.mark.slow
 def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
     b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]

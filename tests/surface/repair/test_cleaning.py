@@ -1,4 +1,4 @@
-"""Any triangles: made a clean surface, unwrapped without a loss, and told of; clean ones are left alone."""
+"""Repair of arbitrary triangles: repaired surfaces are clean and unwrap, and clean meshes do not change."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def signed_areas(atlas) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", [name for name in NASTY if name != "a thousand loose triangles"])
-def test_a_nasty_mesh_is_cleaned_and_unwrapped_without_a_loss(name: str) -> None:
+def test_a_nasty_mesh_is_repaired_and_unwrapped_without_loss(name: str) -> None:
     V, F = NASTY[name]()
     cleaned = clean(V, F)
     new_V, new_F, origin, repairs = cleaned
@@ -60,26 +60,28 @@ def test_a_nasty_mesh_is_cleaned_and_unwrapped_without_a_loss(name: str) -> None
     assert atlas.good
     assert atlas.quality.flips == 0
     assert [str(r) for r in atlas.repairs] == [str(r) for r in repairs]
-    if repairs and repairs[0].kind != "welded":  # loose triangles are a clean surface of many pieces
+    if repairs and repairs[0].kind != "welded":  # loose triangles also form a clean surface
         with pytest.raises(MeshError):
             unwrap(V, F, strict=True)
 
 
-def test_sheets_are_cut_apart_and_the_best_pair_stays() -> None:
+def test_sheets_are_cut_apart_and_the_best_pair_stays_joined() -> None:
     V, F = NASTY["three sheets at an edge"]()
     _, new_F, _, repairs = clean(V, F)
     assert [r.kind for r in repairs] == ["crowded"]
     label = face_components(new_F, new_F.max() + 1)
     assert np.bincount(label).tolist() == [98, 98]
-    assert (label[:98] == 0).all()  # the bent sheet, not half of it with the one that stands on it
+    assert (label[:98] == 0).all()  # the bent sheet, not one half joined with the upright sheet
     V, F = NASTY["two cubes at an edge"]()
     _, new_F, _, _ = clean(V, F)
     assert (face_components(new_F, new_F.max() + 1) == np.arange(24) // 12).all()
 
 
-def test_orientation_is_consistent_inside_and_the_input_s_outside() -> None:
+def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one() -> None:
     V, F = sphere()
-    V = V * (1 + 0.1 * np.sin(3 * V[:, :1] + 1) * np.cos(2 * V[:, 1:2]))  # else many seams are as good
+    V = V * (
+        1 + 0.1 * np.sin(3 * V[:, :1] + 1) * np.cos(2 * V[:, 1:2])
+    )  # break the symmetry, so that the best seam is unique
     turned = np.random.default_rng(1).random(len(F)) < 0.3
     other = np.where(turned[:, None], F[:, ::-1], F)
     plain, mixed = unwrap(V, F), unwrapped(V, other)
@@ -104,7 +106,7 @@ def test_a_welded_soup_has_the_atlas_of_the_mesh() -> None:
     whole, loose = unwrap(V, F), unwrapped(*soup(V, F))
     assert len(loose.charts) == 1
     assert loose.quality.stretch_l2 == pytest.approx(whole.quality.stretch_l2, rel=0.02)
-    order = np.unique(F, return_index=True)[1]  # the same numbers for vertices, in the order of the soup
+    order = np.unique(F, return_index=True)[1]  # number the vertices in the order of the soup
     new = np.argsort(np.argsort(order))
     ordered = unwrap(V[np.argsort(new)], new[F])
     assert (ordered.TC[ordered.FTC] == loose.TC[loose.FTC]).all()
@@ -117,7 +119,7 @@ def test_a_welded_soup_has_the_atlas_of_the_mesh() -> None:
         unwrap(V, F, weld=-1)
 
 
-def test_flat_sides_with_vertices_of_their_own_are_welded_and_curved_ones_are_not() -> None:
+def test_separate_flat_sides_are_welded_but_separate_curved_sides_are_not() -> None:
     V, F = box(1, 2, 3, times=3)
     normal = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -143,7 +145,9 @@ def test_faces_without_area_leave_no_hole() -> None:
     plain = unwrap(V, F).quality
     a, b = F[100, :2]
     middle = len(V)
-    on = [t for t in range(len(F)) if {a, b} <= set(F[t].tolist())]  # the one is split, a cap takes its place
+    on = [
+        t for t in range(len(F)) if {a, b} <= set(F[t].tolist())
+    ]  # faces at the edge; the first is split, and a cap is added
     c = next(v for v in F[on[0]] if v not in (a, b))
     i, j = (a, b) if (np.roll(F[on[0]], -1) == b)[np.flatnonzero(F[on[0]] == a)[0]] else (b, a)
     split = np.vstack((np.delete(F, on[0], axis=0), [[i, middle, c], [middle, j, c], [i, j, middle]]))
@@ -174,7 +178,7 @@ def test_vertices_in_one_place_are_welded_where_most_faces_are_loose(
     assert len(np.unique(cleaned.merged)) == len(body) + places
 
 
-def test_zero_and_minus_zero_are_one_place() -> None:
+def test_zero_and_minus_zero_are_the_same_position() -> None:
     V, F = sheet()
     apart, loose = soup(V * [1, 1, 0], F)
     apart[::2, 2] = -0.0
@@ -183,7 +187,7 @@ def test_zero_and_minus_zero_are_one_place() -> None:
 
 
 @pytest.mark.parametrize("turn", [0, 1, 2])
-def test_a_cap_in_the_plane_is_opened_upright_and_a_piece_without_area_is_set_aside(turn: int) -> None:
+def test_a_cap_in_the_plane_is_opened_upright_and_a_piece_without_area_is_removed(turn: int) -> None:
     V, F = igl.triangulated_grid(5, 5)
     V, F = np.insert(V, 2, 0.0, axis=1), F.astype(np.int64)
     inside = np.flatnonzero(~np.isin(F, igl.boundary_loop(F)).any(axis=1))[0]
@@ -202,7 +206,7 @@ def test_a_cap_in_the_plane_is_opened_upright_and_a_piece_without_area_is_set_as
     assert np.abs(cleaned.V - V[cleaned.origin]).max() < 0.1 * np.linalg.norm(V[a] - V[b]) / 2
 
 
-def test_what_was_done_is_said_once_and_in_a_line() -> None:
+def test_repairs_are_reported_by_one_warning_of_one_line() -> None:
     V, F = NASTY["one face turned"]()
     with pytest.warns(MeshWarning, match="the mesh is repaired: faces 7 are turned") as said:
         atlas = unwrap(V, F)
@@ -211,7 +215,7 @@ def test_what_was_done_is_said_once_and_in_a_line() -> None:
     assert str(atlas.repairs[0]) in str(atlas)
 
 
-def test_clean_meshes_stay_as_they_are() -> None:
+def test_clean_meshes_are_returned_unchanged() -> None:
     for V, F in (igl.icosahedron(), load("disk__igl_snail.obj"), *(NASTY[name]() for name in CLEAN)):
         cleaned = clean(V, F)
         assert cleaned.repairs == ()
@@ -225,13 +229,13 @@ def test_clean_meshes_stay_as_they_are() -> None:
 @pytest.mark.parametrize("power", [-1070, -1000, 1000, 1023])
 def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
     V, F = igl.icosahedron()
-    V = np.round(V * 8) / 8  # exact at all powers
+    V = np.round(V * 8) / 8  # scaling by any power of two is exact
     plain = unwrap(V, F[1:])
     with pytest.warns(MeshWarning, match="scaled by a power of two"):
         atlas = unwrap(np.ldexp(V, power), F[1:])
     assert atlas.good
     assert np.allclose(atlas.TC, plain.TC)
-    with np.errstate(over="ignore"):  # infinite where double precision ends
+    with np.errstate(over="ignore"):  # overflow gives infinity
         assert np.isclose(atlas.scale, np.ldexp(plain.scale, -power))
         assert np.isclose(atlas.seam_length, np.ldexp(plain.seam_length, power))
     density = 1e-300 if power < 0 else 1e300
@@ -239,7 +243,7 @@ def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
         unwrap(np.ldexp(V, power), F[1:], packing=Packing(resolution=64, texel_density=density))
 
 
-def test_a_coordinate_that_is_not_finite_is_the_one_refusal() -> None:
+def test_only_coordinates_that_are_not_finite_are_rejected() -> None:
     V, F = sphere(0)
     V[3] = np.nan
     with pytest.raises(MeshError, match="vertices 3 are NaN or infinite"):
@@ -248,17 +252,17 @@ def test_a_coordinate_that_is_not_finite_is_the_one_refusal() -> None:
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
-def test_a_body_with_a_small_hole_is_cut_as_its_stretch_is_worth(name: str) -> None:
+def test_a_body_with_a_small_hole_is_cut_because_of_its_stretch(name: str) -> None:
     V, F = load(name)
     atlas = unwrap(V, F[1:])
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.3
-    assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # which has a stretch of 150 and more
+    assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # but its stretch exceeds 150
 
 
 def test_tips_that_would_shrink_get_a_seam() -> None:
     V, F = load("closed__igl_cow.off")
-    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # its ears and horns
+    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # because of ears and horns
     assert unwrap(V, F).quality.stretch_l2 < 1.2
 
 
@@ -275,7 +279,7 @@ def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
     assert unwrap(V, F).seam_length == unwrap(V, F, Seams(trade=0)).seam_length
 
 
-def test_the_stretch_of_each_chart_is_bounded_if_asked() -> None:
+def test_the_stretch_of_each_chart_is_bounded_on_request() -> None:
     V, F = load("closed__igl_cow.off")
     for most in (1.2, 1.05):
         atlas = unwrap(V, F, Seams(max_stretch=most))
@@ -286,8 +290,8 @@ def test_the_stretch_of_each_chart_is_bounded_if_asked() -> None:
         unwrap(V, F, Seams(max_stretch=0.5))
 
 
-def test_cuts_for_a_fuller_page_keep_to_the_bound_of_the_stretch() -> None:
-    """A part of a chart may be stretched more than the whole."""
+def test_cuts_for_a_fuller_page_respect_the_bound_of_the_stretch() -> None:
+    """A part of a chart can have a larger stretch than the whole chart."""
     dome = pyvista.ParametricBohemianDome(u_res=30, v_res=30, w_res=10).triangulate().clean()
     V, F = np.asarray(dome.points, dtype=np.float64), dome.faces.reshape(-1, 4)[:, 1:]
     for packing in (None, Packing(resolution=100, padding=0)):
@@ -296,7 +300,7 @@ def test_cuts_for_a_fuller_page_keep_to_the_bound_of_the_stretch() -> None:
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
 
 
-def test_seams_may_be_a_beginning() -> None:
+def test_given_seams_can_be_completed() -> None:
     V, F = load("closed__igl_3holes.off")
     mine = F[:1, :2]
     with pytest.raises(MeshError, match="complete=True"):
@@ -316,7 +320,7 @@ def test_seams_may_be_a_beginning() -> None:
     assert cut >= {tuple(e) for e in np.sort(short.seams, axis=1).tolist()}
 
 
-def test_given_seams_are_those_of_the_given_mesh() -> None:
+def test_given_seams_refer_to_the_mesh_before_its_repair() -> None:
     V, F = sheet()
     line = np.flatnonzero(V[:, 1] == 4)
     seams = np.column_stack((line[:-1], line[1:]))
@@ -325,16 +329,16 @@ def test_given_seams_are_those_of_the_given_mesh() -> None:
     assert len(unwrapped(V, turned, seams=seams).charts) == 2
     mask = np.isin(turned, line) & np.isin(turned[:, [1, 2, 0]], line)
     assert len(unwrapped(*loose, seams=mask).charts) == 2
-    below = mask & (V[turned].mean(axis=1)[:, 1:2] < 4)  # one side of each edge is enough
+    below = mask & (V[turned].mean(axis=1)[:, 1:2] < 4)  # marking one side of each edge suffices
     assert len(unwrapped(*loose, seams=below).charts) == 2
 
 
-def test_random_damage_of_all_kinds_at_once() -> None:
+def test_randomly_damaged_meshes_are_repaired() -> None:
     for seed in range(60):
         check_any(seed)
 
 
-def test_the_command_takes_a_soup_and_can_refuse(tmp_path) -> None:
+def test_the_command_repairs_a_soup_unless_it_is_strict(tmp_path) -> None:
     V, F = sphere()
     mesh, out = tmp_path / "in.obj", tmp_path / "out.obj"
     igl.write_triangle_mesh(str(mesh), *merged(*joined((V, F), (V + np.array([3, 0, 0]), F))))

@@ -1,4 +1,4 @@
-"""The largest piece of what stays, its border made of loops, and everything left out told of."""
+"""Extraction of the largest piece of the kept faces, with a border of loops and a report of omitted parts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def grid(n: int) -> np.ndarray:
     return igl.triangulated_grid(n, n)[1].astype(np.int64)
 
 
-def test_the_largest_piece_stays_wherever_it_is_and_the_others_are_told_of_by_size() -> None:
+def test_the_largest_piece_is_kept_and_other_pieces_are_reported_by_size() -> None:
     stays = np.ones(15 * 15, dtype=bool)
     row = np.arange(15 * 15) // 15
     stays[(row == 3) | (row == 12)] = False  # pieces of 3, 8 and 2 rows
@@ -29,7 +29,7 @@ def test_the_largest_piece_stays_wherever_it_is_and_the_others_are_told_of_by_si
         planar_topology(np.searchsorted(made.vertices, F[made.rows]), made.vertices)
 
 
-def test_where_the_border_touches_itself_the_vertex_is_left_out_and_named() -> None:
+def test_vertices_where_the_border_touches_itself_are_left_out_and_named() -> None:
     F, stays = grid(9), np.ones(81, dtype=bool)
     stays[[31, 49]] = False  # on both sides of vertex 40
     made = patch_faces(F, stays)
@@ -39,7 +39,7 @@ def test_where_the_border_touches_itself_the_vertex_is_left_out_and_named() -> N
     assert len(planar_topology(np.searchsorted(made.vertices, F[made.rows]), made.vertices).holes) == 1
 
 
-def test_two_pieces_that_meet_in_a_vertex_are_two_and_each_vertex_is_in_one_place() -> None:
+def test_pieces_that_meet_in_a_vertex_are_separate_and_have_disjoint_vertices() -> None:
     F = grid(9)
     x, y = np.arange(81) % 9, np.arange(81) // 9
     stays = (x <= 4) & (y <= 4) | (x >= 4) & (y >= 4)
@@ -50,7 +50,7 @@ def test_two_pieces_that_meet_in_a_vertex_are_two_and_each_vertex_is_in_one_plac
     assert np.array_equal(np.sort(kept), np.flatnonzero(stays))
 
 
-def test_what_has_no_face_is_bare_and_nothing_at_all_is_refused() -> None:
+def test_vertices_without_a_face_are_reported_and_an_empty_patch_is_rejected() -> None:
     V, F = sphere(1)
     stays = np.zeros(len(V), dtype=bool)
     stays[F[0]] = True

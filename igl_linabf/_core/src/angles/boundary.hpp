@@ -1,15 +1,15 @@
-// Boundary loops drawn one edge after another, by the turning and the change of length at each vertex.
+// Layout of boundary loops, edge by edge, from the turning angle and the length ratio at each vertex.
 #pragma once
 #include "../arrays.hpp"
 
 namespace angles {
 
-// The edges of a loop of n vertices, of which edge k leaves vertex k, over their total length.
+// Compute the edges of a loop of n vertices, divided by their total length. Edge k starts at vertex k.
 //
-// The logarithms of the lengths grow by log_ratio(k), of which the mean is taken off, so that the loop ends at the
-// scale at which it begins; directions turn by turning(k).
+// The logarithm of the length increases by log_ratio(k) minus the mean of log_ratio, so that the loop begins and ends
+// with the same scale. The direction turns by turning(k).
 template <class Ratio, class Turning>
-void develop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* edge) {
+void develop_loop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* edge) {
     double mean = 0, at = 0, largest = -INFINITY, total = 0;
     for (Index k = 0; k < n; ++k) mean += log_ratio(k) / double(n);
     for (Index k = 0; k < n; ++k) {
@@ -26,15 +26,16 @@ void develop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* e
     for (Index k = 0; k < n; ++k) edge[k] = edge[k] / total;
 }
 
-inline double inverse_length(Complex edge) {  // 0 of an edge that has no length in double precision
+inline double inverse_length(Complex edge) {  // 0 for an edge without length in double precision
     const double length = std::hypot(edge.x, edge.y);
     return length > 0 ? 1 / length : 0;
 }
 
-// Outer loops from the exterior angles and the logarithms of length ratios at their vertices, and their relative gaps.
+// Lay out outer loops from the exterior angles and the logarithms of length ratios at their vertices. Returns the
+// positions of the vertices, starting at 0, and the relative gap of each loop before it was closed.
 //
-// What angles miss of 2 pi is spread over those that are `movable`. A loop is closed by the smallest change of
-// lengths, min sum delta^2 / l: delta = l Re(conj(edge) mu), a 2 by 2 system for mu. It begins at 0.
+// The difference of the angle sum from 2 pi is distributed equally over the `movable` angles. The gap is closed by the
+// smallest change of lengths, min sum delta^2 / l, with delta = l Re(conj(edge) mu) and a 2 by 2 system for mu.
 inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Index> start, View<const double> turning,
                                                                  View<const double> log_ratio,
                                                                  View<const bool> movable) {
@@ -45,8 +46,8 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
         double missing = 2 * PI, free = 0;
         for (Index k = first; k < first + n; ++k) missing -= turning[k], free += movable[k];
         Complex* edge = z.data() + first;
-        develop(n, [&](Index k) { return log_ratio[first + k]; },
-                [&](Index k) { return turning[first + k] + (movable[first + k] ? missing / free : 0.0); }, edge);
+        develop_loop(n, [&](Index k) { return log_ratio[first + k]; },
+                     [&](Index k) { return turning[first + k] + (movable[first + k] ? missing / free : 0.0); }, edge);
         Complex gap{0, 0}, at{0, 0};
         double xx = 0, xy = 0, yy = 0;
         for (Index k = 0; k < n; ++k) {
@@ -55,7 +56,7 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
             xx += x * x * over, xy += x * y * over, yy += y * y * over;
         }
         gaps[i] = std::hypot(gap.x, gap.y);
-        const double det = xx * yy - xy * xy;  // 0, and all of it infinite, where all edges are parallel
+        const double det = xx * yy - xy * xy;  // 0 if all edges are parallel; the positions are then infinite or NaN
         const double u = (xy * gap.y - yy * gap.x) / det, v = (xy * gap.x - xx * gap.y) / det;
         for (Index k = 0; k < n; ++k) {
             const Complex next = edge[k];
@@ -66,9 +67,10 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
     return {std::move(z), std::move(gaps)};
 }
 
-// The gaps of loops that turn by -2 pi, in units of their length, and the derivatives by log_ratio + i turning at
-// their vertices: the vector from the vertex to the loop's end, minus its mean, over all vertices as the loop's start.
-// What a loop turns by too much is spread evenly over it first.
+// Compute the gaps of loops that turn by -2 pi, relative to their lengths, and the derivatives of the gaps with respect
+// to log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop minus the
+// mean of these vectors, averaged over all choices of the start vertex. First, the excess of turning is distributed
+// equally over the vertices.
 inline std::tuple<Array<Complex>, Array<Complex>> lay_out_loops(View<const Index> vertex, View<const Index> start,
                                                               View<const double> turning,
                                                               View<const double> log_ratio) {
@@ -79,8 +81,8 @@ inline std::tuple<Array<Complex>, Array<Complex>> lay_out_loops(View<const Index
         for (Index k = first; k < first + n; ++k) angle += turning[vertex[k]];
         angle /= double(n);
         Complex* edge = q.data() + first;
-        develop(n, [&](Index k) { return log_ratio[vertex[first + k]]; },
-                [&](Index k) { return turning[vertex[first + k]] - angle; }, edge);
+        develop_loop(n, [&](Index k) { return log_ratio[vertex[first + k]]; },
+                     [&](Index k) { return turning[vertex[first + k]] - angle; }, edge);
         Complex to_end{0, 0}, mean{0, 0};
         for (Index k = n - 1; k >= 0; --k) edge[k] = to_end = to_end + edge[k];
         gap[i] = to_end;

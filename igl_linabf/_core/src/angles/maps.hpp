@@ -1,32 +1,33 @@
-// Flat maps: their areas, what they change, their place on the page, and how they are developed from angles. A place in
-// the plane is a row (x, y).
+// Flat maps: areas, distortion, normalization of position and direction, and layout from angles.
 #pragma once
 #include "triangles.hpp"
 
 namespace angles {
 
-constexpr double SYMMETRIC = 1e-9;  // relative moment, below which it is of rounding
+constexpr double SYMMETRIC_MOMENT = 1e-9;  // relative moment below which a map counts as symmetric
 
 inline Complex place(Values uv, Index v) { return {uv.data[2 * v], uv.data[2 * v + 1]}; }
 
-// Twice the signed area of each face; positive where it is not flipped.
+// Return twice the signed area of each face; positive unless the face is flipped or collapsed.
 inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) {
-    return over(corner.columns, [z, at = Rows(corner)](Index t) {
+    return tabulate(corner.columns, [z, at = Rows(corner)](Index t) {
         const auto [i, j, k] = at[t];
         return cross(z[j] - z[i], z[k] - z[i]);
     });
 }
 
-// Maps side by side, each scaled to its area, its centroid at 0 and its principal axes along x and y.
+// Scale each of several concatenated maps to a given area, move its centroid to 0, and rotate its principal axes to x
+// and y.
 //
-// `double_area` is that of each face. Map i has the vertices from vertex_start[i] to vertex_start[i + 1], and such
-// faces. The longer axis is x; of its two directions the one that gives a positive third moment. A symmetric map, of
-// which rounding would choose the axes or a direction, is turned by a rule that does not depend on rounding.
+// `double_area` is twice the area of each face in the map. Map i has the vertices vertex_start[i] to
+// vertex_start[i + 1] - 1, and likewise its faces. The longer principal axis becomes the x axis, in the direction for
+// which the third moment is positive. For symmetric maps, whose axes or direction would depend on rounding, a rule that
+// is robust to rounding decides.
 inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
                                View<const Index> vertex_start, View<const Index> face_start) {
     Array<Complex> made(z.size);
     const Rows at(corner);
-    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // no axis of a map is likely to be along it
+    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // arbitrary; maps are not usually aligned to it
     for (Index i = 0; i < area.size; ++i) {
         const Index first = face_start[i], last = face_start[i + 1];
         double total = 0, size = 0, third = 0;
@@ -43,7 +44,7 @@ inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers dou
             second = second + double_area[t] * (times(a, a) + times(b, b) + times(c, c) + times(s, s));
             size += double_area[t] * (dot(a, a) + dot(b, b) + dot(c, c));
         }
-        if (std::hypot(second.x, second.y) > SYMMETRIC * size) {
+        if (std::hypot(second.x, second.y) > SYMMETRIC_MOMENT * size) {
             const double angle = std::atan2(second.y, second.x) / 2;
             turn = {std::cos(angle), -std::sin(angle)};
         }
@@ -52,7 +53,8 @@ inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers dou
             const double x = times(1.0 / 3 * (z[j] + z[k] + z[l]) - centroid, turn).x;
             third += double_area[t] * x * x * x;
         }
-        if (!(std::abs(third) > SYMMETRIC * total * std::pow(size / total, 1.5))) third = times(turn, beside_axes).x;
+        const double least_third = SYMMETRIC_MOMENT * total * std::pow(size / total, 1.5);
+        if (!(std::abs(third) > least_third)) third = times(turn, beside_axes).x;
         turn = (third < 0 ? -1 : 1) * std::sqrt(2 * area[i] / total) * turn;
         for (Index v = vertex_start[i]; v < vertex_start[i + 1]; ++v) made[v] = times(z[v] - centroid, turn);
     }
@@ -61,13 +63,13 @@ inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers dou
 
 using Changes = std::tuple<Grid<double>, Grid<double>, Array<double>, Array<double>, Array<double>, Grid<double>>;
 
-// What a flat map `uv` does to each triangle: the angles in space, and what they are more in the map; twice the signed
-// areas in the map; the larger and the smaller singular value; the ratios of the lengths of sides.
+// Measure the change of each triangle by a flat map `uv`: the angles in space; the angles in the map minus those in
+// space; twice the signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths.
 inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area, Values products) {
     const Index m = corner.columns;
     Grid<double> angle(3, m), more(3, m), sides(3, m);
     Array<double> signed_double_area(m), major(m), minor(m);
-    in_pieces(m, [&](Index first, Index last) {
+    parallel_for_pieces(m, [&](Index first, Index last) {
         const Rows at(corner);
         const Rows in_space(angle.matrix()), error(more.matrix()), ratio(sides.matrix());
         double *signed_area = signed_double_area.data(), *larger = major.data(), *smaller = minor.data();
@@ -80,14 +82,14 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
             const double length = std::sqrt(dot(r, r)), signed_double = cross(v, w);
             const Triple own{arctangent(area, x), arctangent(area, y), arctangent(area, z)};
             in_space.set(t, own);
-            // by the two sides there, so that a corner without a side has no angle
+            // computed from the two sides at the corner, so that the angle is 0 if a side has no length
             error.set(t, {arctangent(std::abs(signed_double), -dot(v, w)) - own.a,
                           arctangent(std::abs(cross(w, u)), -dot(w, u)) - own.b,
                           arctangent(std::abs(cross(u, v)), -dot(u, v)) - own.c});
             ratio.set(t, {std::sqrt(dot(u, u)) / std::sqrt(dot(p, p)), std::sqrt(dot(v, v)) / std::sqrt(dot(q, q)),
                           std::sqrt(dot(w, w)) / length});
             signed_area[t] = signed_double;
-            // the columns of the Jacobian in the frame of side 0-1: w = length c1, -v = (x c1 + area c2) / length
+            // columns c1, c2 of the Jacobian in the frame of side 0-1: w = length c1, -v = (x c1 + area c2) / length
             const Complex first = 1 / length * w, second = 1 / area * ((-length) * v - x * first);
             const Complex plus{first.x + second.y, first.y - second.x}, minus{first.x - second.y, first.y + second.x};
             const double most = (std::sqrt(dot(plus, plus)) + std::sqrt(dot(minus, minus))) / 2;
@@ -99,9 +101,10 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
             std::move(major), std::move(minor), std::move(sides)};
 }
 
-// The vertices that are not `known`, placed triangle after triangle over a breadth-first tree from the half-edges
-// `start`. Sides come from angles, not from positions: errors of these would grow from triangle to triangle. The misfit
-// says how far a corner that lay already is from where it would be placed, over the shortest side, at most.
+// Place the vertices that are not `known`, triangle by triangle over a breadth-first tree from the half-edges `start`.
+// Also return the misfit: the largest distance between a placed vertex and the position that another triangle implies
+// for it, relative to the shortest side of that triangle. Sides are propagated by angles rather than computed from
+// positions, whose errors would grow from triangle to triangle.
 inline std::tuple<Array<Complex>, double> developed(View<const Complex> z, View<const bool> known,
                                                     View<const Index> start, View<const Index> twin, Corners corner,
                                                     Values cot) {
@@ -134,7 +137,7 @@ inline std::tuple<Array<Complex>, double> developed(View<const Complex> z, View<
         if (placed[apex]) {
             const Complex off = there - at[apex];
             const double share = dot(off, off) / std::min({dot(side, side), dot(to, to), dot(rest, rest)});
-            if (!(share <= worst)) worst = share > worst ? share : INFINITY;  // NaN, too
+            if (!(share <= worst)) worst = share > worst ? share : INFINITY;  // NaN counts as infinite
         } else {
             at[apex] = there, placed[apex] = true;
         }

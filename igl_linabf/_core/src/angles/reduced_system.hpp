@@ -1,31 +1,31 @@
-// The reduced system S = sum_t M_t P_t M_t^T, and the Laplacian L_s that preconditions it, by edges and vertices.
+// Assembly of the reduced system S = sum_t M_t P_t M_t^T, and of the Laplacian L_s that preconditions it.
 #pragma once
 #include "triangles.hpp"
 
 namespace angles {
 
-// w_i w_j / d, k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
+// Return w_i w_j / d at the corner k opposite to i and j: y^T P y is the sum of this times (y_i - y_j)^2 over pairs.
 inline Grid<double> pair_weights(Values w, Numbers d) {
-    return over_corners(w.columns, [w = Rows(w), d](Index t) {
+    return tabulate_corners(w.columns, [w = Rows(w), d](Index t) {
         const auto [a, b, c] = w[t];
         return Triple{b * c / d[t], c * a / d[t], a * b / d[t]};
     });
 }
 
-// What each half-edge gives to the Laplacian sum of s K; s = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
-// eigenvalue ratios of P and K.
+// Return the weight of each half-edge in the Laplacian sum_t s_t K_t, where s = 2 sqrt(w0 w1 w2 / d) is the geometric
+// mean of the two eigenvalue ratios of P and K.
 inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
-    return over_corners(w.columns, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+    return tabulate_corners(w.columns, [w = Rows(w), d, cot = Rows(cot)](Index t) {
         const auto [a, b, c] = w[t];
         const double half = std::sqrt(a * b * c / d[t]);
         return Triple{cot.a[t] * half, cot.b[t] * half, cot.c[t] * half};
     });
 }
 
-// rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it. On the plane sum e = 0,
+// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0,
 // tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
 inline Array<double> disparity(Values w, Numbers d, Values cot) {
-    return over(d.size, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+    return tabulate(d.size, [w = Rows(w), d, cot = Rows(cot)](Index t) {
         const auto [a, b, c] = w[t];
         const auto [x, y, z] = cot[t];
         const double pa = b * c / d[t], pb = c * a / d[t], pc = a * b / d[t];
@@ -36,16 +36,16 @@ inline Array<double> disparity(Values w, Numbers d, Values cot) {
     });
 }
 
-// The sums of values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one.
+// Sum values of half-edges, (3, #F), over the two half-edges `sides` of each edge, (2, #E), -1 for a missing one.
 inline Array<double> at_edges(Values values, Matrix<const Index> sides) {
     const double* value = values.data;
-    return over(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
+    return tabulate(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
         return value[one[e]] + (other[e] >= 0 ? value[other[e]] : 0.0);
     });
 }
 
-// The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none. It is kept as its
-// upper triangle in CSR, of which `indptr` has the starts of rows and `slot` the place of each edge.
+// Return the entries of the Laplacian with the weights of the edges between rows `ends`, (2, #E), where -1 is no row.
+// The upper triangle is stored in CSR; `slot` is the position of the entry of each edge.
 template <class I>
 Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends,
                                 Numbers weight) {
@@ -60,7 +60,7 @@ Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Ma
     return made;
 }
 
-// What fixed vertices add to L x: the sum of weight z over the edges to them, (n, 2). z is zero at others.
+// Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over the edges to them.
 inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight, View<const Complex> z,
                            Index n) {
     Grid<double> made = zeros<Grid<double>>(n, 2);
@@ -74,7 +74,7 @@ inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, 
     return made;
 }
 
-// A 2 by 2 block of S: (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel).
+// A 2 by 2 block of S with the entries (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel).
 struct Block {
     double vv = 0, vw = 0, wv = 0, ww = 0;
 
@@ -82,13 +82,13 @@ struct Block {
     Block transposed() const { return {vv, wv, vw, ww}; }
 };
 
-// What each triangle gives to S.
-struct Fan {
+// The contributions of triangles to S.
+struct TriangleBlocks {
     Values w, cot;
     Numbers d;
 
-    // Between the tail and the head of the half-edge opposite to corner k of triangle t.
-    Block between(Index k, Index t) const {
+    // Return the block between the tail and the head of the half-edge opposite to corner k of triangle t.
+    Block side_block(Index k, Index t) const {
         const Index i = (k + 1) % 3, j = (k + 2) % 3;
         const double a = w[k][t], b = w[i][t], c = w[j][t], x = cot[k][t], y = cot[i][t], z = cot[j][t];
         const double share = 1 / d[t], opposite = b * c * share;
@@ -97,8 +97,8 @@ struct Fan {
                 opposite * y * z - x * (to_tail + to_head)};
     }
 
-    // Half of what is between corner k of triangle t and itself.
-    Block own(Index k, Index t) const {
+    // Return half of the diagonal block of corner k of triangle t.
+    Block half_corner_block(Index k, Index t) const {
         const Index i = (k + 1) % 3, j = (k + 2) % 3;
         const double share = 1 / d[t], a = w[k][t] * share, y = cot[i][t], z = cot[j][t];
         const double opposite = w[i][t] * w[j][t] * share, right = a * w[i][t], left = a * w[j][t];
@@ -108,15 +108,16 @@ struct Fan {
     }
 };
 
-// The blocks of S, (#blocks, 4), at the places of the pattern; those on the diagonal are halved. From row `wheels` on,
-// the wheel rows are those of the identity. The pattern is as in `laplacian_entries`. `ends` has the rows of the
-// edges, `sides` their half-edges, `row` that of each vertex; several vertices may have the same, as those of a hole.
+// Return the blocks of S, (#blocks, 4), in the order of the pattern; diagonal blocks are halved. From row `wheels` on,
+// wheel rows are replaced by rows of the identity. The pattern is that of `laplacian_entries`. `ends` and `sides` are
+// the rows and the half-edges of each edge. `row` is the row of each vertex; all vertices of a hole, for example, may
+// share one row.
 template <class I>
 Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot,
                            Matrix<const Index> ends, Matrix<const Index> sides, Corners corner,
                            View<const Index> row, Index wheels, Values w, Numbers d, Values cot) {
     const Index n = indptr.size - 1, m = corner.columns, size = indices.size;
-    const Fan fan{w, cot, d};
+    const TriangleBlocks triangles{w, cot, d};
     Grid<double> made(size, 4);
     Block* block = reinterpret_cast<Block*>(made.data());
     std::fill_n(block, size, Block());
@@ -124,8 +125,8 @@ Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<con
         const Index i = ends[0][e], j = ends[1][e], s = sides[0][e], t = sides[1][e];
         if (i < 0 || j < 0) continue;
         const Index k = (s >= m) + (s >= 2 * m), l = (t >= m) + (t >= 2 * m);
-        Block sum = fan.between(k, s - k * m);
-        if (t >= 0) sum += fan.between(l, t - l * m).transposed();  // the second side runs the other way
+        Block sum = triangles.side_block(k, s - k * m);
+        if (t >= 0) sum += triangles.side_block(l, t - l * m).transposed();  // the second side has the other direction
         if (i == j) {
             sum.vw = sum.wv = (sum.vw + sum.wv) / 2;
             block[indptr[i]] += sum;
@@ -135,7 +136,7 @@ Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<con
     }
     for (Index t = 0; t < m; ++t)
         for (Index k = 0; k < 3; ++k)
-            if (const Index i = row[corner[k][t]]; i >= 0) block[indptr[i]] += fan.own(k, t);
+            if (const Index i = row[corner[k][t]]; i >= 0) block[indptr[i]] += triangles.half_corner_block(k, t);
     for (Index i = 0; i < n && wheels < n; ++i) {
         for (Index p = indptr[i]; p < Index(indptr[i + 1]); ++p) {
             if (i >= wheels) block[p].wv = 0;

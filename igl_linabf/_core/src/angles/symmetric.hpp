@@ -1,16 +1,16 @@
-// The steps of conjugate gradients for blocks side by side; products of symmetric matrices of which one triangle is
-// kept, and some rows of those of 2 by 2 blocks.
+// Steps of conjugate gradients for independent blocks, products with symmetric matrices stored as one triangle, and
+// access to rows of matrices of 2 by 2 blocks.
 #pragma once
 #include "triangles.hpp"
 
 namespace angles {
 
-// The scalar product of a and b in each block; block k is start[k] to start[k + 1].
+// Return the scalar product of a and b in each block; block k has the entries start[k] to start[k + 1] - 1.
 inline Array<double> block_dots(View<const Index> start, View<const double> a, View<const double> b) {
     Array<double> made(start.size - 1);
     for (Index k = 0; k < made.rows; ++k) {
         const double *u = a.data + start[k], *v = b.data + start[k];
-        made[k] = sum_of_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
+        made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
             for (Index i = first; i < last; ++i) total += u[i] * v[i];
             return total;
@@ -19,8 +19,8 @@ inline Array<double> block_dots(View<const Index> start, View<const double> a, V
     return made;
 }
 
-// In each block, go along the direction p as far as it leads to the solution: x += length p and r -= length q, with
-// q = A p and length = rho / p . q. A block whose rho is 0 stays. Returns r . r.
+// In each block, take the conjugate gradient step along the direction p: x += length p and r -= length q, where q = A p
+// and length = rho / p . q. Blocks with rho = 0 do not change. Returns r . r.
 inline Array<double> block_step(View<const Index> start, View<const double> rho, View<const double> p,
                                 View<const double> q, View<double> x, View<double> r) {
     Array<double> made = block_dots(start, p, q);
@@ -28,7 +28,7 @@ inline Array<double> block_step(View<const Index> start, View<const double> rho,
         const double along = rho[k] == 0 || made[k] == 0 ? 0.0 : rho[k] / made[k];
         const double *u = p.data + start[k], *v = q.data + start[k];
         double *to = x.data + start[k], *left = r.data + start[k];
-        made[k] = sum_of_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
+        made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
             INDEPENDENT for (Index i = first; i < last; ++i) {
                 to[i] += along * u[i];
@@ -42,38 +42,39 @@ inline Array<double> block_step(View<const Index> start, View<const double> rho,
     return made;
 }
 
-// In each block, turn the direction p to z + (rho / last) p; to z where either is 0.
+// In each block, update the direction p to z + (rho / last) p, or to z if rho or last is 0.
 inline void block_turn(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
                        View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
         const double kept = rho[k] == 0 || last[k] == 0 ? 0.0 : rho[k] / last[k], *from = z.data + start[k];
         double* to = p.data + start[k];
-        in_pieces(start[k + 1] - start[k], [=](Index first, Index until) {
+        parallel_for_pieces(start[k + 1] - start[k], [=](Index first, Index until) {
             INDEPENDENT for (Index i = first; i < until; ++i) to[i] = from[i] + kept * to[i];
         });
     }
 }
 
-// The sum of what add(first, last, y) adds for the rows of a triangular matrix, (n, 2); y begins at row `first`. A row
-// adds to those below it, too: of many, each half has a vector of its own.
+// Accumulate the contributions of the rows of an upper triangular matrix to y, (n, 2). add(first, last, y) adds those
+// of a range of rows to a vector that begins at row `first`. Because a row also contributes to rows below it, two
+// halves of a large matrix are accumulated in separate vectors.
 template <class Made, class Add>
-Made of_two_halves(Index n, Made&& y, const Add& add) {
-    const Index half = n < DIVIDED_FROM ? n : n / 2;
+Made accumulate_in_halves(Index n, Made&& y, const Add& add) {
+    const Index half = n < PARALLEL_SIZE ? n : n / 2;
     Array<double> below = zeros(2 * (n - half));
-    at_once(half < n ? 2 : 1, [&](Index k) { k ? add(half, n, below.data()) : add(Index(0), half, y.data()); });
+    parallel_for(half < n ? 2 : 1, [&](Index k) { k ? add(half, n, below.data()) : add(Index(0), half, y.data()); });
     double* to = y.data() + 2 * half;
-    in_pieces(below.size(), [&](Index first, Index last) {
+    parallel_for_pieces(below.size(), [&](Index first, Index last) {
         INDEPENDENT for (Index i = first; i < last; ++i) to[i] += below[i];
     });
     return std::move(y);
 }
 
-// (U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR.
+// Return (U + U^T) x, where U has the 2 by 2 blocks `block`, (#blocks, 4), at the rows and columns of a CSR pattern.
 template <class I>
 Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<const double> block,
                             View<const double> x) {
     const Index n = indptr.size - 1;
-    return of_two_halves(n, zeros(2 * n), [=](Index first, Index last, double* y) {
+    return accumulate_in_halves(n, zeros(2 * n), [=](Index first, Index last, double* y) {
         for (Index i = first; i < last; ++i) {
             const double u = x[2 * i], v = x[2 * i + 1];
             double s = 0, t = 0;
@@ -88,12 +89,12 @@ Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<
     });
 }
 
-// A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2).
+// Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).
 template <class I>
 Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, View<const double> data,
                                  Matrix<const double> x) {
     const Index n = indptr.size - 1;
-    return of_two_halves(n, zeros<Grid<double>>(n, 2), [=](Index first, Index last, double* y) {
+    return accumulate_in_halves(n, zeros<Grid<double>>(n, 2), [=](Index first, Index last, double* y) {
         for (Index i = first; i < last; ++i) {
             const double u = x[i][0], v = x[i][1];
             double s = 0, t = 0;
@@ -109,8 +110,8 @@ Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, Vie
     });
 }
 
-// The rows from `first` to `last` of U_e C, next to each other for e = 0 .. 3, (#, 4 k). U_e has entry e of each block,
-// as in `block_product`, and C is (n, k).
+// Return the rows from `first` to `last` - 1 of U_e C, (#, 4 k), with the products for e = 0 .. 3 side by side. U_e
+// consists of entry e of each block, see `block_product`, and C is (n, k).
 template <class I>
 Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Matrix<const double> block,
                                   Matrix<const double> C, Index first, Index last) {
@@ -127,8 +128,9 @@ Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Ma
     return made;
 }
 
-// Some rows of U + U^T: the start of each row, the columns of its blocks, ascending, and their places in U; ~place of
-// transposed ones. `number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.
+// Return the pattern of selected rows of U + U^T: the start of each row, the columns of its blocks, ascending, and
+// their positions in U, or ~position for transposed blocks. `number`, (n,), is the ascending index of each selected
+// row, or -1.
 template <class I>
 std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices,
                                                                 View<const Index> number) {
@@ -147,14 +149,14 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
     for (Index i = 2; i < chosen + 2; ++i) end[i] += end[i - 1];
     std::copy(end.begin() + 1, end.end(), start.data());
     Array<Index> column(end[chosen + 1]), place(end[chosen + 1]);
-    each([&](Index row, Index j, Index k) {  // what is left of the diagonal comes from the rows before
+    each([&](Index row, Index j, Index k) {  // blocks left of the diagonal come from earlier rows of U
         const Index at = end[row + 1]++;
         column[at] = j, place[at] = k;
     });
     return {std::move(start), std::move(column), std::move(place)};
 }
 
-// The blocks of `block_rows`, (#, 4), of rows `of`; of those on the diagonal, half is kept.
+// Return the blocks of `block_rows`, (#, 4); `of` is the row of each. Half of each diagonal block is stored in `block`.
 inline Grid<double> blocks_of_rows(Matrix<const double> block, View<const Index> column, View<const Index> place,
                                     View<const Index> of) {
     Grid<double> made(column.size, 4);
@@ -168,7 +170,7 @@ inline Grid<double> blocks_of_rows(Matrix<const double> block, View<const Index>
     return made;
 }
 
-// r - R^T x of rows R as of `block_rows`; r may be longer than they are.
+// Return r - R^T x, where R consists of the rows selected by `block_rows`; r may have more entries than R has columns.
 inline Array<double> without_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
                                   View<const double> x, View<const double> r) {
     Array<double> left(r.size);
@@ -182,7 +184,7 @@ inline Array<double> without_rows(View<const Index> start, View<const Index> col
     return left;
 }
 
-// r - R z in the rows `of`, (2 #rows,).
+// Return r - R z in the rows `of`, (2 #rows,).
 inline Array<double> left_at_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
                                   View<const Index> of, View<const double> r, View<const double> z) {
     Array<double> made(2 * of.size);

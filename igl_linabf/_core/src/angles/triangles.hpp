@@ -1,5 +1,5 @@
-// What is computed in each triangle, and summed at the vertices. Arrays over corners are (3, #F); side k is
-// opposite to corner k, and corners k + 1 and k + 2 follow it counter-clockwise.
+// Computations in triangles, and sums at vertices. Arrays over corners are (3, #F). The corners k, k + 1 and k + 2 are
+// in counter-clockwise order, and side k is opposite to corner k.
 #pragma once
 #include <limits>
 #include <stdexcept>
@@ -13,7 +13,7 @@ using Values = Matrix<const double>;
 using Numbers = View<const double>;
 
 constexpr double EPS = std::numeric_limits<double>::epsilon(), TINY = std::numeric_limits<double>::min();
-constexpr double LARGEST_COT = 1e75;  // cotangents count as no more, so that the squares of products are finite
+constexpr double LARGEST_COT = 1e75;  // clamp cotangents so that squares of products are finite
 
 // The values at the three corners of one triangle.
 template <class T>
@@ -32,11 +32,11 @@ struct Rows {
     void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
 };
 
-// An array (n,) of at(i).
+// Return the array (n,) of the values at(i).
 template <class At>
-Array<double> over(Index n, const At& at) {
+Array<double> tabulate(Index n, const At& at) {
     Array<double> made(n);
-    in_pieces(n, [&](Index first, Index last) {
+    parallel_for_pieces(n, [&](Index first, Index last) {
         const At own = at;
         double* to = made.data();
         INDEPENDENT for (Index i = first; i < last; ++i) to[i] = own(i);
@@ -44,11 +44,11 @@ Array<double> over(Index n, const At& at) {
     return made;
 }
 
-// An array over corners, (3, m), of the triples at(t).
+// Return the array over corners, (3, m), of the triples at(t).
 template <class At>
-Grid<double> over_corners(Index m, const At& at) {
+Grid<double> tabulate_corners(Index m, const At& at) {
     Grid<double> made(3, m);
-    in_pieces(m, [&](Index first, Index last) {
+    parallel_for_pieces(m, [&](Index first, Index last) {
         const At own = at;
         const Rows<double> to(made.matrix());
         INDEPENDENT for (Index t = first; t < last; ++t) to.set(t, own(t));
@@ -63,7 +63,7 @@ Made zeros(Shape... shape) {
     return made;
 }
 
-// The sums of `values` over equal `index`, 0 .. n - 1.
+// Sum the values that have the same index, for each index 0 .. n - 1.
 inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
     if (index.size != values.size) throw std::invalid_argument("sum_by: as many values as indices are needed");
     Array<double> made = zeros(n);
@@ -83,13 +83,13 @@ inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; 
 inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double extent(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
-// Twice the area of each triangle, the scalar products of the sides at its corners, and the least double area that
-// rounding does not make: a coordinate x is known to eps |x|, and that times the longest side is an area from nothing.
+// Compute twice the area of each triangle, the scalar products of the sides at its corners, and the rounding error of
+// the double area: a coordinate x has the error eps |x|, which the longest side multiplies to an area.
 inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V, Corners corner) {
     const Index m = corner.columns;
     Array<double> double_area(m), least(m);
     Grid<double> products(3, m);
-    in_pieces(m, [&](Index first, Index last) {
+    parallel_for_pieces(m, [&](Index first, Index last) {
         const Rows at(corner);
         const Rows to(products.matrix());
         double *area = double_area.data(), *tiny = least.data();
@@ -106,10 +106,10 @@ inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V,
     return {std::move(double_area), std::move(products), std::move(least)};
 }
 
-// Unit normals of triangles, (#F, 3); zero, or what rounding makes of it, where there is no area.
+// Return the unit normals of triangles, (#F, 3); zero, or of arbitrary direction by rounding, for degenerate triangles.
 inline Grid<double> normals(Values V, Corners corner) {
     Grid<double> made(corner.columns, 3);
-    in_pieces(corner.columns, [&](Index first, Index last) {
+    parallel_for_pieces(corner.columns, [&](Index first, Index last) {
         for (Index t = first; t < last; ++t) {
             const Point A = point(V, corner[0][t]);
             const Point n = cross(point(V, corner[1][t]) - A, point(V, corner[2][t]) - A);
@@ -121,9 +121,9 @@ inline Grid<double> normals(Values V, Corners corner) {
     return made;
 }
 
-// Lengths of edges, (#E, 2), in space or in the plane.
+// Return the lengths of edges, (#E, 2), in space or in the plane.
 inline Array<double> lengths(Values V, Matrix<const Index> edges) {
-    return over(edges.rows, [=](Index e) {
+    return tabulate(edges.rows, [=](Index e) {
         const double *a = V[edges[e][0]], *b = V[edges[e][1]];
         double squared = 0;
         for (Index j = 0; j < V.columns; ++j) squared += (a[j] - b[j]) * (a[j] - b[j]);
@@ -131,7 +131,7 @@ inline Array<double> lengths(Values V, Matrix<const Index> edges) {
     });
 }
 
-// cot x, by the rational function of Cephes for the tangent (Moshier 1989), which a loop evaluates in SIMD.
+// Return cot x by the rational approximation of the tangent in Cephes (Moshier 1989), which compilers can vectorize.
 inline double cotangent(double x) {
     const double quarter = std::floor(x * (2 / PI) + 0.5), y = x - quarter * (PI / 2), z = y * y;
     const double p = (-1.30936939181383734205e4 * z + 1.15351664838587416140e6) * z - 1.79565251976484877988e7;
@@ -140,7 +140,7 @@ inline double cotangent(double x) {
     return quarter == 2 * std::floor(quarter / 2) ? 1 / tangent : -tangent;
 }
 
-// The angle of x + i y in [0, pi], y being at least 0, by Cephes, too; 0 where both are 0.
+// Return the angle of x + i y in [0, pi] for y >= 0 by the approximation in Cephes; 0 if x = y = 0.
 inline double arctangent(double y, double x) {
     const double low = std::min(y, std::abs(x)), high = std::max(y, std::abs(x));
     const bool steep = low > 0.66 * high;
@@ -154,10 +154,10 @@ inline double arctangent(double y, double x) {
     return x < 0 ? PI - acute : acute;
 }
 
-// The angle between the normals at each edge, of sides (2, #E); negative where the surface is concave.
+// Return the angle between the face normals at each edge, given its half-edges (2, #E); negative at concave edges.
 inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
     const Index m = corner.columns;
-    return over(sides.columns, [=](Index e) {
+    return tabulate(sides.columns, [=](Index e) {
         const Index s = sides[0][e], t = sides[1][e];
         const Index i = (s >= m) + (s >= 2 * m), j = (t >= m) + (t >= 2 * m);
         const Point turned = point(normal, s - i * m) - point(normal, t - j * m);
@@ -168,23 +168,23 @@ inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sid
     });
 }
 
-// cot alpha; infinite at an angle of 0, as in a collapsed triangle.
+// Return cot alpha; infinite for an angle of 0, which occurs in collapsed triangles.
 inline Grid<double> cotangents(Values alpha) {
-    return over_corners(alpha.columns, [angle = Rows(alpha)](Index t) {
+    return tabulate_corners(alpha.columns, [angle = Rows(alpha)](Index t) {
         const auto [a, b, c] = angle[t];
         return Triple{cotangent(a), cotangent(b), cotangent(c)};
     });
 }
 
-using Flagged = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and some of the triangles
+using Flagged = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and a mask of triangles
 
-// Angles of triangles whose sides, (3, #F), are multiplied by the factor of the vertex opposite, by half-angle
-// formulas; and which triangles cannot have such sides, so that their angles mean nothing.
+// Compute, by half-angle formulas, the angles of triangles after each side is multiplied by the factor of its opposite
+// vertex. Also mark the triangles whose sides violate the triangle inequality; their angles are meaningless.
 inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
     const Index m = corner.columns;
     Grid<double> alpha(3, m);
     Array<bool> impossible(m);
-    in_pieces(m, [&](Index first, Index last) {
+    parallel_for_pieces(m, [&](Index first, Index last) {
         const Rows at(corner);
         const Rows side(length);
         const Rows to(alpha.matrix());
@@ -198,7 +198,7 @@ inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
             const double p = (b + c - a) / 2, q = (c + a - b) / 2, r = (a + b - c) / 2;
             bad[t] = !((p > 0) & (q > 0) & (r > 0));
             const double x = std::max(p, 0.0), y = std::max(q, 0.0), z = std::max(r, 0.0);
-            const double radius = std::sqrt(x * y * z / ((a + b + c) / 2));  // of the inscribed circle
+            const double radius = std::sqrt(x * y * z / ((a + b + c) / 2));  // inradius
             to.set(t, {2 * arctangent(radius, x), 2 * arctangent(radius, y), 2 * arctangent(radius, z)});
         }
     });
@@ -207,8 +207,9 @@ inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
 
 using Sums = std::tuple<Array<double>, Array<double>>;  // for the vertex and the wheel constraints
 
-// At each vertex the sum of its angles, and that of log sin(gamma) - log sin(beta) of the right and the left angle of
-// its fan (eq. 5 and 10). Factors are multiplied as long as they are finite, as logarithms take longer.
+// Compute, for each vertex, the sum of its angles and the sum of log sin(gamma) - log sin(beta) over the right and left
+// angles of its wheel (eq. 5 and 10). Factors are multiplied before the logarithm is taken, which is faster, as long as
+// the product stays in a safe range.
 inline Sums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n), ratio(n);
     std::fill_n(ratio.data(), n, 1.0);
@@ -238,7 +239,7 @@ inline Sums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
     return {std::move(vertex), std::move(wheel)};
 }
 
-// M e: what errors change the vertex and the wheel constraint of each vertex by (eq. 5 and 8 to 10).
+// Return M e: the change of the vertex and the wheel constraint of each vertex by the errors e (eq. 5 and 8 to 10).
 inline Sums row_sums(Corners corner, Values cot, Values e, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n);
     const Rows at(corner);
@@ -253,20 +254,21 @@ inline Sums row_sums(Corners corner, Values cot, Values e, Index n) {
     return {std::move(vertex), std::move(wheel)};
 }
 
-// P y of one triangle, P = diag(w) - w w^T / d; by differences, as w - w^2 / d would be rounding near an angle of pi.
-inline Triple projected_in(Triple w, double d, Triple y) {
+// Return P y of one triangle, where P = diag(w) - w w^T / d. Differences avoid the cancellation of w - w^2 / d near an
+// angle of pi.
+inline Triple project_triangle(Triple w, double d, Triple y) {
     const double p = y.b - y.c, q = y.c - y.a, r = y.a - y.b;
     return {w.a * ((w.b * r - w.c * q) / d), w.b * ((w.c * p - w.a * r) / d), w.c * ((w.a * q - w.b * p) / d)};
 }
 
-// K y of one triangle, K its cotangent matrix.
-inline Triple conformally_in(Triple cot, Triple y) {
+// Return K y of one triangle, where K is its cotangent matrix.
+inline Triple apply_cotangent_matrix(Triple cot, Triple y) {
     const double p = cot.a * (y.b - y.c) / 2, q = cot.b * (y.c - y.a) / 2, r = cot.c * (y.a - y.b) / 2;
     return {r - q, p - r, q - p};
 }
 
-// M^T x of each triangle, from the multipliers of the vertex and the wheel constraints.
-inline auto transposed(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
+// Return a function that computes M^T x of a triangle from the multipliers of the vertex and the wheel constraints.
+inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     return [at = Rows(corner), cot = Rows(cot), vertex, wheel](Index t) {
         const auto [i, j, k] = at[t];
         const double x = wheel[i], y = wheel[j], z = wheel[k];
@@ -274,34 +276,39 @@ inline auto transposed(Corners corner, Values cot, Numbers vertex, Numbers wheel
     };
 }
 
-// P y, (3, #F): what sums to zero in each triangle.
+// Return P y, (3, #F), which sums to zero in each triangle.
 inline Grid<double> projected(Values w, Numbers d, Values y) {
-    return over_corners(w.columns, [w = Rows(w), d, y = Rows(y)](Index t) { return projected_in(w[t], d[t], y[t]); });
+    return tabulate_corners(w.columns,
+                            [w = Rows(w), d, y = Rows(y)](Index t) { return project_triangle(w[t], d[t], y[t]); });
 }
 
-// K y, (3, #F).
+// Return K y, (3, #F).
 inline Grid<double> conformally(Values cot, Values y) {
-    return over_corners(cot.columns, [cot = Rows(cot), y = Rows(y)](Index t) { return conformally_in(cot[t], y[t]); });
+    return tabulate_corners(cot.columns,
+                            [cot = Rows(cot), y = Rows(y)](Index t) { return apply_cotangent_matrix(cot[t], y[t]); });
 }
 
-// P M^T x of multipliers (n,) of single vertices.
+// Return P M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints.
 inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numbers vertex, Numbers wheel) {
-    const auto y = transposed(corner, cot, vertex, wheel);
-    return over_corners(corner.columns, [y, w = Rows(w), d](Index t) { return projected_in(w[t], d[t], y(t)); });
+    const auto y = transpose_product(corner, cot, vertex, wheel);
+    return tabulate_corners(corner.columns,
+                            [y, w = Rows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
 }
 
-// K M^T x: `errors` in the conformal metric.
+// Return K M^T x, (3, #F): `errors` in the conformal metric.
 inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
-    const auto y = transposed(corner, cot, vertex, wheel);
-    return over_corners(corner.columns, [y, cot = Rows(cot)](Index t) { return conformally_in(cot[t], y(t)); });
+    const auto y = transpose_product(corner, cot, vertex, wheel);
+    return tabulate_corners(corner.columns,
+                            [y, cot = Rows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
 }
 
-// The errors, in each triangle up to a share `reach` of the way to a vanishing angle; and where an angle would vanish.
+// Scale the errors of each triangle down to a share `reach` of the step at which an angle vanishes. Also mark the
+// triangles in which the full step would make an angle vanish.
 inline Flagged limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
     Grid<double> made(3, m);
     Array<bool> vanishing(m);
-    in_pieces(m, [&](Index first, Index last) {
+    parallel_for_pieces(m, [&](Index first, Index last) {
         const Rows angle(alpha), error(e);
         const Rows to(made.matrix());
         bool* cut = vanishing.data();

@@ -1,4 +1,4 @@
-// The Cholesky factor of symmetric positive definite matrices of one pattern, by threads.
+// Parallel sparse Cholesky factorization of symmetric positive definite matrices with a common pattern.
 #pragma once
 #include <limits>
 #include <stdexcept>
@@ -15,13 +15,14 @@ namespace cholesky {
 
 class Factor;
 
-// The entries of a pattern whose entries (i, j) stand for 2 by 2 blocks, of the rows 2 j, 2 j + 1 and the columns 2 i,
-// 2 i + 1: the lower triangle in CSC, and where each one is among the blocks' values.
-struct Doubled {
+// A pattern of 2 by 2 blocks expanded to entries: the lower triangle in CSC, and the position of each entry among the
+// values of the blocks. Entry (i, j) of the pattern stands for the block in the rows 2 j, 2 j + 1 and the columns 2 i,
+// 2 i + 1 of the upper triangle.
+struct ExpandedBlocks {
     std::vector<Index> indptr{0}, indices, source;
 
     template <class I>
-    Doubled(View<const I> begin, View<const I> row) {
+    ExpandedBlocks(View<const I> begin, View<const I> row) {
         for (Index j = 0; j + 1 < begin.size; ++j)
             for (Index c = 0; c < 2; indptr.push_back(Index(indices.size())), ++c)
                 for (Index p = begin[j]; p < Index(begin[j + 1]); ++p)
@@ -30,18 +31,18 @@ struct Doubled {
     }
 };
 
-// What is known of a pattern before it has values.
+// The symbolic analysis of a pattern.
 class Symbolic {
     friend class Factor;
     Supernodes a;
-    Division parts;
-    mutable Array<double> spare;  // a factor's values that are done with: new memory takes up to a third of the time
-    mutable std::mutex one_takes;
+    TreePartition parts;
+    mutable Array<double> spare;  // values of a destroyed factor for reuse: new memory takes up to a third of the time
+    mutable std::mutex spare_mutex;
 
   public:
-    Index entries;  // of the data of a matrix
+    Index entries;  // number of values of a matrix
 
-    // Of the lower triangle in CSC, the diagonal first in each column; with `block` 2, each row of it stands for two.
+    // Analyse a lower triangle in CSC with the diagonal entry first in each column; its entries are `block` by `block`.
     template <class I>
     Symbolic(View<const I> indptr, View<const I> indices, int block) {
         const Index n = indptr.size - 1, most = std::numeric_limits<Number>::max();
@@ -52,74 +53,74 @@ class Symbolic {
             good = indptr[j] < indptr[j + 1] && indptr[j + 1] <= indices.size && indices[indptr[j]] == j;
             for (Index p = indptr[j] + 1; good && p < indptr[j + 1]; ++p) good = j < indices[p] && indices[p] < n;
         }
-        if (!good) throw std::invalid_argument("no lower triangle in CSC with the diagonal first in each column");
+        if (!good) throw std::invalid_argument("not a lower triangle in CSC with the diagonal first in each column");
         if (block * n > most || entries > most) throw std::invalid_argument("too many entries");
         std::vector<Index> order = MinimumDegree<I>(indptr, indices).order();
         if (block == 1) {
-            a = supernodes(indptr, indices, std::move(order));
+            a = analyse_supernodes(indptr, indices, std::move(order));
         } else {
-            const Doubled each(indptr, indices);
+            const ExpandedBlocks each(indptr, indices);
             std::vector<Index> twice(2 * order.size());
             for (std::size_t i = 0; i < twice.size(); ++i) twice[i] = 2 * order[i / 2] + Index(i % 2);
-            a = supernodes<Index>(each.indptr, each.indices, std::move(twice));
+            a = analyse_supernodes<Index>(each.indptr, each.indices, std::move(twice));
             for (Place& k : a.source) k = Place(each.source[k]);
         }
-        parts = divided(a);
+        parts = partition_tree(a);
 #ifdef __GLIBC__
-        if (a.n >= SUBTREES_FROM) malloc_trim(0);  // the heap is large, and mostly free
+        if (a.n >= PARALLEL_ROWS) malloc_trim(0);  // return the large free part of the heap to the system
 #endif
     }
 
     Index rows() const { return a.n; }
-    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // of a factor
+    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // memory of a factor
 };
 
 class Factor {
     const Symbolic& of;
     Array<double> values;
 
-    Array<double> unused() const {
-        const std::lock_guard held(of.one_takes);
+    Array<double> take_spare() const {
+        const std::lock_guard held(of.spare_mutex);
         return of.spare.data() ? std::move(of.spare) : Array<double>(of.a.value_start.back());
     }
 
-    // Call work(supernodes, root) for each subtree, several at a time.
+    // Call work(supernodes, root) for each subtree in parallel.
     template <class Work>
-    void at_subtrees(const Work& work) const {
-        at_once(Index(of.parts.subtrees.size()), [&](Index k) {
+    void for_each_subtree(const Work& work) const {
+        parallel_for(Index(of.parts.subtrees.size()), [&](Index k) {
             work(of.parts.subtrees[k], of.parts.subtrees[k].back());
         });
     }
 
-    // X of A X = B for the sides from k on, of which there are `sides` in a row.
+    // Solve for S right-hand sides, the columns k to k + S - 1 of B, which has `sides` columns.
     template <int S>
     void solve_sides(const double* B, Index sides, Index k, double* X) const {
         Array<double> x(of.a.n, S), left(of.parts.rows.back(), S);
         std::fill_n(x.data(), x.size(), 0.0);
         const auto down = [&](const std::vector<Index>& which, Index root) {
-            forward<S>(values.data(), of.a, of.parts, which, root, B + k, sides, left.data(), x.data());
+            solve_lower<S>(values.data(), of.a, of.parts, which, root, B + k, sides, left.data(), x.data());
         };
         const auto up = [&](const std::vector<Index>& which, Index root) {
-            backward<S>(values.data(), of.a, of.parts, which, root, x.data(), X + k, sides);
+            solve_upper<S>(values.data(), of.a, of.parts, which, root, x.data(), X + k, sides);
         };
-        at_subtrees(down);
+        for_each_subtree(down);
         down(of.parts.rest, -1);
         up(of.parts.rest, -1);
-        at_subtrees(up);
+        for_each_subtree(up);
     }
 
   public:
-    Index bad_row = -1;  // of the first pivot that is not positive and finite
+    Index bad_row = -1;  // row of the first pivot that is not positive and finite
 
-    Factor(const Symbolic& symbolic, View<const double> data) : of(symbolic), values(unused()) {
+    Factor(const Symbolic& symbolic, View<const double> data) : of(symbolic), values(take_spare()) {
         Array<double> left(of.parts.left.back());
         std::vector<Index> bad(of.parts.subtrees.size() + 1, -1);
         const auto work = [&](const std::vector<Index>& which, Index root) {
             bad[root < 0 ? bad.size() - 1 : of.parts.number[root]] =
-                eliminate(data, of.a, of.parts, which, root, values.data(), left.data());
+                factor_supernodes(data, of.a, of.parts, which, root, values.data(), left.data());
         };
         const auto found = [](Index place) { return place >= 0; };
-        at_subtrees(work);
+        for_each_subtree(work);
         if (std::none_of(bad.begin(), bad.end(), found)) work(of.parts.rest, -1);
         const auto first = std::find_if(bad.begin(), bad.end(), found);
         if (first != bad.end()) bad_row = of.a.order[*first];
@@ -128,13 +129,13 @@ class Factor {
     Factor(const Factor&) = delete;
 
     ~Factor() {
-        const std::lock_guard held(of.one_takes);
+        const std::lock_guard held(of.spare_mutex);
         of.spare = std::move(values);
     }
 
     Index rows() const { return of.a.n; }
 
-    // The solutions (n, sides) of right-hand sides, rows one after the other.
+    // Return X, (n, sides), such that A X = B; both are in row-major order.
     Array<double> solve(const double* B, Index sides) const {
         Array<double> X(of.a.n, sides);
         Index k = 0;

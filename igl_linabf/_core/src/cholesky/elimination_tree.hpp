@@ -6,18 +6,18 @@
 
 namespace cholesky {
 
-using Number = std::int32_t;  // of a row, or -1
+using Number = std::int32_t;  // a row index, or -1
 
-// The lower triangle of P A P^T by columns.
+// The pattern of the lower triangle of P A P^T by columns.
 struct Columns {
     std::vector<Index> begin;
     std::vector<Number> row;
-    std::vector<Index> source;  // where in A's data each entry is
+    std::vector<Index> source;  // position of each entry among the values of A
 };
 
-// A's lower triangle is in CSC, and `order` has the row of A that comes at each place.
+// Permute the lower triangle of A, given in CSC; order[i] is the row of A that becomes row i.
 template <class I>
-Columns permuted(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
+Columns permute(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
     const Index n = Index(order.size());
     std::vector<Number> place(n);
     for (Index i = 0; i < n; ++i) place[order[i]] = Number(i);
@@ -35,13 +35,13 @@ Columns permuted(View<const I> indptr, View<const I> indices, const std::vector<
     return made;
 }
 
-// The same by rows: the columns of each.
+// The pattern of the lower triangle by rows: the column indices of each row.
 struct Rows {
     std::vector<Index> begin;
     std::vector<Number> before;
 };
 
-inline Rows rows_of(const Columns& a) {
+inline Rows transpose(const Columns& a) {
     const Number n = Number(a.begin.size()) - 2;
     Rows made{std::vector<Index>(n + 2), std::vector<Number>(a.row.size())};
     for (const Number i : a.row) ++made.begin[i + 2];
@@ -51,13 +51,13 @@ inline Rows rows_of(const Columns& a) {
     return made;
 }
 
-// The parent of each column in the elimination tree; -1 at roots.
+// Return the parent of each column in the elimination tree; -1 at roots.
 inline std::vector<Number> elimination_tree(const Rows& rows) {
     const Number n = Number(rows.begin.size()) - 2;
     std::vector<Number> parent(n, -1), ancestor(n, -1);
     for (Number i = 0; i < n; ++i)
         for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)
-            for (Number k = rows.before[p]; k >= 0 && k < i;) {  // hang the tree of column k below column i
+            for (Number k = rows.before[p]; k >= 0 && k < i;) {  // make i an ancestor of k, with path compression
                 const Number above = ancestor[k];
                 ancestor[k] = i;
                 if (above < 0) parent[k] = i;

@@ -1,36 +1,39 @@
-// What is done to the front of a supernode, a dense matrix.
+// Operations on the front of a supernode, a dense matrix.
 //
-// The rest of a front has rows and columns up to a multiple of four, so that loops by fours end there. What is
-// beyond its end, or on the wrong side of the diagonal, is never read.
+// The front consists of L, the columns to eliminate, and of its update matrix U, padded to a multiple of four rows and
+// columns. Loops over four columns at a time also read entries above the diagonal and up to three entries beyond the
+// end of a column. They write the results only to padding and above the diagonal, and these entries are never used. L
+// therefore needs memory for three more entries.
 #pragma once
 #include "../threads.hpp"
 
 namespace cholesky {
 
-using Place = std::uint32_t;  // within a front
+using Place = std::uint32_t;  // a position within a front
 
-constexpr Index WIDTH = 4;   // columns that are eliminated together
-constexpr Index PANEL = 64;  // columns whose effect on the rest is added up
-constexpr Index PIECE = 128;  // columns of a front that one thread takes at a time
+constexpr Index WIDTH = 4;    // columns that are eliminated together
+constexpr Index PANEL = 64;   // columns that are eliminated before the rest of the front is updated
+constexpr Index PIECE = 128;  // columns of a front per task
 
-// The rows of what is left of a front, up to a multiple of WIDTH.
-inline Index padded(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
+// Return the number of rows of an update matrix, rounded up to a multiple of WIDTH.
+inline Index pad_rows(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
 
-// The entries of its lower triangle.
-inline Index triangle(Index rows) { return rows * (rows + 1) / 2; }
+// Return the number of entries of a lower triangle.
+inline Index triangle_size(Index rows) { return rows * (rows + 1) / 2; }
 
-// Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
+// Rank-k update: subtract the products of the eliminated columns `p` to `last` - 1 of X from the columns `first` to
+// `until` - 1 of Y.
 //
-// A column of X begins every `size` numbers, and one of Y every `step`. The row of Y's column 0 in X is `shift`.
-// Four go with four at a time, which stay in the processor's registers. Where the columns of Y are no multiple of four,
-// those of X are one.
-inline void take(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift, Index first,
-                 Index until) {
+// The column stride is `size` in X and `step` in Y. Row 0 of Y is row `shift` of X. The update processes four columns
+// of X and of Y at a time, which fit into the registers. If the number of columns of Y is not a multiple of four, the
+// number of columns of X must be.
+inline void rank_update(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift,
+                        Index first, Index until) {
     const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
     for (Index j = first; j < whole; j += 4) {
         double *__restrict y0 = Y + j * step, *__restrict y1 = y0 + step, *__restrict y2 = y1 + step,
           *__restrict y3 = y2 + step;
-        const Index begin = j - ((j - step) & 3);  // so that the rows go by fours
+        const Index begin = j - ((j - step) & 3);  // the number of rows is a multiple of four
         Index k = p;
         for (; k < fours; k += 4) {
             const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
@@ -68,8 +71,9 @@ inline void take(const double* X, Index size, Index p, Index last, double* Y, In
     }
 }
 
-// Eliminate the columns `first` to `last` of a front among themselves; the bad pivot, or -1.
-inline Index panel(double* L, Index size, Index first, Index last) {
+// Eliminate the columns `first` to `last` - 1 of a front without updating later columns. Returns the column of a bad
+// pivot, or -1.
+inline Index factor_panel(double* L, Index size, Index first, Index last) {
     const Index fours = first + ((last - first) & ~3);
     for (Index j = first; j < fours; j += 4) {
         double *l0 = L + j * size + j, *l1 = l0 + size, *l2 = l1 + size, *l3 = l2 + size;
@@ -95,7 +99,7 @@ inline Index panel(double* L, Index size, Index first, Index last) {
             l0[i] = u, l1[i] = v, l2[i] = w;
             l3[i] = (l3[i] - a3 * u - b3 * v - c3 * w) * d3;
         }
-        take(L, size, j, j + 4, L, size, 0, j + 4, last);
+        rank_update(L, size, j, j + 4, L, size, 0, j + 4, last);
     }
     for (Index j = fours; j < last; ++j) {
         double* l0 = L + j * size + j;
@@ -112,24 +116,24 @@ inline Index panel(double* L, Index size, Index first, Index last) {
     return -1;
 }
 
-// Eliminate the columns of a front, a row of L for each; the bad pivot, or -1.
+// Eliminate the columns of a front, stored contiguously in L. Returns the column of a bad pivot, or -1.
 //
-// The front's rest is U, with `rest` rows and columns. A pivot is bad if it is not positive and finite. The
-// diagonal of L is left inverted: solves multiply by it. If the front is `shared`, so is the work by threads.
-inline Index eliminate(double* L, Index width, Index size, double* U, Index rest, bool shared) {
+// The update matrix U has `rest` rows and columns. A pivot is bad if it is not positive and finite. The diagonal of L
+// is stored inverted, because solves multiply by it. If `shared` is true, threads share the work.
+inline Index factor_front(double* L, Index width, Index size, double* U, Index rest, bool shared) {
     for (Index first = 0; first < width; first += PANEL) {
-        const Index last = std::min(first + PANEL, width), bad = panel(L, size, first, last);
+        const Index last = std::min(first + PANEL, width), bad = factor_panel(L, size, first, last);
         if (bad >= 0) return bad;
         const Index own = (width - last + PIECE - 1) / PIECE, all = own + (rest + PIECE - 1) / PIECE;
         const auto piece = [&](Index k) {
             const Index j = k < own ? last + k * PIECE : (k - own) * PIECE;
             if (k < own)
-                take(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
+                rank_update(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
             else
-                take(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
+                rank_update(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
         };
         if (shared) {
-            at_once(all, piece);
+            parallel_for(all, piece);
         } else {
             for (Index k = 0; k < all; ++k) piece(k);
         }
@@ -137,48 +141,48 @@ inline Index eliminate(double* L, Index width, Index size, double* U, Index rest
     return -1;
 }
 
-// How many of a child's n rows are among the `width` columns that its parent eliminates.
-inline Index eliminated(const Place* to, Index n, Index width) {
+// Return how many of the n rows of a child's update matrix are among the `width` columns that its parent eliminates.
+inline Index count_eliminated_rows(const Place* to, Index n, Index width) {
     return std::find_if(to, to + n, [=](Place row) { return row >= width; }) - to;
 }
 
-// How many values of L a supernode has. They are kept by columns, in fours but for the first width mod 4: a column from
-// its diagonal on, four from the first one's diagonal on.
-inline Index stored(Index width, Index size) {
+// Return the number of stored values of a supernode. The first width mod 4 columns are stored from their diagonal on.
+// The other columns are stored in groups of four, each from the diagonal of the first column of its group on.
+inline Index count_values(Index width, Index size) {
     Index count = 0, j = 0;
     for (; j < (width & 3); ++j) count += size - j;
     for (; j < width; j += 4) count += 4 * (size - j);
     return count;
 }
 
-// Keep these values of an eliminated front.
-inline void store(const double* L, Index width, Index size, double* values) {
+// Store the values of an eliminated front.
+inline void store_columns(const double* L, Index width, Index size, double* values) {
     Index j = 0;
     for (; j < (width & 3); ++j) values = std::copy_n(L + j * size + j, size - j, values);
     for (; j < width; j += 4)
         for (Index k = j; k < j + 4; ++k) values = std::copy_n(L + k * size + j, size - j, values);
 }
 
-// Keep what is left of a front, n of the `rest` columns of U, each from its diagonal on; returns the end.
-inline double* keep(const double* U, Index rest, Index n, double* left) {
+// Store the lower triangle of an update matrix: n of the `rest` columns of U. Returns the end of the stored values.
+inline double* store_update(const double* U, Index rest, Index n, double* left) {
     for (Index j = 0; j < n; ++j) left = std::copy_n(U + j * rest + j, n - j, left);
     return left;
 }
 
-// Add what is left of a child's front, as it was kept, to the front L, U of its parent.
-inline void add(const double* left, const Place* to, Index n, double* L, Index width, Index size, double* U,
-                Index rest) {
-    const Index inner = eliminated(to, n, width);
+// Extend-add: add the stored update matrix of a child to the front (L, U) of its parent.
+inline void extend_add(const double* left, const Place* to, Index n, double* L, Index width, Index size, double* U,
+                       Index rest) {
+    const Index inner = count_eliminated_rows(to, n, width);
     for (Index j = 0; j < n; left += n - j++) {
         double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
         for (Index i = j; i < n; ++i) row[to[i]] += left[i - j];
     }
 }
 
-// Add what the columns of a thin leaf leave, which are `wide`, one or two.
-inline void add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size,
-                     double* U, Index rest) {
-    const Index inner = eliminated(to, n, width);
+// Extend-add the update matrix of a thin leaf, computed on the fly from its `wide` (one or two) columns.
+inline void extend_add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size,
+                            double* U, Index rest) {
+    const Index inner = count_eliminated_rows(to, n, width);
     for (Index k = 0; k < wide; own += wide + n - k++)
         for (Index j = 0; j < n; ++j) {
             const double* below = own + wide - k;

@@ -1,14 +1,15 @@
-// An order of elimination with little fill, by approximate minimum degree.
+// Fill-reducing ordering by approximate minimum degree (Amestoy, Davis, Duff 1996).
 //
-// Amestoy, Davis, Duff (1996). An eliminated variable becomes an element: the list of the variables that it has
-// joined to each other. A variable has a list of elements, then one of variables. Its degree is bounded by the
-// sum of what is in its elements. Variables with the same lists are one, of larger weight.
+// The elimination graph is represented by a quotient graph. An eliminated variable becomes an element: the list of the
+// variables that its elimination connects. The list of a variable contains its elements, followed by its variables. The
+// degree of a variable is bounded by the sum of the sizes of its elements. Indistinguishable variables, which have the
+// same lists, are merged into one variable of larger weight.
 #pragma once
 #include "elimination_tree.hpp"
 
 namespace cholesky {
 
-constexpr double DENSE = 10.0;  // times the root of the number of rows: degree above which a row comes last
+constexpr double DENSE_FACTOR = 10.0;  // rows of a degree above this times sqrt(n) are ordered last
 
 template <class I>
 class MinimumDegree {
@@ -18,15 +19,15 @@ class MinimumDegree {
 
     View<const I> indptr, indices;
     Int n;
-    std::vector<Int> begin;  // of each variable's list: elements first
+    std::vector<Int> begin;  // start of the list of each variable, which contains elements first
     Places lists, size, elements, degree, after, before, tail, key;
     Numbers weight, parent, follower, first_alike, alike;
     std::vector<char> pivot;
-    std::vector<Int> mark;  // 0 at dead elements
+    std::vector<Int> mark;  // 0 for dead elements
     Int flag = 2;
 
-    // The list of each variable, with space for elements at the end.
-    void link() {
+    // Build the list of each variable, with space for elements at the end.
+    void build_graph() {
         for (Int j = 0; j < n; ++j)
             for (I p = indptr[j]; p < indptr[j + 1]; ++p)
                 if (const Int i = indices[p]; i != j) ++begin[i + 2], ++begin[j + 2];
@@ -40,30 +41,30 @@ class MinimumDegree {
                 }
     }
 
-    // Let variable j be eliminated with i, right after it.
-    void join(Int i, Int j) {
+    // Order variable j directly after i.
+    void absorb(Int i, Int j) {
         weight[j] = 0;
         follower[tail[i]] = j;
         tail[i] = tail[j];
     }
 
-    // Put variable i first into the ring of degree d, which begins and ends at n + d.
-    void list(Int i, Int d) {
+    // Insert variable i at the front of the circular list of degree d, whose sentinel is n + d.
+    void insert(Int i, Int d) {
         const auto ring = n + d, other = Int(after[ring]);
         after[ring] = i, after[i] = other;
         before[other] = i, before[i] = ring;
     }
 
-    // Take variable i out of its ring.
-    void unlist(Int i) {
+    // Remove variable i from its degree list.
+    void remove(Int i) {
         const auto next = after[i], last = before[i];
         after[last] = next, before[next] = last;
     }
 
-    // Let mark - flag be how much of each older element is not in the new one, which is listed there.
+    // Set mark[e] - flag to the size of each older element e without the new element, which is lists[place .. at - 1].
     //
-    // The weights of the new one's variables are negative.
-    void meet(Int place, Int at) {
+    // The weights of the variables of the new element are negative.
+    void scan_elements(Int place, Int at) {
         for (Int p = place; p < at; ++p) {
             const auto i = lists[p];
             const auto w = weight[i];
@@ -75,8 +76,8 @@ class MinimumDegree {
         }
     }
 
-    // Join the variables with the same lists in a chain of those with one key.
-    void merge(Number k) {
+    // Merge the indistinguishable variables in a chain of variables with the same hash key.
+    void merge_indistinguishable(Number k) {
         while (k >= 0 && alike[k] >= 0) {
             const Int i = k;
             for (Int q = begin[i] + 1; q < begin[i] + size[i]; ++q) mark[lists[q]] = flag;
@@ -88,7 +89,7 @@ class MinimumDegree {
                 for (Int q = begin[j] + 1; same && q < end; ++q) same = mark[lists[q]] == flag;
                 if (same) {
                     weight[i] += weight[j];
-                    join(i, j);
+                    absorb(i, j);
                     alike[last] = alike[j];
                 } else {
                     last = j;
@@ -100,8 +101,8 @@ class MinimumDegree {
         }
     }
 
-    // The variables of all elements, children in a tree first; what is in none comes last.
-    std::vector<Int> in_postorder() const {
+    // Return the variables in postorder of the element tree; variables that are in no element come last.
+    std::vector<Int> postorder() const {
         std::vector<Int> order;
         order.reserve(n);
         Numbers waiting, child(n, -1), sibling(n, -1);
@@ -134,7 +135,7 @@ class MinimumDegree {
         : indptr(indptr), indices(indices), n(indptr.size - 1), begin(n + 2), size(n), elements(n), degree(n),
           after(2 * n + 1), before(2 * n + 1), tail(n), key(n), weight(n, 1), parent(n, -1), follower(n, -1),
           first_alike(n, -1), alike(n), pivot(n), mark(n, 1) {
-        link();
+        build_graph();
         std::iota(after.begin(), after.end(), 0);
         std::iota(before.begin(), before.end(), 0);
         std::iota(tail.begin(), tail.end(), 0);
@@ -142,24 +143,24 @@ class MinimumDegree {
 
     std::vector<Int> order() {
         Int free = begin[n], done = 0, least = 0;
-        const double dense = std::max(16.0, DENSE * std::sqrt(n));
+        const double dense = std::max(16.0, DENSE_FACTOR * std::sqrt(n));
         for (Int i = n - 1; i >= 0; --i) {
             const Int d = size[i] = degree[i] = begin[i + 1] - begin[i];
             if (d > dense) {
                 weight[i] = 0;
                 ++done;
             } else {
-                list(i, d);
+                insert(i, d);
             }
         }
         const bool some_left = done > 0;
         while (done < n) {
             while (after[n + least] == n + least) ++least;
             const Int me = after[n + least];
-            unlist(me);
+            remove(me);
             done += weight[me];
             weight[me] = -weight[me];
-            // the new element's variables, whose weights are negative from now on
+            // collect the variables of the new element, and negate their weights
             const Int first = begin[me], old = elements[me], own = first + old;
             Int place = first;
             if (old) {
@@ -177,19 +178,19 @@ class MinimumDegree {
                         total += w;
                         weight[i] = -w;
                         lists[at++] = i;
-                        unlist(i);
+                        remove(i);
                     }
                 }
                 if (q < old) parent[e] = me, mark[e] = 0;
             }
             begin[me] = place, degree[me] = total, elements[me] = 0, pivot[me] = true;
-            meet(place, at);
+            scan_elements(place, at);
             for (Int p = place; p < at; ++p) {
                 const Int i = lists[p], low = begin[i], middle = low + elements[i], end = low + size[i];
                 Int to = low, d = 0, code = 0;
                 for (Int q = low; q < middle; ++q) {
                     const Int e = lists[q], m = mark[e];
-                    lists[to] = e;  // without a branch, which would often be mispredicted
+                    lists[to] = e;  // branch-free, because the branch is unpredictable
                     d += m ? m - flag : 0;
                     code += m ? e : 0;
                     to += m ? 1 : 0;
@@ -202,14 +203,14 @@ class MinimumDegree {
                     code += w > 0 ? j : 0;
                     to += w > 0 ? 1 : 0;
                 }
-                if (to == low) {  // it is in the new element only: eliminated with it
+                if (to == low) {  // mass elimination: the variable is adjacent to the new element only
                     done -= weight[i];
                     total += weight[i];
-                    join(me, i);
+                    absorb(me, i);
                     continue;
                 }
                 degree[i] = std::min<Int>(degree[i], d);
-                lists[to] = lists[between], lists[between] = lists[low], lists[low] = me;  // first of the elements
+                lists[to] = lists[between], lists[between] = lists[low], lists[low] = me;  // make it the first element
                 elements[i] = between - low + 1, size[i] = to - low + 1;
                 code %= n;
                 key[i] = code;
@@ -217,12 +218,12 @@ class MinimumDegree {
                 first_alike[code] = i;
             }
             degree[me] = total;
-            flag += n;  // above all marks
+            flag += n;  // exceed all marks
             for (Int p = place; p < at; ++p)
                 if (const auto i = lists[p]; weight[i] != 0) {
                     const auto chain = first_alike[key[i]];
                     first_alike[key[i]] = -1;
-                    merge(chain);
+                    merge_indistinguishable(chain);
                 }
             Int to = place;
             for (Int p = place; p < at; ++p) {
@@ -231,19 +232,19 @@ class MinimumDegree {
                 const Int w = weight[i] = -weight[i];
                 const Int d = std::min<Int>(degree[i] + total - w, n - done - w);
                 degree[i] = d;
-                list(i, d);
+                insert(i, d);
                 least = std::min(least, d);
                 lists[to++] = i;
             }
             size[me] = to - place, weight[me] = 0;
             if (old) free = to;
         }
-        auto made = in_postorder();
+        auto made = postorder();
         if (!some_left) return made;
-        parent = elimination_tree(rows_of(permuted(indptr, indices, made)));  // by links that no element knows of
+        parent = elimination_tree(transpose(permute(indptr, indices, made)));  // including the dense rows
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
-        auto place = in_postorder();
+        auto place = postorder();
         for (Int& i : place) i = made[i];
         return place;
     }

@@ -1,16 +1,17 @@
-// Solves with the Cholesky factor of `supernodal`, for S right-hand sides.
+// Triangular solves with a supernodal Cholesky factor, for S right-hand sides at a time.
 #pragma once
 #include "supernodal.hpp"
 
 namespace cholesky {
 
-// L x = P b for right-hand sides b (n, S), one every `step` numbers, in x, zero at first; `which` as in the factor.
+// Solve L x = P b for right-hand sides b, (n, S), whose rows have the stride `step`. x must be zero initially. `which`
+// and `root` select supernodes as in `factor_supernodes`.
 template <int S>
-void forward(const double* values, const Supernodes& a, const Division& parts, const std::vector<Index>& which,
-             Index root, const double* b, Index step, double* left, double* x) {
+void solve_lower(const double* values, const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
+                 Index root, const double* b, Index step, double* left, double* x) {
     using Row = double[S];
     const Index end = root >= 0 ? a.start[root + 1] : a.n;
-    std::vector<double> space((a.front + a.n - end) * S);  // zeros
+    std::vector<double> space((a.front + a.n - end) * S);  // initialized to zero
     Row *const y = (Row*)space.data(), *const above = y + a.front;
     auto *X = (Row*)x, *rests = (Row*)left;
     for (const Index s : which) {
@@ -23,7 +24,7 @@ void forward(const double* values, const Supernodes& a, const Division& parts, c
             continue;
         }
         Index inside = m;
-        while (inside > 0 && below[inside - 1] >= end) --inside;  // those above the subtree come last
+        while (inside > 0 && below[inside - 1] >= end) --inside;  // rows above the subtree come last
         bool empty = true;
         for (Index j = 0; j < width; ++j) {
             const double* own = b + a.order[first + j] * step;
@@ -32,7 +33,7 @@ void forward(const double* values, const Supernodes& a, const Division& parts, c
                 empty &= y[j][c] == 0;
             }
         }
-        if (empty) {  // few supernodes hold anything of a side with few entries
+        if (empty) {  // right-hand sides with few entries are zero in most supernodes
             for (Index j = 0; j < width; ++j)
                 for (int c = 0; c < S; ++c) X[first + j][c] = 0;
             continue;
@@ -74,12 +75,13 @@ void forward(const double* values, const Supernodes& a, const Division& parts, c
         for (int c = 0; c < S; ++c) (*to)[c] = above[a.below[i] - end][c];
 }
 
-// L^T P made = x, (n, S), by the supernodes `which` from the last one on; x is overwritten.
+// Solve L^T P made = x, (n, S), over the supernodes `which` in reverse order; x is overwritten.
 //
-// The work space has a column for each of a few sides, and a row of many: the longer loop goes by vectors.
+// The work space is column-major for few right-hand sides and row-major for many, so that the longer loop is
+// vectorized.
 template <int S>
-void backward(const double* values, const Supernodes& a, const Division& parts, const std::vector<Index>& which,
-              Index root, double* x, double* made, Index step) {
+void solve_upper(const double* values, const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
+                 Index root, double* x, double* made, Index step) {
     std::vector<double> space(a.front * S);
     double* const Y = space.data();
     const auto at = [&](Index i, int c) -> double& { return Y[S < 4 ? c * a.front + i : i * S + c]; };

@@ -1,32 +1,36 @@
-// The Cholesky factorisation of a sparse matrix by supernodes (Duff, Reid 1983; Liu 1992).
+// Multifrontal Cholesky factorization by supernodes (Duff, Reid 1983; Liu 1992).
 //
-// The front of a supernode is a dense matrix: the rows of A that belong to its columns, and what its children in
-// the elimination tree leave. The front's columns are eliminated; what is left of the front goes to its parent.
+// The front of a supernode is a dense matrix, assembled from the columns of A in the supernode and from the update
+// matrices of its children in the elimination tree. After the columns of the supernode have been eliminated, the rest
+// of the front is the update matrix for its parent.
 #pragma once
 #include "supernodes.hpp"
 
 namespace cholesky {
 
-constexpr double SHARED_FROM = 1e8;  // operations at a front above the subtrees from which threads share them
-constexpr Index THIN = 2;              // columns up to which what a leaf leaves goes to its parent's front at once
+constexpr double SHARED_FRONT_WORK = 1e8;  // threads share fronts above the subtrees with more operations than this
+constexpr Index THIN_COLUMNS = 2;          // most columns of a leaf whose update matrix is not stored
 
-// Whether what this supernode leaves is not stored.
-inline bool thin(const Supernodes& a, Index s) { return a.children[s] == 0 && a.width(s) <= THIN; }
+// Return true if the update matrix of this supernode is computed in its parent's front instead of being stored.
+inline bool is_thin_leaf(const Supernodes& a, Index s) { return a.children[s] == 0 && a.width(s) <= THIN_COLUMNS; }
 
-// Sizes of the work space for some supernodes.
-struct Space {
-    Index front = 0, rest = 0;  // of the largest front: its eliminated columns, and what is left
-    Index stack = 0;            // the most that fronts leave for their parents at a time
+// The sizes of the work space for a set of supernodes.
+struct WorkSpace {
+    Index front = 0, rest = 0;  // entries of the largest eliminated columns, and of the largest update matrix
+    Index stack = 0;            // most entries of update matrices that are stored at the same time
 };
 
-inline Space space_for(const Supernodes& a, const Division& parts, const std::vector<Index>& which, Index root) {
-    Space made;
+inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
+                                   Index root) {
+    WorkSpace made;
     Index last = 0;
     std::vector<Index> waiting;
-    const auto left = [&](Index s) { return parts.number[s] >= 0 || thin(a, s) ? 0 : triangle(a.rows_below(s)); };
+    const auto left = [&](Index s) {
+        return parts.number[s] >= 0 || is_thin_leaf(a, s) ? 0 : triangle_size(a.rows_below(s));
+    };
     for (const Index s : which) {
         if (parts.number[s] < 0 || s == root) {
-            const Index rest = thin(a, s) ? 0 : padded(a.rows_below(s));
+            const Index rest = is_thin_leaf(a, s) ? 0 : pad_rows(a.rows_below(s));
             made.front = std::max(made.front, a.width(s) * (a.width(s) + a.rows_below(s)));
             made.rest = std::max(made.rest, rest * rest);
             for (Index child = 0; child < a.children[s]; ++child, waiting.pop_back()) last -= left(waiting.back());
@@ -38,24 +42,25 @@ inline Space space_for(const Supernodes& a, const Division& parts, const std::ve
     return made;
 }
 
-// Fill L's values by some supernodes in order; the place of a bad pivot, or -1.
+// Factor the supernodes `which` in order, and fill in their values of L. Returns the column of a bad pivot, or -1.
 //
-// These are those of the subtree with this root. With root -1 they are those above all subtrees, and the roots of
-// these, which leave their rests in `left`.
-inline Index eliminate(View<const double> data, const Supernodes& a, const Division& parts,
-                       const std::vector<Index>& which, Index root, double* values, double* left) {
-    const Space sizes = space_for(a, parts, which, root);
-    const Array<double> front(sizes.front + 3), space(sizes.rest), stack(sizes.stack);  // +3: loops read by fours
+// `which` are the supernodes of the subtree with this root. The update matrix of the root goes to `left`. If `root` is
+// -1, `which` are the supernodes above all subtrees, and the roots, whose update matrices are read from `left`.
+inline Index factor_supernodes(View<const double> data, const Supernodes& a, const TreePartition& parts,
+                               const std::vector<Index>& which, Index root, double* values, double* left) {
+    const WorkSpace sizes = measure_workspace(a, parts, which, root);
+    // three more entries, because loops over four columns at a time read beyond the end (see fronts.hpp)
+    const Array<double> front(sizes.front + 3), space(sizes.rest), stack(sizes.stack);
     double* top = stack.data();
     std::vector<Index> waiting;
     for (const Index s : which) {
         const Index first = a.start[s], width = a.width(s), m = a.rows_below(s), size = width + m;
-        if (parts.number[s] >= 0 && s != root) {  // it is done
+        if (parts.number[s] >= 0 && s != root) {  // the root of a finished subtree
             if (m) waiting.push_back(s);
             continue;
         }
         double *L = front.data(), *U = space.data();
-        const Index rest = thin(a, s) ? 0 : padded(m);
+        const Index rest = is_thin_leaf(a, s) ? 0 : pad_rows(m);
         std::fill_n(L, width * size, 0.0);
         for (Index i = a.entry_start[s]; i < a.entry_start[s + 1]; ++i) L[a.target[i]] += data[a.source[i]];
         std::fill_n(U, rest * rest, 0.0);
@@ -63,22 +68,22 @@ inline Index eliminate(View<const double> data, const Supernodes& a, const Divis
             const Index c = waiting.back(), n = a.rows_below(c);
             const Place* to = a.local.data() + a.below_start[c];
             if (parts.number[c] >= 0) {
-                add(left + parts.left[parts.number[c]], to, n, L, width, size, U, rest);
-            } else if (thin(a, c)) {
-                add_leaf(values + a.value_start[c], a.width(c), to, n, L, width, size, U, rest);
+                extend_add(left + parts.left[parts.number[c]], to, n, L, width, size, U, rest);
+            } else if (is_thin_leaf(a, c)) {
+                extend_add_leaf(values + a.value_start[c], a.width(c), to, n, L, width, size, U, rest);
             } else {
-                top -= triangle(n);
-                add(top, to, n, L, width, size, U, rest);
+                top -= triangle_size(n);
+                extend_add(top, to, n, L, width, size, U, rest);
             }
         }
-        const bool shared = root < 0 && double(width) * double(size) * double(size) > SHARED_FROM;
-        const Index bad = eliminate(L, width, size, U, rest, shared);
+        const bool shared = root < 0 && double(width) * double(size) * double(size) > SHARED_FRONT_WORK;
+        const Index bad = factor_front(L, width, size, U, rest, shared);
         if (bad >= 0) return first + bad;
-        store(L, width, size, values + a.value_start[s]);
+        store_columns(L, width, size, values + a.value_start[s]);
         if (s == root)
-            keep(U, rest, m, left + parts.left[parts.number[s]]);
+            store_update(U, rest, m, left + parts.left[parts.number[s]]);
         else if (rest)
-            top = keep(U, rest, m, top);
+            top = store_update(U, rest, m, top);
         if (m) waiting.push_back(s);
     }
     return -1;

@@ -1,6 +1,6 @@
-// The analysis of a sparse Cholesky factorisation by supernodes (Liu 1992).
+// Supernodal analysis of a sparse Cholesky factorization (Liu 1992).
 //
-// A supernode is a run of columns of the factor with the same rows below them.
+// A supernode is a range of consecutive columns of the factor that have the same rows below them.
 #pragma once
 #include <queue>
 
@@ -9,34 +9,35 @@
 
 namespace cholesky {
 
-constexpr Index SMALL = 16, MEDIUM = 48;  // columns
-constexpr double ZEROS_OF_SMALL = 0.5, ZEROS_OF_MEDIUM = 0.1, ZEROS = 0.05;  // share of its entries that may be zeros
+// Relaxed supernodes: largest share of explicit zeros in a supernode of up to SMALL, up to MEDIUM, and more columns.
+constexpr Index SMALL = 16, MEDIUM = 48;
+constexpr double ZEROS_OF_SMALL = 0.5, ZEROS_OF_MEDIUM = 0.1, ZEROS = 0.05;
 
-// A pattern, analysed; P A P^T = L L^T.
+// The analysis of a pattern; P A P^T = L L^T.
 struct Supernodes {
-    Index n = 0, front = 0;                // rows; those of the largest front
-    std::vector<Index> order;              // the row of A that comes at each place
-    std::vector<Index> start;              // the first column of each supernode
-    std::vector<Index> value_start;        // where its part of L's values begins, as of `stored`
-    std::vector<Index> entry_start;        // where its entries of P A P^T begin:
-    std::vector<Place> source, target;     // where each is in A's data, and where it goes in the front
-    std::vector<Index> below_start;        // where its rows below begin:
-    std::vector<Place> below, local;       // these, ascending, and where they are in its parent's front
-    std::vector<Index> children;           // how many it has in the elimination tree
+    Index n = 0, front = 0;             // number of rows, and of rows of the largest front
+    std::vector<Index> order;           // row of A for each row of P A P^T
+    std::vector<Index> start;           // first column of each supernode
+    std::vector<Index> value_start;     // start of its values of L, see `count_values`
+    std::vector<Index> entry_start;     // start of its entries of P A P^T in:
+    std::vector<Place> source, target;  //   position of each entry in the values of A, and in the front
+    std::vector<Index> below_start;     // start of its rows below in:
+    std::vector<Place> below, local;    //   these rows, ascending, and their positions in the parent's front
+    std::vector<Index> children;        // number of children in the elimination tree
 
     Index size() const { return Index(children.size()); }
     Index width(Index s) const { return start[s + 1] - start[s]; }
     Index rows_below(Index s) const { return below_start[s + 1] - below_start[s]; }
 };
 
-// The number of entries of each column of L, the columns in postorder (Gilbert, Ng, Peyton 1994).
+// Count the entries of each column of L, for columns in postorder (Gilbert, Ng, Peyton 1994).
 inline std::vector<Index> column_counts(const Columns& a, const std::vector<Number>& parent) {
     const Number n = Number(parent.size());
     std::vector<Index> count(n);
     std::vector<Number> first(n, -1), last_first(n, -1), last_leaf(n, -1), ancestor(n);
     std::iota(ancestor.begin(), ancestor.end(), 0);
     for (Number k = 0; k < n; ++k) {
-        count[k] = first[k] < 0;  // the leaves
+        count[k] = first[k] < 0;  // 1 at leaves
         for (Number j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
     }
     for (Number j = 0; j < n; ++j) {
@@ -44,7 +45,7 @@ inline std::vector<Index> column_counts(const Columns& a, const std::vector<Numb
         for (Index q = a.begin[j]; q < a.begin[j + 1]; ++q) {
             const Number i = a.row[q];
             if (i == j || first[j] <= last_first[i]) continue;
-            // j is a leaf of the subtree of row i: from there up, its path is new to the least common ancestor
+            // j is a leaf of the row subtree of i: its path is new up to the least common ancestor with the last leaf
             last_first[i] = first[j];
             Number leaf = last_leaf[i];
             last_leaf[i] = j;
@@ -62,9 +63,9 @@ inline std::vector<Index> column_counts(const Columns& a, const std::vector<Numb
     return count;
 }
 
-// The first columns of the supernodes, and the rows of each; small ones take in zeros to be wider.
-inline std::pair<std::vector<Index>, std::vector<Index>> supernode_columns(const std::vector<Number>& parent,
-                                                                           const std::vector<Index>& count) {
+// Find the first column and the number of rows of each supernode. Small supernodes are amalgamated, which adds zeros.
+inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const std::vector<Number>& parent,
+                                                                         const std::vector<Index>& count) {
     const Index n = Index(parent.size());
     std::vector<Index> start;
     for (Index j = 0; j < n; ++j)
@@ -92,7 +93,8 @@ inline std::pair<std::vector<Index>, std::vector<Index>> supernode_columns(const
     return {start, size};
 }
 
-// Fill in the rows below each supernode, `of` being that of each column and `above` the parent of each.
+// Fill in the rows below each supernode. `of` is the supernode of each column, and `above` the parent of each
+// supernode.
 inline void find_rows_below(Supernodes& a, const Rows& rows, const std::vector<Place>& of,
                             const std::vector<Place>& above) {
     std::vector<Index> end = a.below_start;
@@ -100,15 +102,15 @@ inline void find_rows_below(Supernodes& a, const Rows& rows, const std::vector<P
     a.below.resize(a.below_start.back());
     for (Index i = 0; i < a.n; ++i) {
         seen[of[i]] = Place(i);
-        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)  // the diagonal is seen already
+        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)  // stops at the supernode of i, which is seen
             for (Place s = of[rows.before[p]]; seen[s] != Place(i); s = above[s]) {
-                seen[s] = Place(i);  // row i is in the supernodes up the tree from there
+                seen[s] = Place(i);  // row i is in all supernodes on the path up the tree
                 a.below[end[s]++] = Place(i);
             }
     }
 }
 
-// Fill in where entries go, and where rows are in parents' fronts.
+// Fill in the positions of entries in fronts, and of rows in the fronts of parents.
 inline void find_places(Supernodes& a, const Columns& columns) {
     std::vector<Place> place(a.n);
     std::vector<Index> waiting;
@@ -120,7 +122,7 @@ inline void find_places(Supernodes& a, const Columns& columns) {
         for (Index j = 0; j < width; ++j)
             for (Index p = columns.begin[first + j]; p < columns.begin[first + j + 1]; ++p)
                 a.target[p] = Place(j * (width + m) + place[columns.row[p]]);
-        for (Index child = 0; child < a.children[s]; ++child) {  // in postorder, the children are on top
+        for (Index child = 0; child < a.children[s]; ++child) {  // in postorder, the children are on top of the stack
             const Index c = waiting.back();
             waiting.pop_back();
             for (Index k = a.below_start[c]; k < a.below_start[c + 1]; ++k) a.local[k] = place[a.below[k]];
@@ -131,21 +133,21 @@ inline void find_places(Supernodes& a, const Columns& columns) {
 
 // Analyse a symmetric pattern, given by its lower triangle in CSC, for a postordered elimination.
 template <class I>
-Supernodes supernodes(View<const I> indptr, View<const I> indices, std::vector<Index> order) {
+Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::vector<Index> order) {
     Supernodes a;
     a.n = Index(order.size());
-    const Columns columns = permuted(indptr, indices, order);
-    const Rows rows = rows_of(columns);
+    const Columns columns = permute(indptr, indices, order);
+    const Rows rows = transpose(columns);
     const std::vector<Number> parent = elimination_tree(rows);
     std::vector<Index> size;
-    std::tie(a.start, size) = supernode_columns(parent, column_counts(columns, parent));
+    std::tie(a.start, size) = find_supernodes(parent, column_counts(columns, parent));
     const Index number = Index(size.size());
     std::vector<Place> of(a.n), above(number);
     a.children.resize(number);
     a.below_start = a.value_start = a.entry_start = {0};
     for (Index s = 0; s < number; ++s) {
         a.below_start.push_back(a.below_start[s] + size[s] - a.width(s));
-        a.value_start.push_back(a.value_start[s] + stored(a.width(s), size[s]));
+        a.value_start.push_back(a.value_start[s] + count_values(a.width(s), size[s]));
         a.entry_start.push_back(columns.begin[a.start[s + 1]]);
         a.front = std::max(a.front, size[s]);
         for (Index j = a.start[s]; j < a.start[s + 1]; ++j) of[j] = Place(s);
@@ -158,22 +160,23 @@ Supernodes supernodes(View<const I> indptr, View<const I> indices, std::vector<I
     return a;
 }
 
-constexpr Index SUBTREES_FROM = 20'000;          // rows: below, threads take longer to begin than they save
-constexpr double LARGEST = 0.15, LEAST = 0.005;  // share of the whole work in a subtree
+constexpr Index PARALLEL_ROWS = 20'000;  // smallest matrix that is factored in parallel
+constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // share of the total work in a subtree
 
-// The elimination tree in subtrees, at which threads work at the same time, and the rest above them.
-struct Division {
-    std::vector<Index> number;      // of which subtree a supernode is the root; -1 for others
-    std::vector<Index> left, rows;  // where what each root leaves begins: its matrix, and the rows of a right side
-    std::vector<std::vector<Index>> subtrees;  // the supernodes of each, the most work first
-    std::vector<Index> rest;                   // those above, and the roots
+// A partition of the elimination tree into subtrees, which threads process in parallel, and the rest above them.
+struct TreePartition {
+    std::vector<Index> number;      // index of the subtree that each supernode is the root of, or -1
+    std::vector<Index> left, rows;  // start of the update matrix of each root, and of its rows of a right-hand side
+    std::vector<std::vector<Index>> subtrees;  // supernodes of each subtree; the subtree with the most work comes first
+    std::vector<Index> rest;                   // supernodes above the subtrees, and the roots
 };
 
-// Subtrees of much the same work; what is too small for one, or a leaf, is left to the rest.
-inline Division divided(const Supernodes& a) {
+// Partition the elimination tree into subtrees of similar work. Leaves and subtrees with little work belong to the
+// rest.
+inline TreePartition partition_tree(const Supernodes& a) {
     const Index size = a.size();
-    Division made{std::vector<Index>(size, -1), {0}, {0}, {}, {}};
-    std::vector<Index> first(size), waiting;  // the first supernode of each one's subtree
+    TreePartition made{std::vector<Index>(size, -1), {0}, {0}, {}, {}};
+    std::vector<Index> first(size), waiting;  // first supernode of the subtree below each supernode
     std::vector<double> work(size);
     std::vector<char> inside(size, false);
     std::priority_queue<std::pair<double, Index>> open;
@@ -185,20 +188,20 @@ inline Division divided(const Supernodes& a) {
             first[s] = first[waiting.back()], work[s] += work[waiting.back()];
         if (a.rows_below(s))
             waiting.push_back(s);
-        else if (a.n >= SUBTREES_FROM)
+        else if (a.n >= PARALLEL_ROWS)
             open.push({work[s], s});
     }
-    while (!open.empty() && open.top().first > LARGEST * total) {
+    while (!open.empty() && open.top().first > MAX_SUBTREE_SHARE * total) {
         const Index s = open.top().second;
         open.pop();
         for (Index child = s - 1; child >= first[s]; child = first[child] - 1) open.push({work[child], child});
     }
     for (; !open.empty(); open.pop()) {
         const auto [most, root] = open.top();
-        if (most < LEAST * total || first[root] == root) continue;
+        if (most < MIN_SUBTREE_SHARE * total || first[root] == root) continue;
         const Index m = a.rows_below(root);
         made.number[root] = Index(made.subtrees.size());
-        made.left.push_back(made.left.back() + triangle(m));
+        made.left.push_back(made.left.back() + triangle_size(m));
         made.rows.push_back(made.rows.back() + m);
         made.subtrees.emplace_back(root + 1 - first[root]);
         std::iota(made.subtrees.back().begin(), made.subtrees.back().end(), first[root]);

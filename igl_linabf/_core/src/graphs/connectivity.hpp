@@ -1,21 +1,20 @@
-// Half-edges joined to edges, boundary loops, components, and the pattern of a matrix over a graph.
+// Edges of triangles, boundary loops, connected components, and sparsity patterns over graphs.
 #pragma once
 #include "../lists.hpp"
 #include "../threads.hpp"
 
 namespace graphs {
 
-// Two numbers below 2^32 as one, sorted by the first.
-inline Index paired(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
+// Pack two integers into one that sorts by the first. They must be below 2^31 and 2^32.
+inline Index pack_pair(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
 inline Index upper(Index pair) { return pair >> 32; }
 inline Index lower(Index pair) { return pair & 0xffffffff; }
 
-// Sort the pairs of each node. Returns how many pairs with another first number than the one before there are
-// before each node's, (n + 1,).
-inline std::vector<Index> sorted(const Lists& lists) {
+// Sort the packed pairs of each node. Returns the cumulative number of distinct first integers per node, (n + 1,).
+inline std::vector<Index> sort_lists(const Lists& lists) {
     const Index n = Index(lists.begin.size()) - 2;
     std::vector<Index> before(n + 1);
-    in_pieces(n, [&](Index first, Index last) {
+    parallel_for_pieces(n, [&](Index first, Index last) {
         for (Index v = first; v < last; ++v) {
             const View<Index> own = lists[v];
             if (!std::is_sorted(own.begin(), own.end())) std::sort(own.begin(), own.end());
@@ -36,22 +35,22 @@ struct Edges {
     bool sound;
 };
 
-// The edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
-// triangle t. Edges are sound where none has more than two sides, or two that run the same way.
+// Find the edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
+// triangle t. The edges are sound if none has more than two half-edges, or two half-edges of the same direction.
 inline Edges undirected(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
-    const Lists at = lists_of(n, [&](const auto& put) {  // the higher end, the half-edge, whether it leaves that
+    const Lists at = build_lists(n, [&](const auto& put) {  // higher end, half-edge, and whether it starts there
         for (Index t = 0; t < m; ++t)
             for (Index k = 0; k < 3; ++k) {
                 const Index tail = corner[(k + 1) % 3][t], head = corner[(k + 2) % 3][t];
-                put(std::min(tail, head), paired(std::max(tail, head), 2 * (k * m + t) + (head < tail)));
+                put(std::min(tail, head), pack_pair(std::max(tail, head), 2 * (k * m + t) + (head < tail)));
             }
     });
-    const std::vector<Index> first = sorted(at);
+    const std::vector<Index> first = sort_lists(at);
     Edges made{Grid<Index>(first[n], 2), Grid<Index>(2, first[n]), true};
     const Matrix<Index> ends = made.ends.matrix(), sides = made.sides.matrix();
     std::atomic<bool> sound{true};
-    in_pieces(n, [&](Index begin, Index end) {
+    parallel_for_pieces(n, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
             Index e = first[v] - 1, known = -1;
             for (const Index pair : at[v]) {
@@ -77,14 +76,14 @@ struct InEdges {
     Array<Index> order, begin, count;
 };
 
-// Sides in the order of their edges; where each edge begins in it, and how many sides it has.
+// Sort sides by edge. Returns the sorted sides, and the first position and the number of sides of each edge.
 inline InEdges in_edges(View<const Index> tail, View<const Index> head, Index n) {
-    const Lists at = lists_of(n, [&](const auto& put) {
+    const Lists at = build_lists(n, [&](const auto& put) {
         for (Index h = 0; h < tail.size; ++h)
-            put(std::min(tail[h], head[h]), paired(std::max(tail[h], head[h]), h));
+            put(std::min(tail[h], head[h]), pack_pair(std::max(tail[h], head[h]), h));
     });
-    const Index size = sorted(at)[n];
-    InEdges made{Array<Index>(tail.size), Array<Index>(size), filled<Index>(size, 0)};
+    const Index size = sort_lists(at)[n];
+    InEdges made{Array<Index>(tail.size), Array<Index>(size), full<Index>(size, 0)};
     for (Index v = 0, e = -1; v < n; ++v)
         for (Index i = at.begin[v], known = -1; i < at.begin[v + 1]; ++i) {
             const Index pair = at.items[i];
@@ -101,9 +100,9 @@ struct Used {
     bool sound;
 };
 
-// Which of n vertices sound faces have, and whether all are: indices in range, none of them twice.
+// Mark which of the n vertices valid faces use, and check that all faces are valid: three distinct indices in range.
 inline Used used_vertices(Matrix<const Index> F, Index n) {
-    Used made{filled(n, false), true};
+    Used made{full(n, false), true};
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
     for (Index t = 0; t < F.rows; ++t) {
         const Index a = F[t][0], b = F[t][1], c = F[t][2];
@@ -118,17 +117,18 @@ struct Entries {
     Array<Index> indptr, indices, slot;
 };
 
-// The upper triangle, in CSR, of a symmetric matrix with entries on the diagonal, first in each row, and at
-// edges between two rows; and the place of each edge, -1 where it joins a row to itself, or to none.
+// Build the upper triangle, in CSR, of a symmetric matrix with entries on the diagonal, which come first in each row,
+// and at edges between two rows. Also return the position of the entry of each edge, or -1 if it does not join two
+// rows.
 inline Entries entries(Matrix<const Index> ends, Index n) {
-    const Lists at = lists_of(n, [&](const auto& put) {
+    const Lists at = build_lists(n, [&](const auto& put) {
         for (Index e = 0; e < ends.columns; ++e) {
             const Index low = std::min(ends[0][e], ends[1][e]), high = std::max(ends[0][e], ends[1][e]);
-            if (low >= 0 && low != high) put(low, paired(high, e));
+            if (low >= 0 && low != high) put(low, pack_pair(high, e));
         }
     });
-    const std::vector<Index> before = sorted(at);
-    Entries made{Array<Index>(n + 1), Array<Index>(n + before[n]), filled<Index>(ends.columns, -1)};
+    const std::vector<Index> before = sort_lists(at);
+    Entries made{Array<Index>(n + 1), Array<Index>(n + before[n]), full<Index>(ends.columns, -1)};
     for (Index v = 0; v < n; ++v) {
         Index p = before[v] + v;
         made.indptr[v] = p;
@@ -146,15 +146,15 @@ struct Neighbours {
     Array<Index> indptr, indices, edge;
 };
 
-// The neighbours of each node in CSR, ascending, and the shortest edge to each; the first of equally short ones.
+// Return the neighbours of each node in CSR, ascending, and the first of the shortest edges to each neighbour.
 inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> length, Index n) {
-    const Lists at = lists_of(n, [&](const auto& put) {
+    const Lists at = build_lists(n, [&](const auto& put) {
         for (Index e = 0; e < ends.rows; ++e) {
             const Index i = ends[e][0], j = ends[e][1];
-            if (i != j) put(i, paired(j, e)), put(j, paired(i, e));
+            if (i != j) put(i, pack_pair(j, e)), put(j, pack_pair(i, e));
         }
     });
-    const std::vector<Index> before = sorted(at);
+    const std::vector<Index> before = sort_lists(at);
     Neighbours made{Array<Index>(n + 1), Array<Index>(before[n]), Array<Index>(before[n])};
     std::copy(before.begin(), before.end(), made.indptr.data());
     for (Index v = 0, p = -1; v < n; ++v) {
@@ -176,8 +176,8 @@ struct Loops {
     std::vector<Index> vertices, sizes, twice;
 };
 
-// Boundary half-edges chained into loops, in the order of their first vertices; none if two leave one vertex,
-// and then `twice` has such vertices.
+// Chain boundary half-edges into loops, in the order of their first vertices. If two half-edges leave the same vertex,
+// there are no loops, and `twice` contains these vertices.
 inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Index n) {
     Loops made;
     std::vector<Index> following(n, -1);
@@ -199,7 +199,7 @@ inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Inde
     return made;
 }
 
-// The cycles of a permutation, in the order of their first elements.
+// Return the cycles of a permutation, in the order of their first elements.
 inline std::vector<std::vector<Index>> cycles(View<const Index> following) {
     std::vector<std::vector<Index>> found;
     std::vector<char> seen(following.size);
@@ -214,28 +214,28 @@ inline std::vector<std::vector<Index>> cycles(View<const Index> following) {
     return found;
 }
 
-// The component of each node of a graph, numbered in the order of their first nodes.
+// Return the connected component of each node of a graph; components are numbered in the order of their first nodes.
 inline Array<Index> connected_labels(Matrix<const Index> edges, Index n) {
-    Joined joined(n);
-    for (Index e = 0; e < edges.rows; ++e) joined.join(edges[e][0], edges[e][1]);
+    UnionFind joined(n);
+    for (Index e = 0; e < edges.rows; ++e) joined.unite(edges[e][0], edges[e][1]);
     return joined.labels();
 }
 
-// Of edges in an order those that close no cycle with earlier ones: by weight, the minimum spanning forest
-// (Kruskal 1956).
+// Return the edges that do not close a cycle with earlier edges. If the order is by weight, this is the minimum
+// spanning forest (Kruskal 1956).
 inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const Index> order, Index n) {
-    Joined joined(n);
+    UnionFind joined(n);
     std::vector<Index> chosen;
     for (const Index e : order)
-        if (joined.join(pairs[e][0], pairs[e][1])) chosen.push_back(e);
+        if (joined.unite(pairs[e][0], pairs[e][1])) chosen.push_back(e);
     return chosen;
 }
 
-// Whether every face can be reached from face 0 across edges.
+// Return true if every face can be reached from face 0 across edges.
 inline bool is_connected(Matrix<const Index> sides, Index m) {
     if (m == 0) return true;
-    const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // faster than a remainder
-    std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // the face across each half-edge; m for none
+    const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // h % m, but faster
+    std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // face across each half-edge, or m
     for (Index e = 0; e < sides.columns; ++e)
         if (const Index i = sides[0][e], j = sides[1][e]; j >= 0) beside[i] = face(j), beside[j] = face(i);
     std::vector<char> is_new(m + 1, 1);
@@ -244,24 +244,24 @@ inline bool is_connected(Matrix<const Index> sides, Index m) {
     for (Index done = 0; done < reached; ++done)
         for (Index k = 0; k < 3; ++k) {
             const int t = beside[k * m + waiting[done]];
-            waiting[reached] = t;  // without a branch, which nobody could foretell
+            waiting[reached] = t;  // branch-free, because the branch is unpredictable
             reached += is_new[t];
             is_new[t] = 0;
         }
     return reached >= m;
 }
 
-// How many fans each vertex has: sets of its corners that edges connect around it.
+// Count the fans of each vertex: sets of its corners that are connected across edges.
 inline Array<Index> fans_around(Matrix<const Index> corner, Matrix<const Index> sides, Index n) {
     const Index m = corner.columns;
     std::vector<Index> step[2] = {std::vector<Index>(3 * m, -1), std::vector<Index>(3 * m, -1)};
     for (Index e = 0; e < sides.columns; ++e)
-        for (int k = 0; k < 2 && sides[1][e] >= 0; ++k) {  // a half-edge runs from the corner after the opposite one
+        for (int k = 0; k < 2 && sides[1][e] >= 0; ++k) {  // half-edge k begins at corner k + 1 and ends at k + 2
             const Index one = sides[k][e], other = sides[1 - k][e];
             const Index start = one < 2 * m ? one + m : one - 2 * m, end = other < m ? other + 2 * m : other - m;
             step[0][start] = end, step[1][end] = start;
         }
-    Array<Index> number = filled<Index>(n, 0);
+    Array<Index> number = full<Index>(n, 0);
     std::vector<char> known(3 * m);
     for (Index first = 0; first < 3 * m; ++first) {
         if (known[first]) continue;

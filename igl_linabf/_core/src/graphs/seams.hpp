@@ -1,10 +1,11 @@
-// Seams as graphs: paths, trees and their arcs, what they open, and least cuts.
+// Seams as graphs: paths, trees, arcs, the topology of cut surfaces, and minimum cuts.
 #pragma once
 #include "../lists.hpp"
 
 namespace graphs {
 
-// The nodes that lead from some ends to their sources, each once; `before` is -1 at sources, which are left out.
+// Return the nodes on the paths from `ends` back to their sources, without the sources and without duplicates. `before`
+// is the predecessor of each node, or -1 at sources.
 inline std::vector<Index> nodes_on_paths(View<const Index> before, View<const Index> ends) {
     std::vector<char> passed(before.size);
     std::vector<Index> found;
@@ -16,9 +17,10 @@ inline std::vector<Index> nodes_on_paths(View<const Index> before, View<const In
     return found;
 }
 
-// The nodes of a way of the fewest steps from one of the ends back to one of the sources, both masks.
-inline std::vector<Index> way_of_fewest(View<const Index> indptr, View<const Index> indices,
-                                        View<const bool> sources, View<const bool> ends) {
+// Breadth-first search for a path with the fewest edges. Returns its nodes, from one of `ends` back to one of
+// `sources`, which are masks.
+inline std::vector<Index> breadth_first_path(View<const Index> indptr, View<const Index> indices,
+                                             View<const bool> sources, View<const bool> ends) {
     const Index n = indptr.size - 1;
     std::vector<Index> before(n, -2), queue, way;
     for (Index node = 0; node < n; ++node)
@@ -39,13 +41,13 @@ inline std::vector<Index> way_of_fewest(View<const Index> indptr, View<const Ind
     return way;
 }
 
-// The nodes that one takes in an order, leaving out those `hops` edges or less from taken ones over nodes that are
-// not closed; as a mask.
+// Choose nodes greedily in the given order, skipping nodes within `hops` edges of a chosen node. Paths do not pass
+// `closed` nodes. Returns a mask.
 template <class Int>
 Array<bool> far_apart(View<const Int> indptr, View<const Int> indices, View<const Index> order, Index hops,
                       View<const bool> closed) {
     const Index n = indptr.size - 1;
-    Array<bool> chosen = filled(n, false);
+    Array<bool> chosen = full(n, false);
     std::vector<char> near(closed.begin(), closed.end());
     std::vector<Index> seen(n, -1), queue;
     for (const Index node : order) {
@@ -66,12 +68,12 @@ Array<bool> far_apart(View<const Int> indptr, View<const Int> indices, View<cons
     return chosen;
 }
 
-// The node above each node of a forest; the root of a tree is its first node, and above itself.
+// Return the parent of each node of a forest. The root of a tree is its first node, whose parent is itself.
 inline Array<Index> forest_parents(Matrix<const Index> pairs, Index n) {
-    const Lists beside = lists_of(n, [&](const auto& put) {
+    const Lists beside = build_lists(n, [&](const auto& put) {
         for (Index e = 0; e < pairs.rows; ++e) put(pairs[e][0], pairs[e][1]), put(pairs[e][1], pairs[e][0]);
     });
-    Array<Index> above = filled<Index>(n, -1);
+    Array<Index> above = full<Index>(n, -1);
     std::vector<Index> queue;
     for (Index root = 0; root < n; ++root) {
         if (above[root] >= 0) continue;
@@ -87,14 +89,14 @@ inline Array<Index> forest_parents(Matrix<const Index> pairs, Index n) {
     return above;
 }
 
-// The edges that are left when those at leaves are dropped in turn; nodes that are kept are no leaves.
+// Prune leaves repeatedly, and return a mask of the remaining edges. Nodes in `kept` are never pruned.
 inline Array<bool> without_leaves(Matrix<const Index> ends, View<const bool> kept) {
-    std::vector<Index> degree(kept.size), edges(kept.size);  // of a node with one edge left, `edges` is this one
+    std::vector<Index> degree(kept.size), edges(kept.size);  // XOR of the edges: at a leaf, its only edge
     const auto change = [&](Index e, Index by) {
         for (int k = 0; k < 2; ++k) degree[ends[e][k]] += by, edges[ends[e][k]] ^= e;
     };
     for (Index e = 0; e < ends.rows; ++e) change(e, 1);
-    Array<bool> left = filled(ends.rows, true);
+    Array<bool> left = full(ends.rows, true);
     for (Index i = 0; i < 2 * ends.rows; ++i)
         for (Index node = ends.data[i]; degree[node] == 1 && !kept[node];) {
             const Index last = edges[node];
@@ -110,15 +112,16 @@ struct Arcs {
     std::vector<Index> nodes, start;
 };
 
-// The edges of a graph in rows from joint to joint, then closed rows without any. Nodes that are no joints have two
-// edges. The nodes of arc k begin k after its edges do, at start[k], as it has one more.
+// Divide the edges of a graph into arcs between joints, followed by closed arcs without a joint. Nodes that are not
+// joints must have two edges. The edges of arc k begin at start[k]; its nodes begin at start[k] + k, because each arc
+// has one more node than edges.
 inline Arcs arcs_between(Matrix<const Index> ends, View<const bool> joint) {
     const Index n = joint.size, m = ends.rows;
-    std::vector<Index> order;  // nodes as edges come
+    std::vector<Index> order;  // nodes in the order of edges
     std::vector<char> known(n), taken(m);
     for (Index i = 0; i < 2 * m; ++i)
         if (!std::exchange(known[ends.data[i]], true)) order.push_back(ends.data[i]);
-    const Lists sides = lists_of(n, [&](const auto& put) {  // half-edge 2 e + k leaves node ends[e, k]
+    const Lists sides = build_lists(n, [&](const auto& put) {  // half-edge 2 e + k leaves node ends[e, k]
         for (Index h = 0; h < 2 * m; ++h) put(ends.data[h], h);
     });
     Arcs made{Array<Index>(m), {}, {0}};
@@ -149,26 +152,26 @@ struct Opened {
     std::vector<Index> sizes;
 };
 
-// What a seam on a surface opens: the numbers of its components, with the holes, and of its cycles; and the pieces,
-// by their numbers of faces, ascending.
+// Analyse the topology of a surface that is cut along a seam. Returns the number of components of the seam, including
+// the holes; its number of independent cycles; and the numbers of faces of the resulting pieces, ascending.
 inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam, Index holes,
                      Index n, Index n_faces) {
     std::vector<char> on(ends.rows), on_seam(n);
     std::fill_n(on_seam.begin(), holes, true);
     Opened made{holes, 0, {n_faces}};
-    Joined joined(n);
+    UnionFind joined(n);
     for (const Index e : seam) {
         if (std::exchange(on[e], true)) continue;
         for (int k = 0; k < 2; ++k) made.number += !std::exchange(on_seam[ends[e][k]], true);
-        const bool apart = joined.join(ends[e][0], ends[e][1]);
+        const bool apart = joined.unite(ends[e][0], ends[e][1]);
         made.number -= apart;
         made.cycles += !apart;
     }
-    if (!made.cycles) return made;  // a forest separates nothing
-    Joined pieces(n_faces);
+    if (!made.cycles) return made;  // a forest does not separate the surface
+    UnionFind pieces(n_faces);
     Index left = n_faces;
     for (Index e = 0; e < faces.rows && left > 1; ++e)
-        if (!on[e]) left -= pieces.join(faces[e][0], faces[e][1]);
+        if (!on[e]) left -= pieces.unite(faces[e][0], faces[e][1]);
     if (left == 1) return made;
     made.sizes.assign(left, 0);
     const Array<Index> label = pieces.labels();
@@ -177,10 +180,10 @@ inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<c
     return made;
 }
 
-// A network of which each edge is two arcs, 2 e and 2 e + 1: heads, what may still flow, and arcs by tails.
+// A flow network; edge e consists of the arcs 2 e and 2 e + 1.
 struct Network {
-    std::vector<Index> head, left, level;
-    Lists arcs;
+    std::vector<Index> head, left, level;  // head and residual capacity of each arc, level of each node
+    Lists arcs;                            // arcs by tail
 
     Network(Matrix<const Index> ends, View<const Index> capacity, Index n)
         : head(2 * ends.rows), left(2 * ends.rows), level(n) {
@@ -188,12 +191,12 @@ struct Network {
             head[a] = ends.data[a ^ 1];
             left[a] = capacity[a / 2];
         }
-        arcs = lists_of(n, [&](const auto& put) {
+        arcs = build_lists(n, [&](const auto& put) {
             for (Index a = 0; a < 2 * ends.rows; ++a) put(ends.data[a], a);
         });
     }
 
-    // How many arcs with something left lead from the source to each node; -1 where none do.
+    // Compute the level of each node: its distance from the source over arcs with residual capacity, or -1.
     void find_levels(Index source) {
         std::fill(level.begin(), level.end(), Index(-1));
         std::vector<Index> queue{source};
@@ -208,23 +211,23 @@ struct Network {
         }
     }
 
-    // Send flow on ways of ascending levels until none is left.
-    void saturate(Index source, Index sink) {
+    // Send a blocking flow along paths of ascending levels.
+    void send_blocking_flow(Index source, Index sink) {
         std::vector<Index> next(arcs.begin), path;
         for (Index node = source;;) {
             if (node == sink) {
-                Index flow = left[path[0]], full = Index(path.size());
+                Index flow = left[path[0]], saturated = Index(path.size());
                 for (const Index a : path) flow = std::min(flow, left[a]);
-                for (Index k = full - 1; k >= 0; --k) {
+                for (Index k = saturated - 1; k >= 0; --k) {
                     left[path[k]] -= flow;
                     left[path[k] ^ 1] += flow;
-                    if (left[path[k]] == 0) full = k;
+                    if (left[path[k]] == 0) saturated = k;
                 }
-                node = head[path[full] ^ 1];
-                path.resize(full);
+                node = head[path[saturated] ^ 1];
+                path.resize(saturated);
             }
-            const auto leads_on = [&](Index a) { return left[a] > 0 && level[head[a]] == level[node] + 1; };
-            while (next[node] < arcs.begin[node + 1] && !leads_on(arcs.items[next[node]])) ++next[node];
+            const auto is_admissible = [&](Index a) { return left[a] > 0 && level[head[a]] == level[node] + 1; };
+            while (next[node] < arcs.begin[node + 1] && !is_admissible(arcs.items[next[node]])) ++next[node];
             if (next[node] < arcs.begin[node + 1]) {
                 path.push_back(arcs.items[next[node]]);
                 node = head[path.back()];
@@ -239,12 +242,13 @@ struct Network {
     }
 };
 
-// The nodes behind the least cut between two nodes; of several, the one nearest to the source (Dinic 1970).
-inline Array<bool> behind_least_cut(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
+// Return a mask of the nodes on the side of the sink of a minimum cut (Dinic 1970). Among several minimum cuts, use the
+// one nearest to the source.
+inline Array<bool> minimum_cut_side(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
                                     Index sink) {
     Network network(ends, capacity, n);
     for (network.find_levels(source); network.level[sink] >= 0; network.find_levels(source))
-        network.saturate(source, sink);
+        network.send_blocking_flow(source, sink);
     Array<bool> behind(n);
     for (Index v = 0; v < n; ++v) behind[v] = network.level[v] < 0;
     return behind;

@@ -1,4 +1,4 @@
-// Shortest paths (Dijkstra 1959): to sources, towards targets, to where three meet, and around several ways.
+// Shortest paths (Dijkstra 1959): to sources, towards targets, to a Steiner point, and closed walks of given parities.
 #pragma once
 #include <array>
 
@@ -6,7 +6,7 @@
 
 namespace graphs {
 
-// A graph in CSR: the edges from node i are those from indptr[i] up to indptr[i + 1], to `indices`.
+// A graph in CSR: the edges indptr[i] to indptr[i + 1] - 1 lead from node i to `indices`.
 template <class Int>
 struct Graph {
     View<const Int> indptr, indices;
@@ -15,10 +15,10 @@ struct Graph {
     Index nodes() const { return indptr.size - 1; }
 };
 
-// Nodes in a binary heap, the one of the least key first.
+// A binary min-heap of nodes with keys.
 class Heap {
     const double* key;
-    Array<Index> heap, place;  // the place of each node that is in the heap or was
+    Array<Index> heap, place;  // place is the position of each node in the heap, and -1 only before its insertion
     Index size = 0;
 
   public:
@@ -26,12 +26,12 @@ class Heap {
 
     void clear(Index first, Index last) { std::fill(place.data() + first, place.data() + last, Index(-1)); }
     bool empty() const { return size == 0; }
-    bool knows(Index node) const { return place[node] >= 0; }
+    bool has_seen(Index node) const { return place[node] >= 0; }
     Index first() const { return heap[0]; }
 
-    // Put a node where its key, which is new or less than before, belongs.
-    void rise(Index node) {
-        if (!knows(node)) heap[place[node] = size++] = node;
+    // Insert a node, or restore the heap after its key has decreased.
+    void decrease_key(Index node) {
+        if (!has_seen(node)) heap[place[node] = size++] = node;
         Index i = place[node];
         node = heap[i];
         for (Index above; i > 0 && key[heap[above = (i - 1) / 2]] > key[node]; i = above)
@@ -39,7 +39,7 @@ class Heap {
         place[heap[i] = node] = i;
     }
 
-    Index take_first() {
+    Index pop() {
         const Index first = heap[0], node = heap[--size];
         Index i = 0;
         for (Index child; (child = 2 * i + 1) < size; i = child) {
@@ -52,13 +52,13 @@ class Heap {
     }
 };
 
-// A search from sources: the distance of each node, the node before it on its path, and those that wait.
+// A Dijkstra search: the distance and the predecessor of each node, and the heap of open nodes.
 struct Search {
     Array<double> distance;
     Array<Index> before;
     Heap waiting;
 
-    // For up to `most` nodes, the first `n` of which are cleared.
+    // Allocate `most` nodes, and initialize the first `n` of them.
     Search(Index most, Index n) : distance(most), before(most), waiting(distance.data(), most) { clear(0, n); }
 
     void clear(Index first, Index last) {
@@ -70,26 +70,26 @@ struct Search {
     void reach(Index node, double way, Index from) {
         distance[node] = way;
         before[node] = from;
-        waiting.rise(node);
+        waiting.decrease_key(node);
     }
 
-    // The least distance of a node that waits.
+    // Return the smallest distance of an open node.
     double least() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
-    // Go over the edges of a node, which are those in a row of the graph. goes(edge, way) says which node is reached
-    // by an edge, -1 for none.
+    // Relax the edges of `node`, which are those in row `row` of the graph. accept(edge, way) returns the node to
+    // update to the distance `way`, or -1.
     template <class Int, class Goes>
-    void relax(const Graph<Int>& graph, Index row, Index node, const Goes& goes) {
+    void relax(const Graph<Int>& graph, Index row, Index node, const Goes& accept) {
         for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
             const double way = distance[node] + graph.length[edge];
-            if (const Index there = goes(edge, way); there >= 0) reach(there, way, node);
+            if (const Index there = accept(edge, way); there >= 0) reach(there, way, node);
         }
     }
 
-    // Go on from the nearest node that waits. passes(node, there, way) says whether a way that is shorter is taken.
+    // Relax the edges of the nearest open node. passes(node, there, way) returns true if a shorter path is accepted.
     template <class Int, class Passes>
     void step(const Graph<Int>& graph, const Passes& passes) {
-        const Index node = waiting.take_first();
+        const Index node = waiting.pop();
         relax(graph, node, node, [&](Index edge, double way) {
             const Index there = graph.indices[edge];
             return way < distance[there] && passes(node, there, way) ? there : -1;
@@ -102,15 +102,15 @@ struct Paths {
     Array<Index> before, source;
 };
 
-// The distance of each node to the nearest source over open nodes, the node before it, and that source.
+// Find the nearest source of each node over `open` nodes. Returns the distance, the predecessor, and that source.
 template <class Int>
 Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<const double> length,
                       View<const Index> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     Search search(graph.nodes(), graph.nodes());
-    Array<Index> source = filled<Index>(graph.nodes(), -1);
+    Array<Index> source = full<Index>(graph.nodes(), -1);
     for (const Index node : sources)
-        if (open[node] && !search.waiting.knows(node)) {
+        if (open[node] && !search.waiting.has_seen(node)) {
             search.reach(node, 0, -1);
             source[node] = node;
         }
@@ -124,8 +124,8 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
     return {std::move(search.distance), std::move(search.before), std::move(source)};
 }
 
-// The distances from a node, and the nodes before, where all ways on to the targets stay within a limit. What is left
-// of a way from a node, at `position`, to a target is at least `share` of the distance in space.
+// Return distances from a source and predecessors, restricted to nodes whose distance plus a lower bound of the paths
+// on to all targets is within the limit. The lower bound of a path is `share` times the distance in space.
 template <class Int>
 std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, View<const Int> indices,
                                                      View<const double> length, Index source, View<const bool> open,
@@ -150,33 +150,34 @@ std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, Vie
     while (!search.waiting.empty())
         search.step(graph, [&](Index, Index there, double way) {
             if (!open[there]) return false;
-            if (!search.waiting.knows(there)) ahead[there] = left(there);
+            if (!search.waiting.has_seen(there)) ahead[there] = left(there);
             return !(way + ahead[there] > limit);
         });
     return {std::move(search.distance), std::move(search.before)};
 }
 
-struct Ways {
+struct SteinerPaths {
     std::vector<Index> nodes, start;
 };
 
-// The node from which the ways to three sets are shortest in total, and these ways; none if that is over the limit.
-// The searches grow at the same rate. None goes on to where the ways to the other two sets are over the limit, as
-// long as these are at least: what a node was found with that both have reached, or as far as they have come.
+// Find the Steiner point of three sets of nodes, which minimizes the total length of the paths to the sets, and return
+// these paths; none if the total exceeds the limit. The three searches advance at the same rate. A search skips a node
+// if its distance plus a lower bound of the paths to the other two sets exceeds the best total so far. The lower bound
+// is the smallest sum of both distances at a node that both searches have reached, or the sum of their radii.
 template <class Int>
-Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double> length,
-             std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
+SteinerPaths find_steiner_paths(View<const Int> indptr, View<const Int> indices, View<const double> length,
+                                std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const Index n = graph.nodes();
     Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
-    double apart[3] = {INFINITY, INFINITY, INFINITY};  // at least, the ways to the sets other than k
+    double apart[3] = {INFINITY, INFINITY, INFINITY};  // smallest sum of distances to the two sets other than k
     const auto note = [&](int k, Index node, double way) {
         for (int j = 0; j < 3; ++j)
             if (j != k) apart[3 - k - j] = std::min(apart[3 - k - j], way + search[j].distance[node]);
     };
     for (int k = 0; k < 3; ++k)
         for (const Index node : sources[k])
-            if (!search[k].waiting.knows(node)) {
+            if (!search[k].waiting.has_seen(node)) {
                 search[k].reach(node, 0, -1);
                 note(k, node, 0);
             }
@@ -201,7 +202,7 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
         });
         top[next] = search[next].least();
     }
-    Ways made{{}, {0}};
+    SteinerPaths made{{}, {0}};
     for (const Search& one : search) {
         for (Index node = centre; node >= 0; node = one.before[node]) made.nodes.push_back(node);
         made.start.push_back(Index(made.nodes.size()));
@@ -209,9 +210,9 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
     return made;
 }
 
-// Of excursions, each the shortest that crosses the ways of its bits an odd number of times, the shortest set that
-// does so with all ways; empty where there is none.
-inline std::vector<Index> shortest_set(const std::vector<double>& found) {
+// found[bits] is the length of the shortest excursion that crosses exactly the curves in `bits` an odd number of times.
+// Return the shortest set of excursions that together cross all curves an odd number of times, or an empty set.
+inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;
     std::vector<double> best(all + 1, INFINITY);
     std::vector<std::vector<char>> taken(all + 1, std::vector<char>(all + 1));
@@ -234,10 +235,10 @@ inline std::vector<Index> shortest_set(const std::vector<double>& found) {
     return chosen;
 }
 
-// The shortest closed walk from a node that crosses each of some ways an odd number of times; bits of `flip` tell
-// which ways an edge crosses. The search is in copies of the graph, one for each combination of odd and even. The
-// walk is a set of excursions that pass the start at their ends only. Two ways from the start to one node are an
-// excursion, and none that is shorter than twice the least distance of those that wait is unknown.
+// Find the shortest closed walk from a node that crosses each of several curves an odd number of times. The bits of
+// `flip` are the curves that an edge crosses. The search runs in copies of the graph, one for each combination of
+// parities. The walk consists of excursions, which pass the start only at their ends. Two paths from the start to the
+// same node form an excursion. All excursions shorter than twice the smallest distance of an open node are known.
 inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const Index> indices,
                                             View<const double> length, View<const Index> flip, Index start,
                                             Index copies) {
@@ -245,10 +246,10 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     const Index n = graph.nodes(), all = copies - 1;
     Search search(copies * n, n);
     const auto& distance = search.distance;
-    std::vector<char> begun(copies);  // most copies are never reached
-    std::vector<Index> first(n, -1);  // the first node that is reached of its copies; then the others in a list
+    std::vector<char> begun(copies);  // initialize copies on first use, because most are never reached
+    std::vector<Index> first(n, -1);  // head of the linked list of the reached copies of each node
     Array<Index> other_label(copies * n);
-    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // of an excursion, of any number of them
+    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // of one excursion, and of a set of them
     std::vector<std::array<Index, 2>> ends(copies);
     cost[0] = 0;
     begun[0] = true;
@@ -256,11 +257,11 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     first[start] = start;
     other_label[start] = -1;
     while (!search.waiting.empty() && 2 * search.least() < cost[all]) {
-        const Index node = search.waiting.take_first(), copy = node / n;
+        const Index node = search.waiting.pop(), copy = node / n;
         Index label = first[node % n];
         while (label >= 0 && (label == node || distance[label] + cost[copy ^ (label / n)] > distance[node]))
             label = other_label[label];
-        if (label >= 0) continue;  // another way there, with excursions, does as much
+        if (label >= 0) continue;  // dominated by another path to this node plus excursions
         search.relax(graph, node - copy * n, node, [&](Index edge, double way) {
             const Index vertex = graph.indices[edge], other = copy ^ flip[edge], there = other * n + vertex;
             if (vertex != start) {
@@ -288,7 +289,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     }
     std::vector<Index> walk{all * n + start};
     Index copy = all;
-    for (const Index ways : shortest_set(found)) {
+    for (const Index ways : choose_excursions(found)) {
         const auto outward = walk.size();
         for (Index at = ends[ways][0]; search.before[at] >= 0; at = search.before[at])
             walk.push_back((copy ^ (at / n)) * n + at % n);

@@ -1,27 +1,27 @@
-// The energy of isometric maps, triangle by triangle: its value, its slope, its convex part, and where it is infinite.
+// The energy of isometric maps: its value in each triangle, gradient, convexified Hessian, and singularities.
 //
-// A triangle's map w -> p w + q conj(w) from its own plane has the singular values |p| + |q| and |p| - |q|. With
-// A = |p|^2, B = |q|^2 and J = A - B the energy is E = c a^weight, c = (A + B) / J for angles, a = (J + 1 / J) / 2 for
-// areas (Degener, Meseth, Klein 2003).
+// The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|. With
+// A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight, where c = (A + B) / J measures angles and
+// a = (J + 1 / J) / 2 measures areas (Degener, Meseth, Klein 2003).
 #pragma once
 #include "../angles/triangles.hpp"
 
 namespace isometry {
 
 using angles::Corners, angles::Numbers, angles::Rows, angles::Values;
-using Gradients = Matrix<const Complex>;  // (3, #F): p is the sum of gradient z over the corners
+using Gradients = Matrix<const Complex>;  // (3, #F): p is the sum of gradient times z over the corners
 using Map = View<const Complex>;
 
 inline Complex conjugate(Complex a) { return {a.x, -a.y}; }
 inline double squared(Complex a) { return dot(a, a); }
 
-// p and q of each triangle; linear in z.
-struct Derivatives {
+// The derivatives p and q of each triangle by w and conj(w); linear in z.
+struct WirtingerDerivatives {
     Rows<const Index> corner;
     Rows<const Complex> gradient;
     Map z;
 
-    Derivatives(Corners corner, Gradients gradient, Map z) : corner(corner), gradient(gradient), z(z) {}
+    WirtingerDerivatives(Corners corner, Gradients gradient, Map z) : corner(corner), gradient(gradient), z(z) {}
 
     std::pair<Complex, Complex> operator[](Index t) const {
         const auto [i, j, k] = corner[t];
@@ -32,27 +32,27 @@ struct Derivatives {
     }
 };
 
-inline double raised(double area, double weight) { return weight == 1 ? area : std::pow(area, weight); }
+inline double power(double area, double weight) { return weight == 1 ? area : std::pow(area, weight); }
 
-// Of each triangle, times its share; infinite where a triangle is not upright.
+// Return the energy of each triangle times its share; infinite for flipped and collapsed triangles.
 inline Array<double> isometric_energy(Corners corner, Gradients gradient, Numbers share, Map z, double weight) {
-    return angles::over(corner.columns, [=, of = Derivatives(corner, gradient, z)](Index t) {
+    return angles::tabulate(corner.columns, [=, of = WirtingerDerivatives(corner, gradient, z)](Index t) {
         const auto [p, q] = of[t];
         const double a = squared(p), b = squared(q), j = a - b;
-        const double value = share[t] * ((a + b) / j * raised((j + 1 / j) / 2, weight));
+        const double value = share[t] * ((a + b) / j * power((j + 1 / j) / 2, weight));
         return j > 0 ? value : INFINITY;
     });
 }
 
-// First and second derivatives of E by A and B.
-struct Slopes {
+// The first and second derivatives of E with respect to A and B.
+struct EnergyDerivatives {
     double a, b, aa, ab, bb;
 
-    Slopes(double A, double B, double weight) {
+    EnergyDerivatives(double A, double B, double weight) {
         const double j = A - B, u = 1 / j, uu = u * u, uuu = uu * u, area = (j + u) / 2, slope = (1 - uu) / 2;
         const double c = (A + B) * u, c_a = -2 * B * uu, c_b = 2 * A * uu;
         const double c_aa = 4 * B * uuu, c_ab = -2 * (A + B) * uuu, c_bb = 4 * A * uuu;
-        const double h = raised(area, weight), part = weight * h / area;
+        const double h = power(area, weight), part = weight * h / area;
         const double h_j = part * slope, h_jj = part * ((weight - 1) * slope * slope / area + uuu);
         a = c_a * h + c * h_j;
         b = c_b * h - c * h_j;
@@ -62,22 +62,22 @@ struct Slopes {
     }
 };
 
-// The slope of the energy, (6, #F), and rows, (24, #F), four of six: its convex part is the sum of row row^T. By x of
-// the three corners, then y.
+// Compute the gradient of the energy, (6, #F), and four rows of six per triangle, (24, #F). The sum of row row^T is the
+// convexified Hessian. Derivatives are by x of the three corners, then by y.
 //
-// The Hessian by p and q has the eigenvectors i p, i q and two in the plane of p and q, as E is a function of |p| and
-// |q|; negative eigenvalues are left out (Smith, De Goes, Kim 2019).
+// Because E is a function of |p| and |q|, its Hessian with respect to p and q has the eigenvectors i p, i q, and two
+// eigenvectors in the plane of p and q. Negative eigenvalues are clamped to 0 (Smith, De Goes, Kim 2019).
 inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gradients gradient, Numbers share, Map z,
                                                              double weight) {
     const Index m = corner.columns;
     Grid<double> slopes(6, m), rows(24, m);
-    in_pieces(m, [&](Index first, Index last) {
-        const Derivatives of(corner, gradient, z);
+    parallel_for_pieces(m, [&](Index first, Index last) {
+        const WirtingerDerivatives of(corner, gradient, z);
         double *slope = slopes.data(), *row = rows.data();
         INDEPENDENT for (Index t = first; t < last; ++t) {
             const auto [p, q] = of[t];
             const double A = squared(p), B = squared(q), r = std::sqrt(A), s = std::sqrt(B), own = share[t];
-            const Slopes E(A, B, weight);
+            const EnergyDerivatives E(A, B, weight);
             const Complex up = 1 / r * p, uq = s > 0 ? 1 / s * q : Complex{1, 0};
             const double rr = 2 * E.a + 4 * A * E.aa, rs = 4 * r * s * E.ab, ss = 2 * E.b + 4 * B * E.bb;
             // the eigenvectors (cos, sin) and (-sin, cos) in the plane of p and q
@@ -104,16 +104,16 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gra
     return {std::move(slopes), std::move(rows)};
 }
 
-// The 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles: `rows` has six rows for each, by x of the
-// corners, then y. The block of corner k is added at own[k], that of the side opposite to it at across[k]; at
-// ~across[k] transposed.
+// Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles. `rows` has six values per row,
+// by x of the corners and then by y. The block of corner k is added to entry own[k], and the block of the side opposite
+// to corner k to entry across[k], or transposed to entry ~across[k].
 inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
     if (rows.rows != 6 * ranks || rows.columns != m || own.rows != 3 || across.rows != 3 || across.columns != m)
         throw std::invalid_argument("six rows a rank, and three places a triangle are needed");
     Grid<double> made = angles::zeros<Grid<double>>(entries, 4);
     for (Index t = 0; t < m; ++t) {
-        double block[6][4] = {};  // of corners, then of sides
+        double block[6][4] = {};  // blocks of the three corners, then of the three sides
         for (Index r = 0; r < ranks; ++r) {
             double x[3], y[3];
             for (int k = 0; k < 3; ++k) x[k] = rows[6 * r + k][t], y[k] = rows[6 * r + 3 + k][t];
@@ -137,16 +137,16 @@ inline Grid<double> outer_products(Values rows, Corners own, Corners across, Ind
     return made;
 }
 
-// The step length along `direction` at which each triangle collapses, |p|^2 = |q|^2; infinite where none does.
+// Return the step length along `direction` until each triangle collapses, |p|^2 = |q|^2; infinite if it never does.
 inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
-    const Derivatives at(corner, gradient, z), change(corner, gradient, direction);
-    return angles::over(corner.columns, [at, change](Index t) {
+    const WirtingerDerivatives at(corner, gradient, z), change(corner, gradient, direction);
+    return angles::tabulate(corner.columns, [at, change](Index t) {
         const auto [p, q] = at[t];
         const auto [dp, dq] = change[t];
         const double a = squared(dp) - squared(dq), b = dot(p, dp) - dot(q, dq), c = squared(p) - squared(q);
-        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // no cancellation
+        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // avoids cancellation
         const double one = sum / a, other = c / sum;
-        const double least = one > 0 ? one : INFINITY;  // of NaN, too: there is no root
+        const double least = one > 0 ? one : INFINITY;  // NaN, without a real root, also counts as infinite
         return other > 0 && other < least ? other : least;
     });
 }

@@ -1,4 +1,4 @@
-// The two sheets of each overlap of a flat map.
+// Division of the overlaps of a flat map into pairs of overlapping sheets.
 #pragma once
 #include <numeric>
 
@@ -6,31 +6,31 @@
 
 namespace overlaps {
 
-constexpr double ROOM = 0.8;  // share of the way to where a face is on both sheets, that they are grown
+constexpr double ROOM = 0.8;  // stop growing at this share of the pairs before the first one that would join the sheets
 
 struct Sheets {
     std::vector<Index> faces, start{0};
 };
 
-// Pairs of faces that overlap, both ways around, in lexicographic order; the faces beside each face, as in CSR. Pairs
-// are neighbours if one face is the same, and the others are neighbours: an overlap is a component of them, and of
-// those the other way around.
+// The overlapping pairs of faces, in both orders and sorted lexicographically, and the adjacent faces of each face in
+// CSR. Two pairs are neighbours if they have one face in common and their other faces are adjacent. An overlap is a
+// connected component of pairs together with the mirrored component.
 class Layers {
     View<const Index> upper, lower, begin, neighbour;
-    std::vector<Index> row;             // where the pairs of each upper face begin
-    std::vector<Index> component;       // of each pair
-    std::vector<Index> queue, first{0};  // the pairs of each component, breadth first; where each component begins
-    std::vector<Index> sheet, when[2];  // of each face; the place in the queue of its first pair, as upper and as lower
+    std::vector<Index> row;              // first pair of each upper face
+    std::vector<Index> component;        // component of each pair
+    std::vector<Index> queue, first{0};  // pairs by component in breadth-first order, and start of each component
+    std::vector<Index> sheet, when[2];   // sheet of each face, and when it is first reached as upper and as lower face
 
-    // The place of a pair; -1 if there is none.
+    // Return the index of a pair, or -1 if it does not exist.
     Index find(Index one, Index other) const {
         const auto last = lower.begin() + row[one + 1];
         const auto at = std::lower_bound(lower.begin() + row[one], last, other);
         return at < last && *at == other ? at - lower.begin() : -1;
     }
 
-    // Put a pair and all that is joined to it into the queue, as one more component.
-    void flood(Index seed) {
+    // Append the component of a pair to the queue.
+    void flood_fill(Index seed) {
         const Index own = Index(first.size()) - 1;
         std::vector<Index> beside;
         queue.push_back(seed), component[seed] = own;
@@ -46,8 +46,8 @@ class Layers {
         first.push_back(Index(queue.size()));
     }
 
-    // Append the faces that are joined to one in its sheet, ascending, and take them off it.
-    void take(Index face, Sheets& made) {
+    // Append the faces that are connected to `face` within its sheet, ascending, and remove them from the sheet.
+    void take_component(Index face, Sheets& made) {
         const std::size_t before = made.faces.size();
         const Index own = sheet[face];
         made.faces.push_back(face), sheet[face] = 0;
@@ -58,8 +58,8 @@ class Layers {
         made.start.push_back(Index(made.faces.size()));
     }
 
-    // Append the two sheets of an overlap, grown from its first pair until a face is on both.
-    void part(View<const Index> pairs, Sheets& made) {
+    // Append the two sheets of an overlap, grown from its first pair until a face would belong to both.
+    void append_sheets(View<const Index> pairs, Sheets& made) {
         const auto each_face = [&](const auto& visit) {
             for (const Index pair : pairs) visit(upper[pair]), visit(lower[pair]);
         };
@@ -71,7 +71,7 @@ class Layers {
         each_face([&](Index f) { sheet[f] = when[0][f] < limit ? 1 : when[1][f] < limit ? 2 : 0; });
         const Index one = upper[pairs[0]], other = lower[pairs[0]];
         sheet[one] = 1, sheet[other] = 2;
-        take(one, made), take(other, made);
+        take_component(one, made), take_component(other, made);
         each_face([&](Index f) { sheet[f] = 0, when[0][f] = when[1][f] = upper.size; });
     }
 
@@ -84,12 +84,12 @@ class Layers {
         std::partial_sum(row.begin(), row.end(), row.begin());
     }
 
-    // The sheets of the `most` largest overlaps, two after two.
+    // Return the two sheets of each of the `most` largest overlaps.
     Sheets largest(Index most) {
-        std::vector<Index> size;  // of the components; 0 of those that were seen before, from the other side
+        std::vector<Index> size;  // pairs per component; a mirrored component counts for the first one
         for (Index k = 0; k < upper.size; ++k) {
             if (component[k] >= 0) continue;
-            flood(k);
+            flood_fill(k);
             const Index own = Index(size.size()), mirror = find(lower[k], upper[k]);
             const Index seen = mirror < 0 ? -1 : component[mirror];
             size.push_back(0);
@@ -101,12 +101,12 @@ class Layers {
         Sheets made;
         const View<const Index> pairs = queue;
         for (Index k = 0; k < std::min(most, Index(order.size())) && size[order[k]]; ++k)
-            part(pairs.part(first[order[k]], first[order[k] + 1]), made);
+            append_sheets(pairs.part(first[order[k]], first[order[k] + 1]), made);
         return made;
     }
 };
 
-// The two sheets of each of the `most` largest overlaps, of pairs as in `Layers`.
+// Return the two sheets of each of the `most` largest overlaps; the parameters are those of `Layers`.
 inline Sheets overlap_sheets(View<const Index> upper, View<const Index> lower, View<const Index> begin,
                              View<const Index> neighbour, Index most) {
     return Layers(upper, lower, begin, neighbour).largest(most);

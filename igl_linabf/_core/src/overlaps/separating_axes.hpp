@@ -1,4 +1,4 @@
-// Triangles in the plane, and whether two of them overlap.
+// Overlap test for triangles in the plane.
 #pragma once
 #include <limits>
 
@@ -6,12 +6,12 @@
 
 namespace overlaps {
 
-constexpr double MIN_DEPTH = 1e-6;  // of a triangle's height: what lies deeper than that in another one is an overlap
-constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // of a corner's distance from the origin
-constexpr double NOTHING = -1;  // the depth of a triangle that overlaps nothing
+constexpr double MIN_DEPTH = 1e-6;  // smallest depth of an overlap, relative to the height of the smaller triangle
+constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // relative to the distance from the origin
+constexpr double NEVER_OVERLAPS = -1;  // depth of a triangle that is excluded from overlap tests
 
-// A number without its fraction, within bounds; the lower one for NaN.
-inline Index clamped(double x, double low, double high) { return Index(x > low ? std::min(x, high) : low); }
+// Truncate a number to an integer within bounds; NaN gives the lower bound.
+inline Index clamp_index(double x, double low, double high) { return Index(x > low ? std::min(x, high) : low); }
 
 struct Box {
     double left = INFINITY, low = left, right = -left, high = -left;
@@ -24,8 +24,8 @@ struct Box {
         left = std::min(left, b.left), right = std::max(right, b.right);
         low = std::min(low, b.low), high = std::max(high, b.high);
     }
-    // Without branches, whose outcome no processor foresees.
-    bool touches(const Box& b) const {
+    // Branch-free, because the branches would be unpredictable.
+    bool intersects(const Box& b) const {
         return (left <= b.right) & (b.left <= right) & (low <= b.high) & (b.low <= high);
     }
     Complex centre() const { return {(left + right) / 2, (low + high) / 2}; }
@@ -33,23 +33,23 @@ struct Box {
     double height() const { return high - low; }
 };
 
-inline Box box_around(const Complex* corner) {
+inline Box bounding_box(const Complex* corner) {
     Box box;
     for (int k = 0; k < 3; ++k) box.add(corner[k]);
     return box;
 }
 
-// A counter-clockwise triangle, with what the test of two of them takes.
+// A counter-clockwise triangle with precomputed data for the overlap test.
 struct Triangle {
     Complex corner[3];
-    Complex along[3];      // the direction of the side from each corner to the next one; 0 where that has no length
-    double depth = 0;      // by which it and another one may reach into each other, if that is not less deep
-    double rounding = 0;   // of its corners
+    Complex along[3];     // unit vector from each corner to the next one; 0 if the side has no length
+    double depth = 0;     // tolerated depth of an overlap; the smaller tolerance of two triangles applies
+    double rounding = 0;  // rounding error of the corners
 
-    bool solid() const { return depth >= 0; }
+    bool is_solid() const { return depth >= 0; }
 };
 
-// The triangle of these corners; returns the length of its longest side.
+// Set the corners of a triangle, and return the length of its longest side.
 inline double set_corners(Triangle& t, Complex a, Complex b, Complex c) {
     t.corner[0] = a, t.corner[1] = b, t.corner[2] = c;
     double longest = 0;
@@ -62,20 +62,20 @@ inline double set_corners(Triangle& t, Complex a, Complex b, Complex c) {
     return longest;
 }
 
-// The triangle of these corners, turned counter-clockwise, with its depth as a share of its height; nothing where its
-// height is rounding.
-inline Triangle triangle_of(Complex a, Complex b, Complex c) {
+// Make a counter-clockwise triangle with a depth relative to its height. A triangle whose height may be rounding error
+// never overlaps.
+inline Triangle make_triangle(Complex a, Complex b, Complex c) {
     const double area = cross(b - a, c - a);
     Triangle t;
     const double longest = area < 0 ? set_corners(t, a, c, b) : set_corners(t, a, b, c);
     const double height = longest > 0 ? std::abs(area) / longest : 0;
     t.rounding = ROUNDING * std::max({length(a), length(b), length(c)});
-    t.depth = height > t.rounding ? MIN_DEPTH * height : NOTHING;
+    t.depth = height > t.rounding ? MIN_DEPTH * height : NEVER_OVERLAPS;
     return t;
 }
 
-// Whether b reaches across the lines of all sides of a by more than `least`.
-inline bool reaches(const Triangle& a, const Triangle& b, double least) {
+// Return true if b reaches across the lines through all sides of a by more than `least`.
+inline bool penetrates(const Triangle& a, const Triangle& b, double least) {
     for (int k = 0; k < 3; ++k) {
         bool across = false;
         for (const Complex corner : b.corner) across |= cross(a.along[k], corner - a.corner[k]) > least;
@@ -84,11 +84,11 @@ inline bool reaches(const Triangle& a, const Triangle& b, double least) {
     return true;
 }
 
-// Whether two solid triangles overlap by more than the smaller of their depths and by more than their rounding: no side
-// of either is a separating axis (Ericson, Real-Time Collision Detection, 5.2.1).
-inline bool overlap(const Triangle& a, const Triangle& b) {
+// Return true if two solid triangles overlap by more than the smaller of their depths plus their rounding error: no
+// side of either triangle is a separating axis (Ericson, Real-Time Collision Detection, 5.2.1).
+inline bool do_overlap(const Triangle& a, const Triangle& b) {
     const double least = std::min(a.depth, b.depth) + std::max(a.rounding, b.rounding);
-    return reaches(a, b, least) && reaches(b, a, least);
+    return penetrates(a, b, least) && penetrates(b, a, least);
 }
 
 }  // namespace overlaps

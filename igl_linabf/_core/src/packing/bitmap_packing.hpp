@@ -1,11 +1,11 @@
-// Where charts' masks go on pages, one after the other, on a grid of cells.
+// Greedy placement of the masks of charts on pages, on a grid of cells.
 //
-// Each goes to the first page that has room for it, and there to where it meets no cell that is taken and the square
-// that holds all grows least.
+// Each mask goes to the first page with enough free space, and there to the free position at which the bounding square
+// of all masks grows least.
 //
-// The cells are bits, words of 64 in a row. `page | page >> 1` has a bit where one of two cells is taken, the same
-// again with a shift of 2 where one of four is: so a run of n cells is looked up by two of them, however long it is.
-// A mask moves up several rows at once. The runs that met taken cells there come first in the next rows.
+// Cells are bits in words of 64. `page | page >> 1` has a bit where one of two adjacent cells is occupied; with a shift
+// of 2, this gives the bits of four cells, and so on. Therefore, two lookups suffice for a run of any length. Several
+// rows are tested at once. Runs that collided with occupied cells are tested first in the next rows.
 #pragma once
 #include <array>
 
@@ -13,9 +13,9 @@
 
 namespace packing {
 
-constexpr Index TOGETHER = 16;  // rows that a mask moves up at once
+constexpr Index ROWS_AT_ONCE = 16;  // rows that are tested together
 
-struct Span {  // masks of a chart
+struct Span {  // the masks of a chart
     Index first, after;
 };
 
@@ -27,29 +27,29 @@ struct Extent {
     Index width, height;
 };
 
-// A run of cells of a mask: its place in a page's words, and its length beyond a power of 2.
+// A run of cells of a mask: its position among the words of a page, and its length minus the largest power of 2.
 struct Run {
     Index at, column, more, row;
 };
 
-// A page's cells: `levels` times `words` columns of words, `high` to a column, one for each row. Level j has a bit
-// where one of the 2^j cells from there is taken. The last words of a row stay free.
+// The cells of a page: `levels` times `words` columns of `high` words, one word for each row. Level j has a bit where
+// one of the 2^j cells from there on is occupied. The last words of a row are always free.
 struct Page {
     Index words, high, levels;
     std::vector<Word> busy;
-    Index width = 0, height = 0;  // that are taken
+    Index width = 0, height = 0;  // of the occupied part
 
     Page(Index side, Index levels)
-        : words(side / WORD + 2), high(side + TOGETHER), levels(levels), busy(levels * words * high) {}
+        : words(side / WORD + 2), high(side + ROWS_AT_ONCE), levels(levels), busy(levels * words * high) {}
 };
 
-// Bits of columns: those of all rows, and those that are new in a row.
-struct Met {
+// Bits of columns: collisions in every row, and collisions that are new in some row.
+struct Collisions {
     Word every, fresh;
 };
 
-// Add to `met`, row by row, where a run meets taken cells. The bits are the places of the mask, column by column.
-inline Met meet(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
+// Add the collisions of a run with occupied cells to `met`, row by row. The bits correspond to the columns of the mask.
+inline Collisions find_collisions(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
     const Index behind = column + more;
     const Word* const one = page.busy.data() + at + column / WORD * page.high;
     const Word* const other = page.busy.data() + at + behind / WORD * page.high;
@@ -57,7 +57,7 @@ inline Met meet(const Page& page, Index at, Index column, Index more, Word* __re
     const int by = int(column % WORD), farther = int(behind % WORD);
     Word every = EVERY, fresh = NONE;
     INDEPENDENT
-    for (Index r = 0; r < TOGETHER; ++r) {
+    for (Index r = 0; r < ROWS_AT_ONCE; ++r) {
         const Word before = met[r];
         const Word bits = before | one[r] >> by | one_next[r] << 1 << (63 - by) | other[r] >> farther |
                           other_next[r] << 1 << (63 - farther);
@@ -68,21 +68,21 @@ inline Met meet(const Page& page, Index at, Index column, Index more, Word* __re
     return {every, fresh};
 }
 
-// Fill `free`, in `number` rows from y on, with the first column up to `last` where a mask meets nothing, or -1;
-// whether there is one in any row. Runs that met cells come first then.
-inline bool first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
+// Fill `free`, for `number` rows from y on, with the first column up to `last` at which a mask does not collide, or -1.
+// Returns true if there is one in any row. Runs that collided are moved to the front.
+inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
-    std::fill_n(free, TOGETHER, -1);
+    std::fill_n(free, ROWS_AT_ONCE, -1);
     for (Index x = 0; x <= last; x += WORD) {
         const Word beyond = last - x >= WORD - 1 ? NONE : EVERY << (last - x + 1);
-        Word met[TOGETHER], every = EVERY;
-        for (Index r = 0; r < TOGETHER; ++r) every &= met[r] = r < number && free[r] < 0 ? beyond : EVERY;
+        Word met[ROWS_AT_ONCE], every = EVERY;
+        for (Index r = 0; r < ROWS_AT_ONCE; ++r) every &= met[r] = r < number && free[r] < 0 ? beyond : EVERY;
         if (every == EVERY) break;
         Index useful = 0;
         for (Index i = 0; i < runs.size && every != EVERY; ++i) {
             const Index column = x + runs[i].column;
             if (column >= page.width || y + runs[i].row >= page.height) continue;
-            const Met now = meet(page, runs[i].at + y, column, runs[i].more, met);
+            const Collisions now = find_collisions(page, runs[i].at + y, column, runs[i].more, met);
             if (now.fresh == NONE) continue;
             every = now.every;
             std::swap(runs[i], runs[useful++]);
@@ -95,12 +95,13 @@ inline bool first_free(const Page& page, View<Run> runs, Index y, Index number, 
     return found;
 }
 
-// The best mask of a span, and where it goes: to the smallest square, and in it to the corner at 0. Mask -1: to none.
-inline Place best_place(const Page& page, Index side, Span span, View<const Shape> shapes, View<const Block> blocks,
-                        View<const Index> start, std::vector<Run>& runs) {
+// Find the best mask of a span and its position: with the smallest bounding square, then nearest to the origin. The
+// mask is -1 if none fits.
+inline Place find_best_place(const Page& page, Index side, Span span, View<const Shape> shapes,
+                             View<const Block> blocks, View<const Index> start, std::vector<Run>& runs) {
     const Index taken = std::max(page.width, page.height);
-    Index least = side + 1, free[TOGETHER];
-    double rest = INFINITY;  // how far out the middle of the mask is, squared
+    Index least = side + 1, free[ROWS_AT_ONCE];
+    double rest = INFINITY;  // squared distance of the centre of the mask from the origin
     Place best{-1, -1, -1, -1};
     for (Index k = span.first; k < span.after; ++k) {
         const auto [tall, wide] = shapes[k];
@@ -111,18 +112,18 @@ inline Place best_place(const Page& page, Index side, Span span, View<const Shap
             for (Index row = block.row; row < block.row + block.height; ++row)
                 runs.push_back({level + row, block.column, block.length - (Index(1) << power), row});
         }
-        for (Index low = 0;; low += TOGETHER) {
+        for (Index low = 0;; low += ROWS_AT_ONCE) {
             const Index rows = std::min({page.height + tall, side, least}) - tall - low + 1;
             if (rows <= 0) break;
             Index last = std::min({page.width + wide, side, least}) - wide;
-            if (std::max(taken, low + tall) == least) {  // then places far out are no better
+            if (std::max(taken, low + tall) == least) {  // only positions nearer to the origin are better
                 const double up = (double(low) + double(tall) / 2) * (double(low) + double(tall) / 2);
                 if (up >= rest) break;
                 last = Index(std::min(double(last), std::sqrt(rest - up) - double(wide) / 2));
             }
             if (last < 0) break;
-            const Index number = std::min(TOGETHER, rows);
-            if (!first_free(page, runs, low, number, last, free)) continue;
+            const Index number = std::min(ROWS_AT_ONCE, rows);
+            if (!find_first_free(page, runs, low, number, last, free)) continue;
             for (Index r = 0; r < number; ++r) {
                 const Index x = free[r], y = low + r;
                 if (x < 0) continue;
@@ -138,8 +139,8 @@ inline Place best_place(const Page& page, Index side, Span span, View<const Shap
     return best;
 }
 
-// Take the cells of a mask at (x, y).
-inline void take(Page& page, Shape shape, View<const Block> blocks, Index x, Index y) {
+// Occupy the cells of a mask at (x, y).
+inline void occupy(Page& page, Shape shape, View<const Block> blocks, Index x, Index y) {
     const Index high = page.high, words = page.words;
     for (const Block& block : blocks) {
         const Index begin = x + block.column, end = begin + block.length;
@@ -165,8 +166,9 @@ inline void take(Page& page, Shape shape, View<const Block> blocks, Index x, Ind
     }
 }
 
-// Charts on square pages with `side` cells along a side, each by one of its masks; the places of the first ones are
-// known. Where `most` pages have no room for a chart, or an empty one has none, it and those after it have none.
+// Place charts on square pages with `side` by `side` cells, each by one of its masks. The positions of the first charts
+// may be known. If a chart does not fit on an empty page or on `most` pages, this chart and all later ones are not
+// placed.
 inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index side, Index most, View<const Span> spans,
                                                                   View<const Shape> shapes, View<const Block> blocks,
                                                                   View<const Index> start, View<const Place> known) {
@@ -187,11 +189,11 @@ inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index sid
             }
             Page& on = pages[page];
             const bool is_known = chart < known.size;
-            Place to = is_known ? known[chart] : best_place(on, side, spans[chart], shapes, blocks, start, runs);
+            Place to = is_known ? known[chart] : find_best_place(on, side, spans[chart], shapes, blocks, start, runs);
             if (to.mask < 0 || (is_known && to.page != page)) continue;
             to.page = page;
             const Shape shape = shapes[to.mask];
-            take(on, shape, blocks.part(start[to.mask], start[to.mask + 1]), to.x, to.y);
+            occupy(on, shape, blocks.part(start[to.mask], start[to.mask + 1]), to.x, to.y);
             on.width = std::max(on.width, to.x + shape.columns);
             on.height = std::max(on.height, to.y + shape.rows);
             places[chart] = to;
@@ -202,7 +204,7 @@ inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index sid
     return {std::move(places), std::move(extents)};
 }
 
-// The cells, (#pages, side, side), that charts at their places take.
+// Return a mask of the cells, (#pages, side, side), that placed charts occupy.
 inline Squares<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
                                  View<const Index> start) {
     Index pages = 0;
@@ -218,11 +220,11 @@ inline Squares<bool> taken_cells(Index side, View<const Place> places, View<cons
     return taken;
 }
 
-// Lower left corners of as many rectangles as find a place on a square page of which some cells are taken. A shelf is
-// as high as its first rectangle; where cells are taken, it goes on behind them.
+// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of all that
+// fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
 inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
-    const Array<std::int32_t> above(side + 1, side);  // cells that are free from each one upwards
+    const Array<std::int32_t> above(side + 1, side);  // number of consecutive free cells from each cell upwards
     std::fill_n(above.data() + side * side, side, 0);
     for (Index row = side; row--;) {
         std::int32_t *const own = above.data() + row * side, *const next = own + side;

@@ -1,4 +1,4 @@
-// Cells of a grid, 64 to a word, and what outlines take of them.
+// Cells of a grid as bits in words of 64, and blocks of cells.
 #pragma once
 #include "../arrays.hpp"
 
@@ -13,7 +13,7 @@ using Word = std::uint64_t;
 constexpr Index WORD = 64;  // bits
 constexpr Word NONE = 0, EVERY = ~Word(0);
 
-// The place of the lowest bit that is set; one is.
+// Return the position of the lowest set bit of a word that is not 0.
 inline Index lowest_bit(Word word) {
 #ifdef _MSC_VER
     unsigned long place;
@@ -24,14 +24,14 @@ inline Index lowest_bit(Word word) {
 #endif
 }
 
-// The largest power of 2 that is not above a number from 1 upwards, as its exponent.
+// Return the exponent of the largest power of 2 that is at most `number`, which must be positive.
 inline Index floor_log2(Index number) {
     Index power = 0;
     while (number >> (power + 1)) ++power;
     return power;
 }
 
-// Equal runs of cells, one above the other: the first row and column, the cells of a row, and the rows.
+// A rectangular block of cells: its first row and column, its number of columns and its number of rows.
 struct Block {
     Index row, column, length, height;
 };

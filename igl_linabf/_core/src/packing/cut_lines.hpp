@@ -1,4 +1,4 @@
-// What lines across a flat graph divide it into: how far the parts reach, and how long the cuts are.
+// Evaluation of lines that cut a graph in the plane: the extents of the parts, and the lengths of the cuts.
 #pragma once
 #include "../lists.hpp"
 
@@ -8,10 +8,13 @@ struct Divisions {
     Array<double> hulls, widest, cut;
 };
 
-// For each line, which cuts the edges that it crosses: the areas of the parts' convex hulls, of their points that are
-// farthest out in some directions; the longest diagonal of an upright rectangle around a part; the length of the cut.
-// Beyond line k are the points whose product with its normal is above its offset. `outer` points may be on a hull, and
-// those at edges that are cut. `outwards`, (2, 4 n), are unit vectors by equal angles, the first one (1, 0).
+// Evaluate lines, each of which cuts the edges that it crosses. For each line, return the total area of the approximate
+// convex hulls of the connected parts; the longest diagonal of an axis-aligned bounding rectangle of a part; and the
+// total length of the cut edges.
+//
+// The points beyond line k are those whose scalar product with its normal exceeds its offset. Only the `outer` points
+// and the ends of cut edges can be on a hull. The vertices of an approximate hull are the extreme points in the
+// directions `outwards`, (2, 4 n): unit vectors at equal angles, beginning with (1, 0).
 inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends, View<const double> length,
                            View<const bool> outer, Matrix<const double> normal, View<const double> offset,
                            Matrix<const double> outwards) {
@@ -22,7 +25,7 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
     std::vector<double> most;
     for (Index k = 0; k < lines; ++k) {
         made.hulls[k] = made.widest[k] = made.cut[k] = 0;
-        Joined joined(n);
+        UnionFind joined(n);
         for (Index i = 0; i < n; ++i) {
             beyond[i] = points[i][0] * normal[k][0] + points[i][1] * normal[k][1] > offset[k];
             near[i] = outer[i], part[i] = -1;
@@ -33,13 +36,13 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
                 made.cut[k] += length[e];
                 near[i] = near[j] = true;
             } else {
-                joined.join(i, j);
+                joined.unite(i, j);
             }
         }
         at.clear(), most.clear();
         for (Index i = 0; i < n; ++i) {
             if (!near[i]) continue;
-            Index& p = part[joined.root(i)];
+            Index& p = part[joined.find(i)];
             if (p < 0) {
                 p = Index(at.size());
                 at.resize(at.size() + fan, i), most.resize(most.size() + fan, -INFINITY);

@@ -1,4 +1,4 @@
-// The cells of a grid that outlines in the plane touch, as blocks of equal runs of cells.
+// Rasterization of outlines: the grid cells that they touch, as rectangular blocks of cells.
 #pragma once
 #include <cstdlib>
 #include <new>
@@ -8,10 +8,10 @@
 
 namespace packing {
 
-constexpr std::uint32_t ONCE = 1 << 16;  // a winding in a number that also counts sides: fewer reach a cell
-constexpr double MOST_CELLS = 1e15;      // of a mask: far more than any memory holds, and exact as an integer
+constexpr std::uint32_t WINDING_UNIT = 1 << 16;  // one winding; the lower bits count fewer than 2^16 sides at a cell
+constexpr double MOST_CELLS = 1e15;              // of a mask: exceeds any memory, but is exact as an integer
 
-// Numbers that are 0. The system clears their pages when they are first written to, and most never are.
+// A buffer of zeros. Because of calloc, memory pages that are never written to are not allocated.
 template <class T>
 class Zeros {
     struct Free {
@@ -21,8 +21,8 @@ class Zeros {
     Index size = 0;
 
   public:
-    // At least `wanted` numbers, all 0 if those before are.
-    T* at_least(Index wanted) {
+    // Return a buffer of at least `wanted` zeros; the caller must have cleared the previous contents.
+    T* reserve(Index wanted) {
         if (wanted > size) {
             held.reset(static_cast<T*>(std::calloc(std::size_t(2 * wanted), sizeof(T))));
             size = held ? 2 * wanted : 0;
@@ -32,8 +32,8 @@ class Zeros {
     }
 };
 
-// What changes from each cell of a grid to the next one of its row, and bits that mark where something does.
-// One more column ends each row.
+// The changes of a cell counter from each cell of a row to the next one, and a bitmap of the cells with changes. Each
+// row has one additional column at its end.
 struct Changes {
     std::uint32_t* change;
     Word* marks;
@@ -45,22 +45,23 @@ struct Changes {
     }
 };
 
-// The floor and the ceiling of a number, from 0 to `most`.
+// Return the floor or the ceiling of a number, clamped to 0 .. most.
 inline Index floor_of(double x, Index most) { return Index(std::min(double(most), std::max(0.0, x))); }
 inline Index ceil_of(double x, Index most) {
     const Index below = floor_of(x, most);
     return below + (double(below) < x && below < most);
 }
 
-// Add what the sides from a to b change: how often the outline winds around the centres of cells, and the sides that
-// come within `half`, in u and in v, of cells. In a row a side reaches as far as its part within `half` of the row.
+// Add the changes by the sides from a to b. The counter of a cell is the winding number of the outline around its
+// centre plus the number of sides within the distance `half`, in both coordinates, of the cell. In each row, the extent
+// of a side is that of its part within the distance `half` of the row.
 inline void add_sides(View<const Complex> a, View<const Complex> b, View<const Index> weight, double half,
                       Changes cells) {
     for (Index s = 0; s < a.size; ++s) {
         const auto [x, y] = a[s];
         const double across = b[s].x - x, rise = b[s].y - y;
         const double low = std::min(y, b[s].y), high = std::max(y, b[s].y);
-        const std::uint32_t by = ONCE * std::uint32_t(rise > 0 ? weight[s] : -weight[s]);
+        const std::uint32_t by = WINDING_UNIT * std::uint32_t(rise > 0 ? weight[s] : -weight[s]);
         const Index above = ceil_of(high - 0.5, cells.rows);
         for (Index row = ceil_of(low - 0.5, cells.rows); row < above; ++row) {
             const double at = x + (double(row) + 0.5 - y) / rise * across;
@@ -80,8 +81,8 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
     }
 }
 
-// Append the blocks of those cells where the changes of their row do not add up to 0, and clear the changes.
-// `last`, (columns + 1,), is for the block that begins at each column.
+// Append the blocks of cells whose counter is not 0, and clear the changes. `last`, (columns + 1,), is work space for
+// the last block that begins at each column.
 inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& blocks) {
     std::fill(last.begin(), last.end(), -1);
     for (Index row = 0; row < cells.rows; ++row) {
@@ -111,19 +112,19 @@ inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& b
     }
 }
 
-struct Drawn {
+struct Masks {
     std::vector<Shape> shapes;
     std::vector<Complex> low;
     std::vector<Block> blocks;
     std::vector<Index> begin;
 };
 
-// The masks of turned outlines, widened by `half` to all four sides: outline i has the sides from sides[i] to
-// sides[i + 1], and mask k is that of outline of[k] times turns[k], in the smallest grid. Where turns[k] is the
-// opposite of the one before, of the same outline, it is that mask turned over.
-inline Drawn rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
-                   View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
-    Drawn made;
+// Rasterize rotated outlines, widened by `half` in all four directions. Outline i has the sides sides[i] to sides[i +
+// 1] - 1. Mask k is that of the outline of[k] times turns[k], in its smallest grid. If turns[k] is the opposite of
+// turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
+inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
+                       View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
+    Masks made;
     made.begin.push_back(0);
     Zeros<std::uint32_t> change;
     Zeros<Word> marks;
@@ -161,7 +162,7 @@ inline Drawn rasterize(View<const Complex> start, View<const Complex> end, View<
             throw std::invalid_argument("an outline has no sides, or is not finite");
         if (!((wide + 2) * (high + 1) < MOST_CELLS)) throw std::bad_alloc();
         const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
-        const Changes cells{change.at_least(rows * stride), marks.at_least(rows * words), rows, columns, words};
+        const Changes cells{change.reserve(rows * stride), marks.reserve(rows * words), rows, columns, words};
         for (Index s = 0; s < number; ++s) a[s] = a[s] - corner, b[s] = b[s] - corner;
         add_sides(a, b, weight.part(first, first + number), half, cells);
         if (Index(last.size()) < stride) last.resize(stride);

@@ -1,4 +1,4 @@
-// The narrowest rectangles around points: each lies along a side of their convex hull.
+// Smallest bounding rectangles of sets of points; a side of such a rectangle contains a side of the convex hull.
 #pragma once
 #include <array>
 
@@ -6,24 +6,24 @@
 
 namespace packing {
 
-constexpr double ALIKE = 1 + 1e-12;  // times the least area is an equal one: rounding must not choose
-constexpr double LEVEL = 1e-14;      // of the lengths' product: below it, three points are on a line
+constexpr double EQUAL_AREA_FACTOR = 1 + 1e-12;  // areas within this factor count as equal
+constexpr double COLLINEAR_SHARE = 1e-14;        // relative area below which three points are collinear
 
-constexpr std::size_t FAN = 16;      // directions
+constexpr std::size_t FAN = 16;  // directions of extreme points
 
 struct Directions {
     std::array<double, FAN> x, y;
 };
 
-// How far z lies to the left of the way from p to q, times its length; 0 if it is on that line.
-inline double off(Complex p, Complex q, Complex z) {
+// Return the distance of z to the left of the line from p to q, times |q - p|; 0 if the points are collinear.
+inline double signed_offset(Complex p, Complex q, Complex z) {
     const Complex a = q - p, b = z - p;
     const double area = cross(a, b);
-    return area * area > LEVEL * LEVEL * dot(a, a) * dot(b, b) ? area : 0;
+    return area * area > COLLINEAR_SHARE * COLLINEAR_SHARE * dot(a, a) * dot(b, b) ? area : 0;
 }
 
-// Fill `kept` with the points that may be on the convex hull: not inside that of those farthest out in directions.
-inline void outer_points(View<const Complex> z, const Directions& outwards, std::vector<Complex>& kept) {
+// Fill `kept` with the points that may be on the convex hull: those not inside the polygon of the extreme points.
+inline void select_outer_points(View<const Complex> z, const Directions& outwards, std::vector<Complex>& kept) {
     std::array<double, FAN> most;
     std::array<Index, FAN> far{};
     most.fill(-INFINITY);
@@ -38,13 +38,13 @@ inline void outer_points(View<const Complex> z, const Directions& outwards, std:
         bool inside = true;
         for (std::size_t d = 0; d < FAN && inside; ++d) {
             const Complex from = z[far[d]], to = z[far[(d + 1) % FAN]];
-            inside = from == to || off(from, to, p) > 0;
+            inside = from == to || signed_offset(from, to, p) > 0;
         }
-        if (!inside && p == p) kept.push_back(p);  // it is a number
+        if (!inside && p == p) kept.push_back(p);  // skip NaN
     }
 }
 
-// Fill `hull` with the corners of the convex hull, clockwise from the lowest one (Andrew 1979); z is sorted.
+// Fill `hull` with the corners of the convex hull, clockwise from the lowest one (Andrew 1979). Sorts z.
 inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
     std::sort(z.begin(), z.end(), [](Complex p, Complex q) {
         return p.y < q.y || (p.y == q.y && p.x < q.x);
@@ -53,15 +53,16 @@ inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
     const std::size_t n = z.size();
     std::size_t least = 1;
     for (std::size_t k = 0; k + 1 < 2 * n; ++k) {
-        if (k == n) least = hull.size();  // up along the left side, and down along the right one
+        if (k == n) least = hull.size();  // the left side is complete; continue down the right side
         const Complex p = z[k < n ? k : 2 * n - 2 - k];
-        while (hull.size() > least && off(hull.end()[-2], hull.back(), p) >= 0) hull.pop_back();
+        while (hull.size() > least && signed_offset(hull.end()[-2], hull.back(), p) >= 0) hull.pop_back();
         if (hull.size() != least || !(hull.back() == p)) hull.push_back(p);
     }
-    if (hull.size() > 1) hull.pop_back();  // it is the first one
+    if (hull.size() > 1) hull.pop_back();  // the last corner repeats the first
 }
 
-// Of each group of points the turn that makes the upright rectangle around it smallest; 1 for points on a line.
+// Return, for each group of points, the rotation that minimizes its axis-aligned bounding rectangle; 1 for collinear
+// points.
 inline std::vector<Complex> narrowest_turns(View<const Complex> z, View<const Index> start) {
     Directions outwards;
     for (std::size_t d = 0; d < FAN; ++d) {
@@ -72,7 +73,7 @@ inline std::vector<Complex> narrowest_turns(View<const Complex> z, View<const In
     std::vector<Complex> kept, hull;
     std::vector<double> areas;
     for (Index i = 0; i < Index(turns.size()); ++i) {
-        outer_points(z.part(start[i], start[i + 1]), outwards, kept);
+        select_outer_points(z.part(start[i], start[i + 1]), outwards, kept);
         convex_hull(kept, hull);
         if (hull.size() < 3) continue;
         areas.clear();
@@ -90,7 +91,7 @@ inline std::vector<Complex> narrowest_turns(View<const Complex> z, View<const In
             }
             areas.push_back((right - left) * (high - low));
         }
-        const double alike = ALIKE * *std::min_element(areas.begin(), areas.end());
+        const double alike = EQUAL_AREA_FACTOR * *std::min_element(areas.begin(), areas.end());
         for (std::size_t r = 0; r < hull.size(); ++r)
             if (areas[r] <= alike) {
                 turns[i] = along(r);

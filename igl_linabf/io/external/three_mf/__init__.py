@@ -1,4 +1,4 @@
-"""3MF, by lib3mf: objects where the build places them, names, the unit, colours, texture coordinates."""
+"""Read and write 3MF with lib3mf: placed objects, names, units, colours and texture coordinates."""
 
 from .reading import ThreeMfFile, parse_3mf
 from .writing import save_3mf

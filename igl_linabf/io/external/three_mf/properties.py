@@ -1,4 +1,4 @@
-"""What triangles of 3MF have by number: colours, materials, texture coordinates, or several of these."""
+"""Read the properties of 3MF triangles: colours, materials, texture coordinates, and combinations of them."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -6,24 +6,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...._types import IntArray
-from ...materials import Colour, Material, linear
+from ...materials import Colour, Material, decode_srgb
 
-PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle's corners
+PROPERTY_DTYPE = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # properties of a triangle's corners
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-class Group(NamedTuple):
-    """A resource of properties.
+class PropertyGroup(NamedTuple):
+    """A 3MF resource that defines properties.
 
     Attributes
     ----------
     kind : {"colour", "material", "texture", "several"}
     ids : (n,) int64
-        The numbers of its properties, increasing.
+        The numbers of the properties in ascending order.
     rows : (n,) int64, or (n, layers) int64
-        Where each is in the table of its kind; of several, their numbers in each layer.
+        The row of each property in the table of its kind; for "several", the property number in each layer.
     layers : tuple of int
-        Of several: the resources.
+        For "several", the resource of each layer.
     """
 
     kind: str
@@ -33,96 +33,110 @@ class Group(NamedTuple):
 
 
 class Properties:
-    """All properties of a model, and which ones the corners of its triangles have."""
+    """The properties of a model as tables of colours, materials and texture coordinates."""
 
     def __init__(self, model: Any) -> None:
-        self.groups: dict[int, Group] = {}
+        self.groups: dict[int, PropertyGroup] = {}
         colours, TC = [np.zeros((0, 4))], [np.zeros((0, 2))]
         self.materials: list[tuple[str, Material]] = []
-        self.covered = False  # whether there are materials under colours
+        self.covered = False  # whether colours hide materials
         rows = 0
-        for group in _listed(model.GetColorGroups()):
+        for group in _iterate_resources(model.GetColorGroups()):
             ids = self._add(group, "colour", rows)
             shades = [group.GetColor(i) for i in ids]
-            colours.append(np.array([(of.Red, of.Green, of.Blue, of.Alpha) for of in shades]) / 255)
+            colours.append(
+                np.array([(colour.Red, colour.Green, colour.Blue, colour.Alpha) for colour in shades]) / 255
+            )
             rows += len(ids)
-        for group in _listed(model.GetBaseMaterialGroups()):
+        for group in _iterate_resources(model.GetBaseMaterialGroups()):
             ids = self._add(group, "material", len(self.materials))
-            self.materials += [(group.GetName(i), _look(group.GetDisplayColor(i))) for i in ids]
+            self.materials += [(group.GetName(i), _make_material(group.GetDisplayColor(i))) for i in ids]
         rows = 0
-        for group in _listed(model.GetTexture2DGroups()):
+        for group in _iterate_resources(model.GetTexture2DGroups()):
             ids = self._add(group, "texture", rows)
             pairs = [group.GetTex2Coord(i) for i in ids]
             TC.append(np.array([(pair.U, pair.V) for pair in pairs]).reshape(-1, 2))
             rows += len(ids)
-        for group in _listed(model.GetMultiPropertyGroups()):
+        for group in _iterate_resources(model.GetMultiPropertyGroups()):
             layers = tuple(group.GetLayer(i).ResourceID for i in range(group.GetLayerCount()))
             ids = sorted(group.GetAllPropertyIDs())
-            table = [group.GetMultiProperty(i, [0] * len(layers)) for i in ids]  # it asks for their number
+            table = [
+                group.GetMultiProperty(i, [0] * len(layers)) for i in ids
+            ]  # lib3mf needs a list of the right length
             several = np.array(table, dtype=np.int64).reshape(-1, len(layers))
-            self.groups[group.GetResourceID()] = Group("several", np.array(ids), several, layers)
+            self.groups[group.GetResourceID()] = PropertyGroup("several", np.array(ids), several, layers)
         self.colours, self.TC = np.concatenate(colours), np.concatenate(TC)
 
     def _add(self, group: Any, kind: str, start: int) -> list[int]:
         ids = sorted(group.GetAllPropertyIDs())
         numbers = np.array(ids, dtype=np.int64)
-        self.groups[group.GetResourceID()] = Group(kind, numbers, start + np.arange(len(ids)))
+        self.groups[group.GetResourceID()] = PropertyGroup(kind, numbers, start + np.arange(len(ids)))
         return ids
 
-    def of(self, mesh: Any) -> dict[str, IntArray]:
-        """Rows (#T, 3) of the tables of each kind at the corners of a mesh; -1 where there is none."""
-        given = np.frombuffer(b"".join(map(bytes, mesh.GetAllTriangleProperties())), dtype=PROPERTY)
-        made = {kind: np.full((len(given), 3), -1) for kind in ("colour", "material", "texture")}
-        for resource in np.unique(given["resource"]).tolist():
-            mine = np.flatnonzero(given["resource"] == resource)
-            self._put(made, resource, mine, given["index"][mine].astype(np.int64))
-        return made
+    def at_corners(self, mesh: Any) -> dict[str, IntArray]:
+        """Return the rows (#T, 3) of each kind's table at the corners of a mesh; -1 if there is none."""
+        corner_properties = np.frombuffer(
+            b"".join(map(bytes, mesh.GetAllTriangleProperties())), dtype=PROPERTY_DTYPE
+        )
+        tables = {
+            kind: np.full((len(corner_properties), 3), -1) for kind in ("colour", "material", "texture")
+        }
+        for resource in np.unique(corner_properties["resource"]).tolist():
+            triangles = np.flatnonzero(corner_properties["resource"] == resource)
+            self._look_up(tables, resource, triangles, corner_properties["index"][triangles].astype(np.int64))
+        return tables
 
-    def _put(self, made: dict[str, IntArray], resource: int, mine: IntArray, index: IntArray) -> None:
+    def _look_up(
+        self, tables: dict[str, IntArray], resource: int, triangles: IntArray, index: IntArray
+    ) -> None:
         group = self.groups.get(resource)
         if group is None or not len(group.ids):
             return
         place = np.minimum(np.searchsorted(group.ids, index), len(group.ids) - 1)
-        there = group.ids[place] == index
+        is_found = group.ids[place] == index
         if group.kind != "several":
-            made[group.kind][mine] = np.where(there, group.rows[place], -1)
+            tables[group.kind][triangles] = np.where(is_found, group.rows[place], -1)
             return
         for layer, inner in enumerate(group.layers):
-            self._put(made, inner, mine, np.where(there, group.rows[place][..., layer], 0))
-        covered = mine[(made["colour"][mine] >= 0).all(axis=1) & (made["material"][mine] >= 0).any(axis=1)]
-        made["material"][covered] = -1
+            self._look_up(tables, inner, triangles, np.where(is_found, group.rows[place][..., layer], 0))
+        covered = triangles[
+            (tables["colour"][triangles] >= 0).all(axis=1) & (tables["material"][triangles] >= 0).any(axis=1)
+        ]
+        tables["material"][covered] = -1
         self.covered |= len(covered) > 0
 
 
-def _look(colour: Any) -> Material:
+def _make_material(colour: Any) -> Material:
     red, green, blue, alpha = (getattr(colour, name) / 255 for name in ("Red", "Green", "Blue", "Alpha"))
-    light = linear(np.array((red, green, blue))).tolist()
+    light = decode_srgb(np.array((red, green, blue))).tolist()
     return Material(colour=Colour(red, green, blue), alpha=alpha, factor=(*light, alpha))
 
 
-def _listed(resources: Any) -> Iterator[Any]:
-    """The resources of an iterator of lib3mf, each as what it is."""
+def _iterate_resources(resources: Any) -> Iterator[Any]:
+    """Yield the resources of a lib3mf iterator with their specific types."""
     get = next(name for name in dir(resources) if name.startswith("GetCurrent") and name != "GetCurrent")
     while resources.MoveNext():
         yield getattr(resources, get)()
 
 
-def colours_of(at: dict[str, IntArray], properties: Properties, corners: IntArray, n: int) -> dict[str, Any]:
-    """Of `Extras`: colours of vertices, faces or corners, whichever tells all.
+def assign_colours(
+    rows_of_kind: dict[str, IntArray], properties: Properties, corners: IntArray, n: int
+) -> dict[str, Any]:
+    """Return the colours of vertices, faces or corners, whichever suffices, as a field of `Extras`.
 
-    Where there are none, it is white, by which a material's is multiplied.
+    Corners without a colour are white, the neutral factor of material colours.
 
     Parameters
     ----------
     at : dict of (#T, 3) int64
-        The rows of the tables, as `Properties.of` has them.
+        The rows of the tables, from `Properties.at_corners`.
     properties : Properties
     corners : (3 #T,) int64
-        The vertices there.
+        The vertices at the corners.
     n : int
-        Number of vertices.
+        The number of vertices.
     """
-    rows = at["colour"]
+    rows = rows_of_kind["colour"]
     if (rows < 0).all():
         return {}
     shades = np.vstack((properties.colours, WHITE))

@@ -1,4 +1,4 @@
-"""Read 3MF."""
+"""Read the placed objects of 3MF files."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,25 +14,25 @@ from ....surface import Polygons
 from ...mesh_file import MeshFile
 from ...parsing import Damaged, Extras
 from ...vertex_splits import warn_of_rounding
-from ..optional_packages import call_reader, checked_mesh_file, import_optional
-from .packages import package_rest, required_extensions
-from .properties import Properties, colours_of
+from ..optional_packages import call_reader, import_optional, make_checked_mesh_file
+from .packages import find_required_extensions, list_unread_content
+from .properties import Properties, assign_colours
 
-UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
-REQUIRED = 32914  # lib3mf's warning of an extension that it does not know
-METADATA, TYPES, NUMBERS = "its metadata", "what its objects are for", "its part numbers"
+UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # in the order of lib3mf's codes
+UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's code for a required extension that it does not support
+METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers"
 
 
-class Placed(NamedTuple):
-    """A mesh where the build has it.
+class PlacedMesh(NamedTuple):
+    """A mesh with the placement that the build defines.
 
     Attributes
     ----------
     mesh : object of lib3mf
     matrix : (4, 3) float64
-        Of rows.
+        Transform of row vectors.
     name, number : str
-        Of the mesh or what it is a part of; the part's number.
+        The name of the mesh or its assembly, and the part number.
     """
 
     mesh: Any
@@ -43,14 +43,14 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class ThreeMfFile:
-    """What only 3MF has, and is written again.
+    """The contents of a 3MF file that only 3MF can store, and that a new 3MF file keeps.
 
     Attributes
     ----------
     metadata : tuple of tuples
-        As lib3mf adds them: name space, name, value, type, whether they must be kept.
+        Arguments of lib3mf's `AddMetaData`: namespace, name, value, type, whether it must be preserved.
     types, numbers : tuple
-        What the parts are for, by lib3mf's numbers, and their part numbers.
+        The object types of the parts as lib3mf's codes, and their part numbers.
     """
 
     metadata: tuple[tuple[str, str, str, str, bool], ...]
@@ -60,130 +60,139 @@ class ThreeMfFile:
 
 
 def parse_3mf(path: Path) -> MeshFile:
-    """All objects of a 3MF file, where its build places them."""
+    """Read all objects of a 3MF file with the placements that its build defines."""
     wrapper = import_optional("lib3mf").get_wrapper()
     model = wrapper.CreateModel()
     reader = model.QueryReader("3mf")
     call_reader(reader.ReadFromFile, path)
     codes = [reader.GetWarning(i)[0] for i in range(reader.GetWarningCount())]
-    if REQUIRED in codes:
-        names = ", ".join(call_reader(required_extensions, path))
+    if UNKNOWN_EXTENSION_WARNING in codes:
+        names = ", ".join(call_reader(find_required_extensions, path))
         raise Damaged(
-            f"it requires an extension that lib3mf does not know ({names}), and without it would be read as "
-            "something else: export it without"
+            f"it requires an extension that lib3mf does not support ({names}), and cannot be read correctly "
+            "without it: export the file without the extension"
         )
     mesh: MeshFile = call_reader(_parse_model, model)
-    rest = call_reader(partial(package_rest, known=_paths(model)), path)
+    rest = call_reader(partial(list_unread_content, known=_list_attachment_paths(model)), path)
     return replace(mesh, extras=replace(mesh.extras, unshared=(*mesh.extras.unshared, *rest)))
 
 
-def _paths(model: Any) -> set[str]:
-    """The parts of the package that lib3mf reads beside models."""
+def _list_attachment_paths(model: Any) -> set[str]:
+    """Return the parts of the package that lib3mf reads in addition to models."""
     found = [model.GetAttachment(i) for i in range(model.GetAttachmentCount())]
     if model.HasPackageThumbnailAttachment():
         found.append(model.GetPackageThumbnailAttachment())
-    return {of.GetPath().lstrip("/") for of in found}
+    return {attachment.GetPath().lstrip("/") for attachment in found}
 
 
 def _parse_model(model: Any) -> MeshFile:
     V, F, part = [], [], []
     properties, names, points = Properties(model), list[str](), 0
     rows: dict[str, list[NDArray[np.int64]]] = {"colour": [], "material": [], "texture": []}
-    placed = list(_placed_meshes(model))
+    placed = list(_iterate_placed_meshes(model))
     for mesh, matrix, name, _ in placed:
-        given = record_array(mesh.GetVertices(), "<f4", 3).astype(np.float64)
-        spacing = np.abs(given).max(initial=0) * np.finfo(np.float32).eps / 2
-        warn_of_rounding(given, (given + spacing).astype(np.float32), "what lib3mf reads")
-        F.append(record_array(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
-        V.append(given @ matrix[:3] + matrix[3])
-        for kind, index in properties.of(mesh).items():
+        positions = read_records(mesh.GetVertices(), "<f4", 3).astype(np.float64)
+        spacing = np.abs(positions).max(initial=0) * np.finfo(np.float32).eps / 2
+        warn_of_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
+        F.append(read_records(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
+        V.append(positions @ matrix[:3] + matrix[3])
+        for kind, index in properties.at_corners(mesh).items():
             rows[kind].append(index)
         part.append(np.full(len(F[-1]), len(names)))
         names.append(name or f"object {len(names)}")
-        points += len(given)
+        points += len(positions)
     if not V:
         raise Damaged("it has no object")
-    at = {kind: np.concatenate(index) for kind, index in rows.items()}
+    rows_of_kind = {kind: np.concatenate(index) for kind, index in rows.items()}
     polygons = Polygons.of_triangles(np.concatenate(F))
-    material = at["material"][:, 0]
+    material = rows_of_kind["material"][:, 0]
     source = ThreeMfFile(
-        _metadata(model),
-        tuple(int(of.mesh.GetType()) for of in placed),
-        tuple(of.number or of.mesh.GetPartNumber() for of in placed),
+        _read_metadata(model),
+        tuple(int(placed_mesh.mesh.GetType()) for placed_mesh in placed),
+        tuple(placed_mesh.number or placed_mesh.mesh.GetPartNumber() for placed_mesh in placed),
     )
     extras = Extras(
         parts=(tuple(names), np.concatenate(part)),
         units=UNITS[int(model.GetUnit())],
-        unshared=_unshared(model, source, placed) + ("materials under colours",) * properties.covered,
+        unshared=_list_unshared(model, source, placed)
+        + ("materials hidden by colours",) * properties.covered,
         source=source,
     )
     if not polygons.outside(points).any():
-        extras = replace(extras, **colours_of(at, properties, polygons.corners, points))
+        extras = replace(extras, **assign_colours(rows_of_kind, properties, polygons.corners, points))
     if (material >= 0).any():
         words, looks = zip(*properties.materials, strict=True)
         extras = replace(extras, materials=(words, material), looks=looks)
-    made = checked_mesh_file(np.concatenate(V), polygons, extras)
-    return replace(made, TC=properties.TC, texture=at["texture"].ravel())
+    mesh_file = make_checked_mesh_file(np.concatenate(V), polygons, extras)
+    return replace(mesh_file, TC=properties.TC, texture=rows_of_kind["texture"].ravel())
 
 
-def _metadata(model: Any) -> tuple[tuple[str, str, str, str, bool], ...]:
+def _read_metadata(model: Any) -> tuple[tuple[str, str, str, str, bool], ...]:
     group = model.GetMetaDataGroup()
-    held = [group.GetMetaData(i) for i in range(group.GetMetaDataCount())]
+    entries = [group.GetMetaData(i) for i in range(group.GetMetaDataCount())]
     return tuple(
-        (of.GetNameSpace(), of.GetName(), of.GetValue(), of.GetType(), bool(of.GetMustPreserve()))
-        for of in held
+        (
+            entry.GetNameSpace(),
+            entry.GetName(),
+            entry.GetValue(),
+            entry.GetType(),
+            bool(entry.GetMustPreserve()),
+        )
+        for entry in entries
     )
 
 
-def _unshared(model: Any, source: ThreeMfFile, placed: list[Placed]) -> tuple[str, ...]:
-    """What the model has beyond its surface, as a warning names it."""
-    meshes = [of.mesh for of in placed]
+def _list_unshared(model: Any, source: ThreeMfFile, placed: list[PlacedMesh]) -> tuple[str, ...]:
+    """Return descriptions, for warnings, of the contents of the model that other formats cannot store."""
+    meshes = [mesh_.mesh for mesh_ in placed]
     textures = model.GetTexture2Ds().Count()
-    there = {
+    found = {
         METADATA: bool(source.metadata),
         TYPES: any(kind != 1 for kind in source.types),
-        NUMBERS: any(number not in ("", of.name) for number, of in zip(source.numbers, placed, strict=True)),
-        "the metadata of its objects": any(of.GetMetaDataGroup().GetMetaDataCount() for of in meshes),
+        NUMBERS: any(
+            number not in ("", mesh_.name) for number, mesh_ in zip(source.numbers, placed, strict=True)
+        ),
+        "the metadata of its objects": any(mesh_.GetMetaDataGroup().GetMetaDataCount() for mesh_ in meshes),
         "the images of its textures": textures > 0,
         "composite materials": model.GetCompositeMaterials().Count() > 0,
         "its attachments": model.GetAttachmentCount() > textures,
         "its thumbnail": model.HasPackageThumbnailAttachment(),
-        "beam lattices": any(of.BeamLattice().GetBeamCount() for of in meshes),
+        "beam lattices": any(mesh_.BeamLattice().GetBeamCount() for mesh_ in meshes),
         "slices": model.GetSliceStacks().Count() > 0,
-        "sets of triangles": any(of.GetTriangleSetCount() for of in meshes),
+        "sets of triangles": any(mesh_.GetTriangleSetCount() for mesh_ in meshes),
         "fields and level sets": model.GetLevelSets().Count() + model.GetFunctions().Count() > 0,
     }
-    return tuple(what for what, is_there in there.items() if is_there)
+    return tuple(what for what, is_there in found.items() if is_there)
 
 
-def _placed_meshes(model: Any) -> Iterator[Placed]:
-    """The meshes of the build, those in assemblies as well."""
+def _iterate_placed_meshes(model: Any) -> Iterator[PlacedMesh]:
+    """Yield the meshes of the build, including the meshes of assemblies."""
     items = model.GetBuildItems()
     waiting = []
     while items.MoveNext():
         item = items.GetCurrent()
-        place = _matrix(item.GetObjectTransform())
+        place = _to_matrix(item.GetObjectTransform())
         waiting.append((item.GetObjectResource(), place, "", item.GetPartNumber()))
     while waiting:
         thing, matrix, above, number = waiting.pop(0)
         name = thing.GetName() or above
         if thing.IsMeshObject():
-            yield Placed(model.GetMeshObjectByID(thing.GetUniqueResourceID()), matrix, name, number)
+            yield PlacedMesh(model.GetMeshObjectByID(thing.GetUniqueResourceID()), matrix, name, number)
             continue
         if thing.IsLevelSetObject():
             continue
         assembly = model.GetComponentsObjectByID(thing.GetUniqueResourceID())
         for i in range(assembly.GetComponentCount()):
-            of = assembly.GetComponent(i)
-            own = _matrix(of.GetTransform())
-            joined = np.vstack((own[:3] @ matrix[:3], own[3] @ matrix[:3] + matrix[3]))
-            waiting.append((of.GetObjectResource(), joined, name, number))
+            component = assembly.GetComponent(i)
+            local = _to_matrix(component.GetTransform())
+            joined = np.vstack((local[:3] @ matrix[:3], local[3] @ matrix[:3] + matrix[3]))
+            waiting.append((component.GetObjectResource(), joined, name, number))
 
 
-def _matrix(transform: Any) -> FloatArray:
+def _to_matrix(transform: Any) -> FloatArray:
     return np.array([list(row) for row in transform.Fields], dtype=np.float64)
 
 
-def record_array(records: list[Any], kind: str, width: int) -> NDArray[Any]:
-    """lib3mf's lists of records, all of one size, as rows."""
+def read_records(records: list[Any], kind: str, width: int) -> NDArray[Any]:
+    """Return a list of lib3mf records of equal size as rows of an array."""
     return np.frombuffer(b"".join(map(bytes, records)), dtype=kind).reshape(-1, width)

@@ -1,4 +1,4 @@
-"""The maps of one surface that a window has shown, each computed once."""
+"""A cache of the maps of one surface that a window has shown."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
 from ..surface import compact, topology_of
-from .scene import Scene, scene_of
+from .scene import Scene, build_scene
 
 Pairs = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One flat map as the window shows it.
+    """A flat map that the window shows.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Shown:
     uv : (#V or #TC, 2) float64
         The map, or the atlas's texture coordinates.
     corners : (#F, 3) int64
-        Its rows at the corners of the faces.
+        Rows of `uv` at the corners of the faces.
     """
 
     drawn: Scene
@@ -45,17 +45,17 @@ class Shown:
 
 @dataclass(frozen=True)
 class MapRequest:
-    """What a map depends on.
+    """The parameters of a map, used as the key of the cache.
 
     Attributes
     ----------
     method : str
     iterations : int
-        Of linABF; 0 is its default, "auto".
+        Number of iterations of linABF; 0 stands for its default, "auto".
     trade : float or None
-        Of seam length for stretch; None leaves a disk uncut, and finds seams as `find_seams` does.
+        Trade of seam length for stretch. None leaves a disk uncut, and otherwise uses the default of `Seams`.
     drawn : tuple of vertex pairs
-        Edges that the user has drawn as seams; the rest that the surface needs is found.
+        Edges that the user has drawn as seams. Other seams that the surface needs are found.
     """
 
     method: str
@@ -64,10 +64,11 @@ class MapRequest:
     drawn: Pairs = ()
 
 
-class ReusedMaps:
-    """The maps of a surface by what was asked for.
+class MapCache:
+    """The maps of a surface, each computed at the first request.
 
-    Those of methods that can have the `boundary`, or the `cones`, until seams are drawn or found anew.
+    `boundary` and `cones` apply to methods that support them, until seams are drawn or found with another
+    trade.
     """
 
     def __init__(
@@ -85,8 +86,8 @@ class ReusedMaps:
         self._maps: dict[MapRequest, Shown] = {}
         self._seams: dict[float, IntArray] = {}
 
-    def map_for(self, request: MapRequest) -> Shown:
-        """The map, computed where it is asked for the first time."""
+    def get(self, request: MapRequest) -> Shown:
+        """Return the map of a request, and compute it at the first request."""
         if request not in self._maps:
             self._maps[request] = self._compute(request)
         return self._maps[request]
@@ -97,23 +98,23 @@ class ReusedMaps:
         with_cones = plain and self._cones is not None and shapes
         if not with_cones and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method, boundary=self._boundary if shapes else "free").uv
-            drawn = scene_of(self.V, self.F, uv)
-            if self._maps:  # turned alike
-                drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
+            drawn = build_scene(self.V, self.F, uv)
+            if self._maps:  # all maps have the same orientation
+                drawn = drawn.fit_map(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}
         if not with_cones:
             trade = Seams.trade if request.trade is None else request.trade
-            seams = np.array(request.drawn, dtype=np.int64) if request.drawn else self._seams_of(trade)
+            seams = np.array(request.drawn, dtype=np.int64) if request.drawn else self._find_seams(trade)
             complete = bool(request.drawn) and not self.planar
             options = {"seams": Seams(seams, trade=trade, complete=complete)}
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
+            warnings.simplefilter("ignore", OutcomeWarning)  # the window shows and counts flipped triangles
             atlas = unwrap(self.V, self.F, method=method, **options)
-        drawn = scene_of(self.V, self.F, atlas)
+        drawn = build_scene(self.V, self.F, atlas)
         return Shown(drawn, atlas.quality, len(atlas.charts), atlas.flat, np.asarray(atlas.FTC))
 
-    def _seams_of(self, trade: float) -> IntArray:
+    def _find_seams(self, trade: float) -> IntArray:
         if trade not in self._seams:
             self._seams[trade] = find_seams(self.V, self.F, trade=trade, disks=True)
         return self._seams[trade]
