@@ -107,7 +107,7 @@ def test_each_attempt_follows_a_failed_one() -> None:
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # some angles are near pi
 def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    V, F = Disk.random(np.random.default_rng(25)).made()
+    V, F = Disk.random(np.random.default_rng(25)).build()
     small = flatten(V, F)
     assert [attempt.name for attempt in small.attempts][2:] == ["converged ABF", "feasible ABF"]
     assert small.outcome is Outcome.CONVERGED
