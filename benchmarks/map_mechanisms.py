@@ -146,7 +146,7 @@ def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
     """The verb of each map, and what makes it."""
     disks: list[Mesh] = list(shared("disk", "stress"))
     for seed in range(RANDOM):
-        disks.append((f"random {seed}", *Disk.random(np.random.default_rng(seed), 400).made()))
+        disks.append((f"random {seed}", *Disk.random(np.random.default_rng(seed), 400).build()))
     for _, V, F in disks:
         V, F, *_ = igl.remove_unreferenced(V, F)
         yield "linabf", partial(flat, V, F, "linabf", "free")
