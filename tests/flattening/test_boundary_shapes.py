@@ -334,11 +334,11 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
     refused(r"angles of -0.5 rad at vertices .*positive")
     angles[loop[:2]] = np.nan  # the other vertices leave -pi for these two
     angles[loop[2:]] = np.pi * (1 + 1 / (m - 2))
-    refused(r"which leaves -3.14\d* for these")
+    refused(r"which leaves -3.14\d* for the free vertices")
     angles[loop] = np.nan
     angles[np.setdiff1d(np.arange(len(V)), loop)[:2]] = 6.0
     refused(r"inside the mesh: set them to NaN")
-    refused(r"shape \(3,\): pass one angle a vertex", boundary=[1.0, 2.0, 3.0])
+    refused(r"shape \(3,\): pass one angle per vertex", boundary=[1.0, 2.0, 3.0])
     refused(r"neither a name nor an array", boundary=[["a"]])
     inside = int(np.setdiff1d(np.arange(len(V)), loop)[0])
     refused(rf"corners {inside} are not on the outer", boundary="rectangle", corners=[inside, *loop[:3]])
@@ -346,7 +346,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
     refused(r"not all within", boundary="rectangle", corners=[*loop[:3], len(V)])
     for options, match in (
         ({"boundary": "square"}, "use one of 'free'"),
-        ({"boundary": "circle", "corners": loop[:4]}, "corners means nothing"),
+        ({"boundary": "circle", "corners": loop[:4]}, "corners does not apply"),
         ({"boundary": "circle", "method": "lscm"}, "'lscm' has a free boundary"),
     ):
         with pytest.raises(ValueError, match=match):
