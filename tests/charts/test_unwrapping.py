@@ -276,13 +276,13 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
 def test_a_larger_trade_buys_less_stretch_by_longer_seams(name: str) -> None:
     V, F = load(name)
-    made = [unwrap(V, F, Seams(trade=trade)) for trade in (1, 3, 10, 30, 100, 300, 1000)]
+    made = [unwrap(V, F, Seams(trade=trade)) for trade in (1, 3, 10, 30, 100, 300)]
     assert all(atlas.good for atlas in made)
     lengths = [atlas.seam_length for atlas in made]
     stretches = [atlas.quality.stretch_l2 for atlas in made]
-    assert all(short <= 1.05 * long for short, long in itertools.pairwise(lengths))
+    assert all(short <= 1.001 * long for short, long in itertools.pairwise(lengths))
     assert all(less <= more + 0.001 for more, less in itertools.pairwise(stretches))
-    assert stretches[-1] < 1.015
+    assert stretches[-1] < 1.02
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
