@@ -146,10 +146,23 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
             source=GltfFile(gltf, primitives, frames),
         ),
     )
+    TC, texture = _gather_texture(
+        contents, np.repeat(np.arange(len(contents)), np.diff(point)), corner_vertices
+    )
+    return mesh_file if TC is None else replace(mesh_file, TC=TC, texture=texture)
+
+
+def _gather_texture(
+    contents: list[_PrimitiveContent], of: IntArray, corner_vertices: IntArray
+) -> tuple[FloatArray | None, IntArray]:
+    """Return the texture coordinates of all primitives, and their rows at the corners, -1 where missing.
+
+    `of` is the primitive of each vertex. The coordinates are None if no primitive has any.
+    """
     maps = [part.attributes[TEXTURE] for part in contents]
-    has_map = [map_ is not None and map_.shape[1] == 2 for map_ in maps]
-    if not any(has_map):
-        return mesh_file
+    has_map = np.array([map_ is not None and map_.shape[1] == 2 for map_ in maps])
+    if not has_map.any():
+        return None, corner_vertices
     map_ = np.concatenate(
         [
             np.zeros((len(part.V), 2)) if m is None or not ok else m
@@ -157,8 +170,8 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
         ]
     )
     TC, same = np.unique(map_, axis=0, return_inverse=True)
-    texture = np.where(np.repeat(has_map, np.diff(point))[corner_vertices], same.ravel()[corner_vertices], -1)
-    return replace(mesh_file, TC=TC * [1, -1] + [0, 1], texture=texture.astype(np.int64))
+    texture = np.where(has_map[of][corner_vertices], same.ravel()[corner_vertices], -1)
+    return TC * [1, -1] + [0, 1], texture.astype(np.int64)
 
 
 def _read_primitive(
