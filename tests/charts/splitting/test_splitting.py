@@ -103,6 +103,7 @@ def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch:
         )
 
 
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # double precision does not hold deer's map
 def test_small_charts_are_merged_except_across_given_seams() -> None:
     V, F = load("stress__flipfree_deer.obj")
     mine = find_seams(V, F)
