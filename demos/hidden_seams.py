@@ -6,7 +6,7 @@ Unwrap a machine part along its creases, and a figure along seams on its far sid
     python demos/hidden_seams.py
 
 The nut consists of planar faces, a hole, and slivers between them. It is cut along its creases and laid flat
-without distortion.
+in one piece, with little distortion.
 
 The bunny is unwrapped twice. On the left, the seams (red) may run anywhere. On the right, `hide=` gives the
 direction in which the far side faces, and the seams stay on that side. Both pictures show the bunny from the
@@ -48,8 +48,8 @@ if __name__ == "__main__":
     net = unwrap(V, F)
     print(f"nut: {len(net.charts)} charts, L2 stretch {net.quality.stretch_l2:.4f}")
     assert net.good
-    assert net.quality.stretch_l2 < 1.01
-    assert net.quality.conformal_distortion < 1.01
+    assert net.quality.stretch_l2 < 1.03
+    assert net.quality.conformal_distortion < 1.05
 
     plotter = pyvista.Plotter(shape=(2, 2), off_screen=True, window_size=(1200, 1200), border=False)
     plotter.subplot(0, 0)

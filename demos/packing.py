@@ -74,7 +74,7 @@ def show(
 if __name__ == "__main__":
     rabbit, triangles = decimate(*bunny(), 3000)
     brain = decimate(*hemisphere(), 4000)
-    seams, close = Seams(trade=30), Packing(resolution=RESOLUTION, padding=2)
+    seams, close = Seams(trade=15), Packing(resolution=RESOLUTION, padding=2)
     near, far = (
         unwrap(3 * rabbit, triangles, seams, "isometric", packing=packing)
         for packing in (close, Packing(resolution=RESOLUTION, padding=12))

