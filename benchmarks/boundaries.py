@@ -46,7 +46,7 @@ from igl_linabf.surface import planar_mesh
 
 FREE = "free"
 MAX_TRIANGLES = 40_000  # triangles of the largest mesh with holes
-MIN_TRIANGLES = 25_000  # triangles to which a surface is subdivided after it is cut open
+MIN_TRIANGLES = 25_000  # triangles of an opened surface, at least: it is subdivided
 
 
 def cut_open(mesh: Mesh) -> Mesh:

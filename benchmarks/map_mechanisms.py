@@ -2,10 +2,10 @@
 
     python benchmarks/map_mechanisms.py [MECHANISM ...]
 
-The disks are those of the kinds disk and stress in IGL_LINABF_MESHES and random ones. Each is mapped by
+Disks are the meshes of the kinds disk and stress in IGL_LINABF_MESHES, and random meshes. They are mapped by
 linear ABF, by converged ABF, onto a circle, onto a rectangle, and with the guarantee. Meshes with holes are
-mapped by linear ABF, onto a circle and onto circles; closed ones with 16 cones. F/3nt and flips are measured
-from the map alone. The time is the CPU time of one thread. Prints Markdown.
+mapped by linear ABF, onto a circle and onto circles, and closed meshes with 16 cones. F/3nt and flips are
+measured on the map. The time is the CPU time of one thread. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from hostile_meshes import Disk
 RANDOM = 40  # disks; one in ten or so needs a fallback
 CONES = 16
 NEVER = 10**9
-Patch = tuple[Any, str, Any]  # a module, a name in it, and what stands there instead
+Patch = tuple[Any, str, Any]  # a module, a name in it, and its replacement
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
     "slivers corrected": (
         (preconditioner, "SLIVER", np.inf),
@@ -90,7 +90,7 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
 MECHANISMS = {name: tuple(patches) for name, patches in MECHANISMS.items()}
 
 
-# What else breaks without a mechanism: a test of what the pages say
+# documented behaviour that a mechanism keeps, and that the meshes above do not show
 PROMISED = {
     "another ratio of slivers for small systems": "a circle of converged ABF, a Flattener's analysis",
     "slow steps solved further": "angles held at their bounds",
@@ -100,7 +100,7 @@ PROMISED = {
 
 
 class Figures(NamedTuple):
-    """The figures of one map; F/3nt is NaN if there is none."""
+    """The figures of one map; F/3nt is NaN if no map was made."""
 
     distortion: float
     flips: int

@@ -57,7 +57,7 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "seams for even texels": [(charting, "MAX_EVEN_ROUNDS", 0)],
     "seams for measured stretch": [(charting, "SOUGHT_SEAM", 1e9)],
     "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
-    "uncut charts": [(charting, "_cheaper", lambda done, *_: done)],
+    "uncut charts": [(charting, "_undo_costly_cuts", lambda done, *_: done)],
     "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
     "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
     "random moves of packing": [(layout_search, "MAX_MOVES", 0)],

@@ -239,7 +239,7 @@ def measure_ratios(options: argparse.Namespace) -> str:
 
 @dataclass
 class Figures:
-    """The measurements of all meshes, as rows of tables."""
+    """Rows of the tables of measurements, one per mesh."""
 
     columns: list[str] = field(default_factory=list)
     times: list[str] = field(default_factory=list)

@@ -116,7 +116,7 @@ def run(number: int, tests: str, start_up: str) -> tuple[str, float]:
         [start_up, str(ROOT), str(ROOT / "scripts"), *filter(None, [os.environ.get("PYTHONPATH")])]
     )
     start = perf_counter()
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider"]
     try:
         done = subprocess.run(
             [*command, *tests.split()],

@@ -15,9 +15,9 @@ from igl_linabf.flattening import Method
 
 @dataclass(frozen=True)
 class Hostile(Method):
-    """LSCM, but for meshes of certain numbers of faces, after a pause; large ones wait for a file.
+    """LSCM that fails on meshes with certain numbers of faces, after a pause.
 
-    They wait for a minute at most.
+    Large meshes wait for a file, a minute at most.
     """
 
     aborts: int = 0

@@ -120,7 +120,7 @@ class _Work:
     piece: Submesh
     rounds: Counter[Reason]
 
-    def divided(self, parts: list[Submesh], reason: Reason) -> list[_Work]:
+    def divide(self, parts: list[Submesh], reason: Reason) -> list[_Work]:
         """Return the work on the parts of the piece."""
         rounds = self.rounds + Counter([reason])
         return [_Work((*self.key, k), part, rounds) for k, part in enumerate(parts)]
@@ -178,7 +178,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
         opened = open_slivers([work.piece for work in waiting])
         waiting = [replace(work, piece=piece) for work, piece in zip(waiting, opened, strict=True)]
         parts = list[_Work]()
-        for work, made in zip(waiting, _maps_together(opened, options.method), strict=True):
+        for work, made in zip(waiting, _flatten_together(opened, options.method), strict=True):
             reached += len(work.piece.F) if len(work.key) == 1 else 0
             upto = constants.SEAMS_END + (constants.CHARTS_END - constants.SEAMS_END) * reached / total
             with progress_part("charts", upto) if made is None else nullcontext():
@@ -189,16 +189,16 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
                 continue
             if tried.chart is not None:
                 uncut.append((work.key, tried.chart, work.piece))
-            parts += work.divided(tried.parts, tried.reason)
+            parts += work.divide(tried.parts, tried.reason)
         waiting = parts
     done.sort(key=lambda entry: entry[0])  # parts take the place of their piece
-    done = _cheaper(done, uncut, pieces, options)
+    done = _undo_costly_cuts(done, uncut, pieces, options)
     if options.may_find_seams:
         done = merge_small_charts(done, options.most_stretch, given)
     return [(chart, piece) for _, chart, piece in done]
 
 
-def _cheaper(
+def _undo_costly_cuts(
     done: list[_Done], uncut: list[_Done], pieces: list[Submesh], options: ChartOptions
 ) -> list[_Done]:
     """Return the charts, with those uncut whose parts cost more by their own maps and seams."""
@@ -214,7 +214,7 @@ def _cheaper(
     return done
 
 
-def _maps_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
+def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
     """Flatten many pieces together, or the smallest of a few; None for each other piece."""
     made: list[_Map | None] = [None] * len(pieces)
     asked = list(range(len(pieces)))
@@ -341,8 +341,7 @@ def _parts_for_stretch(
     seams, too_much = _NO_SEAM, stretch > options.most_stretch
     if options.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
         if stretch > 1 + options.worth(SOUGHT_SEAM):
-            search = options.search
-            seams = search.seams(piece)
+            seams = options.search.seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
             seams = seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
     if too_much and not len(seams) and rounds < MAX_LEAF_ROUNDS:

@@ -54,8 +54,9 @@ class AtlasCost:
         their stretch. 0: no length changes. Infinite if a triangle has collapsed.
     seams : float
         Length of the seams, in square roots of the component's area, over `Seams.trade`. Edges along a
-        crease of a right angle or more count half, others at creases in proportion to their angle; edges
-        that `Seams.hide` hides or shows are multiplied by a third to three. Given seams cost what others do.
+        crease of a right angle or more count half, others at creases in proportion to their angle; on bodies
+        with planes, sharp creases count 0.15 of that. Edges that `Seams.hide` hides or shows are multiplied
+        by a third to three. Given seams cost what others do.
         Infinite if `trade` is 0 and there are seams.
     page : float
         Unused texels of the pages over the covered texels: 1 / fill - 1.

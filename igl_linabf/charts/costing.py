@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..surface import Submesh
 from .atlas import Atlas, seam_prices
 from .cost import AtlasCost, page_cost
 from .cut_graphs import stretch_weight
@@ -10,12 +9,10 @@ from .features import CreasedSurface
 from .options import ChartOptions
 
 
-def cost_of(surface: Submesh, atlas: Atlas, options: ChartOptions) -> AtlasCost:
+def cost_of(creased: CreasedSurface, atlas: Atlas, options: ChartOptions) -> AtlasCost:
     """Return the cost of an atlas of these triangles by the options of its charts."""
-    double_area = surface.measured[0]
-    own = np.bincount(atlas.chart, double_area, len(atlas.charts))
+    own = np.bincount(atlas.chart, creased.surface.measured[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)
-    creased = CreasedSurface(surface, options.hidden)
     rows, price = seam_prices(creased, atlas.FTC)
     area = creased.double_area / 2
     size = np.sqrt(area[creased.label[creased.faces[rows, 0]]])  # of its component, which counts by its area

@@ -1,4 +1,4 @@
-"""Minimum cuts of a piece between its polygons: the shortest seam that separates two sets of polygons."""
+"""Minimum cuts of a piece between its polygons: the cheapest seam that separates two sets of polygons."""
 
 import numpy as np
 
@@ -19,14 +19,14 @@ def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
     return np.asarray(sides), price
 
 
-def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) -> BoolArray:
-    """Return a mask of the polygons on the other side of the shortest seam.
+def sides_of_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) -> BoolArray:
+    """Return a mask of the polygons on the other side of the cheapest seam.
 
     Parameters
     ----------
     sides : (2, #E) int64
         The polygons on both sides of each edge.
-    length : (#E,) float64
+    price : (#E,) float64
     terminal : (#P,) int64
         `ON_ONE_SIDE` and `ON_THE_OTHER` for the polygons that the seam must separate, `ON_EITHER` otherwise.
         If one of the sides has no polygons, no seam is needed, and the mask is False everywhere.
@@ -39,9 +39,9 @@ def sides_of_least_cut(sides: IntArray, length: FloatArray, terminal: IntArray) 
     apart = ends[0] != ends[1]
     if not ((terminal == ON_ONE_SIDE).any() and (terminal == ON_THE_OTHER).any() and apart.any()):
         return np.zeros(len(terminal), dtype=bool)
-    # capacities are integers, in units of a millionth of the longest edge
-    longest = max(float(length.max()), np.finfo(float).tiny)
-    capacity = np.maximum(np.rint(length[apart] / longest * (1 << 20)).astype(np.int64), 1)
+    # capacities are integers, in units of a millionth of the dearest edge
+    dearest = max(float(price.max()), np.finfo(float).tiny)
+    capacity = np.maximum(np.rint(price[apart] / dearest * (1 << 20)).astype(np.int64), 1)
     behind = behind_least_cut(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
     return np.asarray(behind[node])
 

@@ -166,6 +166,7 @@ def unwrap(
     face = np.arange(len(given)) if split is None else split.face
     labels = asked.labels_of(face)
     options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
+    creased = CreasedSurface(surface, options.hidden)
     with reporting(progress):
         kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
@@ -183,13 +184,13 @@ def unwrap(
             charts = _set_scales(surface, made.charts, request.unseen)
             charts = cut_to_fit(charts, request) if may_cut and request.side is not None else charts
             if may_cut and request.side is None:
-                atlas = _pack_fully(surface, charts, request, options)
+                atlas = _pack_fully(creased, charts, request, options)
             elif period is None:
                 atlas = _make_atlas(surface, charts, request)
             else:
                 atlas = _pack_with_period(surface, charts, request, period)
     atlas = replace(
-        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(surface, atlas, options)
+        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(creased, atlas, options)
     )
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
@@ -255,13 +256,13 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
 
 
 def _pack_fully(
-    surface: Submesh, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
+    creased: CreasedSurface, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
 ) -> Atlas:
     """Pack charts, after cutting charts with many limbs if the fuller page is worth the seams.
 
     If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
     """
-    placed, moves = None, False
+    surface, placed, moves = creased.surface, None, False
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _place_charts(done, request)
         if fill_of(placed) > MAX_SPARSE_FILL:
@@ -270,7 +271,7 @@ def _pack_fully(
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
-    creased, size = CreasedSurface(surface, options.hidden), float(np.sqrt(surface.measured[0].sum() / 2))
+    size = float(np.sqrt(surface.measured[0].sum() / 2))
     dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
     # the page size at which the uncut charts cost as much
     worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / options.trade

@@ -58,8 +58,8 @@ class FlatChart:
         return self._inner_edges[0]
 
     @property
-    def lengths(self) -> FloatArray:
-        """Lengths of these edges on the surface, (#E,)."""
+    def prices(self) -> FloatArray:
+        """Prices of seams along these edges, (#E,), in units of length on the surface."""
         return self._inner_edges[1]
 
     @cached_property
@@ -99,11 +99,11 @@ class FlatChart:
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
     def divide_at_line(self, along: FloatArray, band: float) -> BoolArray:
-        """Return a mask of the polygons on one side of the shortest seam near a line, (#P,).
+        """Return a mask of the polygons on one side of the cheapest seam near a line, (#P,).
 
         `along` has the signed distance of each polygon from the line, (#P,).
         """
-        return sides_of_least_cut(self.sides, self.lengths, terminals_beside_line(along, band))
+        return sides_of_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
         """Cut the chart between its polygons on both sides, (#P,); each part has the scale of its own area.
@@ -162,9 +162,9 @@ class PolygonGroups:
         return np.asarray(self.label[self.chart.sides[:, self.is_border]])
 
     @cached_property
-    def lengths(self) -> FloatArray:
-        """Lengths of these edges on the surface, (#B,)."""
-        return np.asarray(self.chart.lengths[self.is_border])
+    def prices(self) -> FloatArray:
+        """Prices of seams along these edges, (#B,), in units of length on the surface."""
+        return np.asarray(self.chart.prices[self.is_border])
 
     @cached_property
     def outer(self) -> BoolArray:

@@ -199,7 +199,7 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
     groups = chart.groups(LINE_GRID)
     normal, at = _draw_lines(groups.centre)
     hull, diagonal, crossed = divisions(
-        groups.centre, groups.sides.T, groups.lengths, groups.outer, normal, at, OUTWARDS
+        groups.centre, groups.sides.T, groups.prices, groups.outer, normal, at, OUTWARDS
     )
     hull += np.delete(hulls, k).sum()
     diagonal = np.maximum(diagonal, np.delete(diagonals, k).max(initial=0.0))
@@ -219,7 +219,7 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
     sides = np.stack(
         [chart.divide_at_line(chart.centre @ normal[i] - at[i], SEAM_BAND) for i in lines[chosen].tolist()]
     )
-    seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
+    seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.prices / unit
     parts = page.draw_each(chart.polygons().outlines(sides))
     chosen, costs = _select_cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):

@@ -208,13 +208,14 @@ class SeamSearch:
                 continue
             if panels.cost[k] <= CHEAP_PANELS:
                 found.append(panels.of(k))
-            elif is_open and loops > 1:
-                own = creased if component is surface else CreasedSurface(component, self.hidden)
-                found.append(panels.of(k) if panels.cost[k] < self._uncut_cost(own) else panels.edges[:0])
-            elif is_small[k]:
+                continue
+            if is_small[k] and not (is_open and loops > 1):
                 small.append(k)
+                continue
+            own = creased if component is surface else CreasedSurface(component, self.hidden)
+            if is_open and loops > 1:
+                found.append(panels.of(k) if panels.cost[k] < self._uncut_cost(own) else panels.edges[:0])
             else:
-                own = creased if component is surface else CreasedSurface(component, self.hidden)
                 found.append(self._seam_of(own, is_open, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
@@ -225,17 +226,19 @@ class SeamSearch:
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
 
+    def _closed(self, creased: CreasedSurface) -> ClosedSurface:
+        return ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
+
     def _uncut_cost(self, creased: CreasedSurface) -> float:
         """Return the expected cost of a component that stays whole."""
-        closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
-        return seam_cost(closed, np.zeros(0, dtype=np.int64), self.trade)
+        return seam_cost(self._closed(creased), np.zeros(0, dtype=np.int64), self.trade)
 
     def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
         """Return the edges of a tree of seams of component k, or those around its panels if they cost less.
 
         On many nodes the tree is found on clusters of them. A component that is open needs no seam.
         """
-        closed = ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
+        closed = self._closed(creased)
         levels = Levels.of(closed)
         trade = self.trade * (CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)

@@ -25,10 +25,8 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
-        self.vertices, self.closed = (
-            surface.vertices,
-            ClosedSurface.of_creased(CreasedSurface(surface, hidden)),
-        )
+        self.vertices = surface.vertices
+        self.closed = ClosedSurface.of_creased(CreasedSurface(surface, hidden))
         closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
         self._n = int(of.max()) + 1
         component = np.empty(self._n, dtype=np.int64)

@@ -16,7 +16,7 @@ def bisect(piece: Submesh) -> list[Submesh]:
     polygon = piece.polygon_labels
     if not polygon.any():
         return []
-    sides, length = edges_between_polygons(piece)
+    sides, price = edges_between_polygons(piece)
     centre = centres(polygon, piece.V[piece.F].mean(axis=1))
     step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
     # two faces may share two edges: the graph then has the sum of equal steps, which does not matter
@@ -29,4 +29,4 @@ def bisect(piece: Submesh) -> list[Submesh]:
     from_first = distance(first)
     second = int(np.argmax(from_first))
     terminal = terminals_beside_line(from_first - distance(second), HALVING_BAND)
-    return piece.divided(sides_of_least_cut(sides, length, terminal)[polygon])
+    return piece.divided(sides_of_least_cut(sides, price, terminal)[polygon])
