@@ -89,7 +89,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                 mark_seams(part, atlas.seams[own] - first, keep=marked)
         for warning in caught:
             self.report({"WARNING"}, str(warning.message))
-        self._tell_of_troubles(atlas, parts, faces)
+        self._select_bad_charts(atlas, parts, faces)
         if atlas.good:
             self.report({"INFO"}, f"{len(atlas.charts)} charts, L2 stretch {atlas.quality.stretch_l2:.3f}")
         return {"FINISHED"}
