@@ -83,7 +83,7 @@ def replace_scene(bpy: object, V: np.ndarray, F: np.ndarray) -> object:
 def make_call(bpy: object, owner: str, settings: dict[str, object]) -> Callable[[], object]:
     if owner == "blender":
         return lambda: bpy.ops.uv.unwrap(**settings)
-    return lambda: bpy.ops.uv.linabf_unwrap(seams="MARKED", complete=False, **settings)
+    return lambda: bpy.ops.uv.linabf_unwrap(seams="MARKED", extend=False, **settings)
 
 
 def read_corners(obj: object) -> np.ndarray:

@@ -151,8 +151,10 @@ def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object
         return {
             **cut,
             "2 pages": lambda: il.unwrap(V, F, progress=False, packing=il.Packing(resolution=512, pages=2)),
-            "hidden": lambda: il.unwrap(V, F, il.Seams(hide=(0, 0, 1)), progress=False),
-            "little stretch": lambda: il.unwrap(V, F, il.Seams(max_stretch=1.1), progress=False),
+            "hidden": lambda: il.unwrap(V, F, charts=il.ChartOptions(hide=(0, 0, 1)), progress=False),
+            "little stretch": lambda: il.unwrap(
+                V, F, charts=il.ChartOptions(max_stretch=1.1), progress=False
+            ),
         }
     return {
         **cut,

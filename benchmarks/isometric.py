@@ -22,7 +22,7 @@ import numpy as np
 from meshes import shared, stanford
 from peers import Maker, charts_of, ours, programs, relative_seams
 
-from igl_linabf import MeshWarning, OutcomeWarning, Seams, flatten, overlaps, quality
+from igl_linabf import ChartOptions, MeshWarning, OutcomeWarning, flatten, overlaps, quality
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -36,7 +36,9 @@ def makers() -> Mapping[str, Maker]:
     mine: dict[str, Maker] = {
         "linabf": partial(ours, resolution=None),
         "isometric": partial(ours, method="isometric", resolution=None),
-        "isometric, trade 30": partial(ours, method="isometric", seams=Seams(trade=30.0), resolution=None),
+        "isometric, trade 30": partial(
+            ours, method="isometric", charts=ChartOptions(trade=30.0), resolution=None
+        ),
     }
     return mine | {name: make for name, make in programs().items() if name in ("xatlas", "uvunwrap")}
 

@@ -23,7 +23,7 @@ from generated import generated, unmirror
 from meshes import Mesh, shared, stanford
 from peers import peers, relative_seams
 
-from igl_linabf import Seams, quality, unwrap
+from igl_linabf import ChartOptions, quality, unwrap
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -69,7 +69,7 @@ def unwrap_by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
     """Return the figures of the atlas for each trade."""
     found = {}
     for trade in TRADES:
-        atlas = unwrap(V, F, Seams(trade=trade))
+        atlas = unwrap(V, F, charts=ChartOptions(trade=trade))
         seams, cost = relative_seams(V, F, atlas.FTC), atlas.cost
         terms = cost.total, cost.stretch, cost.seams, cost.page
         found[trade] = Point(len(atlas.charts), seams, atlas.quality.stretch_l2, atlas.fill, terms)

@@ -21,7 +21,7 @@ import numpy as np
 import pyvista
 from stretch import bunny
 
-from igl_linabf import Atlas, Seams, unwrap
+from igl_linabf import Atlas, ChartOptions, unwrap
 from igl_linabf.io import read_mesh, replacing
 
 FAR = np.array([0.0, 0.0, -1.0])  # the far side: the camera looks from +z
@@ -65,7 +65,7 @@ if __name__ == "__main__":
 
     V, F = bunny()
     for column, hide in enumerate((None, FAR)):
-        atlas = unwrap(V, F, Seams(hide=hide))
+        atlas = unwrap(V, F, charts=ChartOptions(hide=hide))
         visible = visible_share(V, F, atlas)
         where = "anywhere" if hide is None else "hidden"
         print(f"bunny, seams {where}: {visible:.0%} of them seen, L2 stretch {atlas.quality.stretch_l2:.3f}")

@@ -26,7 +26,7 @@ import pyvista as pv
 from even_texels import decimate, hemisphere
 from stretch import bunny
 
-from igl_linabf import Atlas, Packing, Seams, pack_together, unwrap
+from igl_linabf import Atlas, ChartOptions, Packing, pack_together, unwrap
 from igl_linabf.io import replacing
 from igl_linabf.plot import WARNING
 from igl_linabf.textures import covered
@@ -74,12 +74,12 @@ def show(
 if __name__ == "__main__":
     rabbit, triangles = decimate(*bunny(), 3000)
     brain = decimate(*hemisphere(), 4000)
-    seams, close = Seams(trade=15), Packing(resolution=RESOLUTION, padding=2)
+    charts, close = ChartOptions(trade=15), Packing(resolution=RESOLUTION, padding=2)
     near, far = (
-        unwrap(3 * rabbit, triangles, seams, "isometric", packing=packing)
+        unwrap(3 * rabbit, triangles, charts=charts, method="isometric", packing=packing)
         for packing in (close, Packing(resolution=RESOLUTION, padding=12))
     )
-    other = unwrap(*brain, seams, "isometric", packing=close)
+    other = unwrap(*brain, charts=charts, method="isometric", packing=close)
     assert near.good and far.good and other.good
     assert near.scale > far.scale  # padding takes space
 

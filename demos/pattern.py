@@ -106,7 +106,7 @@ if __name__ == "__main__":
     shade, body = lampshade(), bodice()
     sewn_seams = panel_seams(body[0], 48, (0, 8, 16, 24, 32, 40))  # two side seams and four princess seams
     for row, (name, surface, seams) in enumerate((("lampshade", shade, None), ("bodice", body, sewn_seams))):
-        atlas = unwrap(*surface, seams, "isometric")
+        atlas = unwrap(*surface, seams, method="isometric")
         for suffix in ("svg", "dxf", "pdf"):
             pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1))
         print(f"{name}:\n{pattern}\n")

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from igl_linabf import Seams, unwrap
+from igl_linabf import ChartOptions, unwrap
 from igl_linabf.io import MeshFile, read_file, replacing, write_file, write_mesh
 from igl_linabf.surface import Polygons
 
@@ -63,7 +63,7 @@ if __name__ == "__main__":
     else:
         V, F = knot()
         mesh = MeshFile(V, Polygons.of(F))
-    atlas = unwrap(mesh.V, mesh.F, Seams(trade=12), method="isometric")
+    atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=12), method="isometric")
     seams = set(map(tuple, np.sort(atlas.seams, axis=1).tolist()))
     print(atlas)
     print(f"{len(seams)} seam edges, {len(seams - edges_of(mesh))} of them diagonals")

@@ -11,7 +11,7 @@ from importlib import import_module
 # and libigl are there, and importing the package costs nothing. Type checkers read __init__.pyi.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas AtlasCost Chart Cones Packing Seams cut find_cones find_seams pack_together "
+    "charts": "Atlas AtlasCost Chart ChartOptions Cones Packing cut find_cones find_seams pack_together "
     "texture_seams unwrap",
     "cortex": "FlatHemisphere flatten_hemisphere flatten_hemispheres write_hemisphere",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",

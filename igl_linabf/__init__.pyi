@@ -4,9 +4,9 @@ from .batch_runs import batch as batch
 from .charts import Atlas as Atlas
 from .charts import AtlasCost as AtlasCost
 from .charts import Chart as Chart
+from .charts import ChartOptions as ChartOptions
 from .charts import Cones as Cones
 from .charts import Packing as Packing
-from .charts import Seams as Seams
 from .charts import cut as cut
 from .charts import find_cones as find_cones
 from .charts import find_seams as find_seams

@@ -101,11 +101,11 @@ def test_found_seams_are_marked_and_unwrapping_along_them_again_keeps_them() -> 
     assert first.max() <= 1
     # the first map keeps the layout of charts that were cut further; along marked seams, each chart is
     # flattened
-    assert unwrap(seams="MARKED", complete=False) == {"FINISHED"}
+    assert unwrap(seams="MARKED", extend=False) == {"FINISHED"}
     assert seams_of(obj) == found
     own = uv_of(obj)
     assert (polygon_areas(obj) > 0).all()
-    assert unwrap(seams="MARKED", complete=False) == {"FINISHED"}
+    assert unwrap(seams="MARKED", extend=False) == {"FINISHED"}
     assert seams_of(obj) == found
     assert np.allclose(uv_of(obj), own, atol=1e-5)
 
@@ -231,14 +231,14 @@ def test_faults_are_reported_and_selected() -> None:
     assert_refused("no faces are selected", seams="FOUND")
     bpy.ops.object.mode_set(mode="OBJECT")
     set_scene(prism())
-    assert_refused("Add Seams", seams="MARKED", complete=False)  # a closed body without seams
+    assert_refused("Extend Seams", seams="MARKED", extend=False)  # a closed body without seams
 
 
 def test_marked_seams_are_completed_and_kept() -> None:
     obj = prism(12)
     obj.data.edges[0].use_seam = True
     set_scene(obj)
-    assert unwrap(seams="MARKED", complete=True) == {"FINISHED"}
+    assert unwrap(seams="MARKED", extend=True) == {"FINISHED"}
     assert 0 in seams_of(obj)
     assert len(seams_of(obj)) > 1
     assert (polygon_areas(obj) > 0).all()

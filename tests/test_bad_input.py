@@ -18,12 +18,12 @@ from bad_input import REFUSED, WARNED, F, V
 from conftest import load
 
 from igl_linabf import (
+    ChartOptions,
     Cones,
     Isometric,
     MeshError,
     MeshWarning,
     Packing,
-    Seams,
     abf,
     bake,
     clean,
@@ -112,12 +112,12 @@ NOT_NUMBERS = ("2", "", [2.5, 3.5], [], {}, (), np.ones(3), 1j, object(), float(
 BALL = igl.icosahedron()
 NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
-    "Seams": (Seams, ("trade", "max_stretch")),
+    "ChartOptions": (ChartOptions, ("trade", "max_stretch")),
     "Packing": (Packing, ("margin", "resolution")),
     "Packing for a texture": (partial(Packing, resolution=64), ("padding", "texel_density", "pages")),
     "Cones": (partial(Cones, 6, angles="quarter"), ("period",)),
     "find_seams": (partial(find_seams, *BALL), ("trade",)),
-    "find_cones": (partial(find_cones, *BALL), ("n", "trade")),
+    "find_cones": (partial(find_cones, *BALL), ("n", "cones_per_stretch")),
     "clean": (partial(clean, *BALL), ("weld",)),
     "linabf": (partial(linabf, V, F), ("tol", "rtol", "threshold", "iterations")),
     "abf": (partial(abf, V, F), ("tol", "threshold")),
@@ -152,5 +152,7 @@ def test_an_invalid_method_or_progress_is_named() -> None:
         Packing(padding=8)
     with pytest.raises(ValueError, match=r"^margin is 0\.01, and with a resolution .*: give padding"):
         Packing(resolution=64, margin=0.01)
-    with pytest.raises(ValueError, match=r"^complete is for seams that are a beginning: give"):
-        Seams(complete=True)
+    with pytest.raises(ValueError, match=r"^extend=True adds to given seams: give"):
+        unwrap(*BALL, charts=ChartOptions(extend=True))
+    with pytest.raises(ValueError, match=r"^charts is \[\[0, 1\]\]: give ChartOptions"):
+        unwrap(*BALL, charts=[[0, 1]])

@@ -48,7 +48,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
 
     def _unwrap(self, parts: list[Part], progress: object) -> set[str]:
         # imported here, because the import of SciPy is slow
-        from igl_linabf import MeshError, Packing, Seams, unwrap
+        from igl_linabf import ChartOptions, MeshError, Packing, unwrap
 
         vertices = np.cumsum([0, *(len(part.V) for part in parts)])
         faces = np.cumsum([0, *(len(part.F) for part in parts)])
@@ -60,9 +60,9 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         marked = self.seams == "MARKED"
         edges = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
         if marked:
-            seams = Seams(edges, trade=self.trade, complete=self.complete)
+            seams, charts = edges, ChartOptions(trade=self.trade, extend=self.extend)
         else:
-            seams = None if self.cones else Seams(trade=self.trade)
+            seams, charts = None, None if self.cones else ChartOptions(trade=self.trade)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
@@ -70,21 +70,22 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                     np.concatenate([part.V for part in parts]),
                     F,
                     seams,
-                    self.method,
-                    cones=self.cones if seams is None else None,
+                    charts=charts,
+                    method=self.method,
+                    cones=self.cones if charts is None else None,
                     packing=Packing(
                         resolution=(self.resolution, self.height or self.resolution), padding=self.margin
                     ),
                     progress=progress,
                 )
             except MeshError as error:
-                helps = "; Add Seams finds what is missing" if marked and not self.complete else ""
+                helps = "; Extend Seams finds the missing seams" if marked and not self.extend else ""
                 raise CannotUnwrapError(f"{error}{helps}") from None
         uv = atlas.TC[np.concatenate([np.asarray(row) for row in atlas.FTC])]
         corners = np.cumsum([0, *(len(part.loops) for part in parts)])
         for part, (a, b), first in zip(parts, pairwise(corners), vertices, strict=False):
             write_uv(part, uv[a:b], second=self.layer == "SECOND")
-            if not marked or self.complete:
+            if not marked or self.extend:
                 own = (atlas.seams >= first).all(axis=1) & (atlas.seams < first + len(part.V)).all(axis=1)
                 mark_seams(part, atlas.seams[own] - first, keep=marked)
         for warning in caught:

@@ -22,8 +22,8 @@ LAYERS = (
 PROPERTIES = {
     "method": EnumProperty(name="Method", items=METHODS, default="linabf"),
     "seams": EnumProperty(name="Seams", items=SEAMS, default="MARKED"),
-    "complete": BoolProperty(
-        name="Add Seams",
+    "extend": BoolProperty(
+        name="Extend Seams",
         description="Find and mark the seams that the marked ones leave missing: on closed pieces, handles, "
         "and where the stretch is large",
         default=True,
@@ -84,7 +84,7 @@ def draw(layout: bpy.types.UILayout, chosen: object) -> None:
     layout.prop(chosen, "method")
     layout.prop(chosen, "seams", expand=True)
     if chosen.seams == "MARKED":
-        layout.prop(chosen, "complete")
+        layout.prop(chosen, "extend")
     layout.prop(chosen, "trade")
     if chosen.seams == "FOUND":
         layout.prop(chosen, "cones")

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import psutil
 
 from .._types import FloatArray
-from ..charts import Atlas, Cones, Packing, Seams, unwrap
+from ..charts import Atlas, ChartOptions, Cones, Packing, unwrap
 from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
@@ -37,7 +37,7 @@ from .table import (
 
 How = Literal["unwrap", "flatten", "cortex"]
 Scale = Literal["square", "mesh"]  # the parameter `units` of `batch`
-UNWRAP_OPTIONS = ("seams", "cones", "packing")
+UNWRAP_OPTIONS = ("charts", "cones", "packing")
 
 _process_lock = threading.Lock()  # memory limit and warning filters are global to the process
 
@@ -49,7 +49,7 @@ class Settings:
     how: How
     method: Method
     format: str
-    seams: Seams | None = None
+    charts: ChartOptions | None = None
     cones: Cones | None = None
     packing: Packing | None = None
     boundary: BoundaryName = "free"

@@ -22,7 +22,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from .._runtime import Progress, counting, undo_at_interrupt
-from ..charts import Cones, Packing, Seams, asked_for
+from ..charts import ChartOptions, Cones, Packing, resolve_options
 from ..cortex import FLAT_PATCH, files_of
 from ..errors import is_number, some
 from ..flattening import BoundaryName, Method, method_of
@@ -100,7 +100,7 @@ def batch(
     how: How = "unwrap",
     format: str = "obj",
     memory: int | str | None = None,
-    seams: Seams | None = None,
+    charts: ChartOptions | None = None,
     cones: Cones | int | Literal["auto"] | None = None,
     packing: Packing | None = None,
     boundary: BoundaryName = "free",
@@ -143,8 +143,8 @@ def batch(
     memory : int or str, optional
         Memory limit for one mesh: a number of bytes, or a text such as "2 GiB". By default the processes
         share the available memory.
-    seams : Seams, optional
-        As in `unwrap`, but without edges, labels or weights, which belong to one mesh.
+    charts : ChartOptions, optional
+        As in `unwrap`, but without labels or weights of faces, which belong to one mesh.
     cones : Cones, int or "auto", optional
         As in `unwrap`, but as a number of cones for each component, not as vertices of one mesh.
     packing : Packing, optional
@@ -190,7 +190,7 @@ def batch(
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
     chosen = method_of(method or ("isometric" if how == "cortex" else "linabf"))
-    settings = Settings(how, chosen, format, seams, cones, packing, boundary, units, limit)
+    settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers is for a local cluster, scheduler for a running one: give one of the two")
@@ -246,7 +246,7 @@ def _parse_memory(memory: int | str | None) -> int | None:
 
 def _check_settings(asked: Settings) -> None:
     """Raise if the settings are invalid for every mesh."""
-    seams, cones, method = asked.seams, asked.cones, asked.method
+    charts, cones, method = asked.charts, asked.cones, asked.method
     if asked.how not in get_args(How):
         raise ValueError(f"how is {asked.how!r}: use 'unwrap', 'flatten' or 'cortex'")
     if f".{asked.format}" not in SUFFIXES:
@@ -272,18 +272,12 @@ def _check_settings(asked: Settings) -> None:
         )
     if cones is not None and np.ndim(cones.at):
         raise ValueError(f"cones is {cones.at!r}: give 'auto', or a number of them for each component")
-    for_all = seams is None or (
-        isinstance(seams, Seams)
-        and seams.at is None
-        and seams.labels is None
-        and np.asarray(seams.hide).shape in ((), (3,))
-    )
-    if not for_all:
+    made, *_ = resolve_options(None, charts, cones, asked.packing)
+    if made.labels is not None or np.asarray(made.hide).shape not in ((), (3,)):
         raise ValueError(
-            f"seams is {seams!r}: give Seams without edges, without labels and without weights of faces, "
-            "which differ from mesh to mesh"
+            f"charts is {charts!r}: give ChartOptions without labels and without weights of faces, which "
+            "differ from mesh to mesh"
         )
-    asked_for(seams, cones, asked.packing)
 
 
 def _plan_tasks(

@@ -9,7 +9,7 @@ from .atlas import Atlas, Chart, texture_seams
 from .cones import Cones, find_cones
 from .cost import AtlasCost
 from .features import are_unseen as are_unseen
-from .options import Seams, asked_for
+from .options import ChartOptions, resolve_options
 from .packing import UDIM_ROW, Packing, pack_together
 from .packing import given_packing as given_packing
 from .packing import pack_charts as pack_charts

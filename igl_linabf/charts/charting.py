@@ -29,7 +29,7 @@ from . import constants
 from .atlas import Chart, flatten_piece, open_slivers, price_between, sides_of_cleaned
 from .cut_graphs import ClosedSurface, isometric_stretch, stretch_weight
 from .features import CreasedSurface, extent
-from .options import ChartOptions
+from .options import ChartRules
 from .splitting import (
     TIP_STRETCH,
     MapMeasure,
@@ -73,7 +73,7 @@ def pieces_of(
     seams: ArrayLike | None,
     F: IntArray,
     labels: IntArray | None,
-    options: ChartOptions,
+    rules: ChartRules,
 ) -> tuple[list[Submesh], IntArray]:
     """Cut the surface along the given seams and along further seams.
 
@@ -93,9 +93,9 @@ def pieces_of(
         face, k = np.nonzero(mask)
         given = surface.vertices[surface.F[face[:, None], np.column_stack((k, (k + 1) % 3))]]
         pieces = surface.cut(mask)
-    if not options.may_find_seams:
+    if not rules.may_find_seams:
         return pieces, given
-    search = options.search
+    search = rules.search
     found = [piece.cut_along(search.seams(piece)) for piece in pieces]
     return [part for parts in found for part in parts], given
 
@@ -166,7 +166,7 @@ class _Map:
     cost: float = 0.0
 
 
-def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
+def charts_of(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> list[tuple[Chart, Submesh]]:
     """Flatten the pieces, then the parts of pieces that are cut further, and so on.
 
     Finally small charts are merged into others, but not across edges that are `given` as seams.
@@ -178,11 +178,11 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
         opened = open_slivers([work.piece for work in waiting])
         waiting = [replace(work, piece=piece) for work, piece in zip(waiting, opened, strict=True)]
         parts = list[_Work]()
-        for work, made in zip(waiting, _flatten_together(opened, options.method), strict=True):
+        for work, made in zip(waiting, _flatten_together(opened, rules.method), strict=True):
             reached += len(work.piece.F) if len(work.key) == 1 else 0
             upto = constants.SEAMS_END + (constants.CHARTS_END - constants.SEAMS_END) * reached / total
             with progress_part("charts", upto) if made is None else nullcontext():
-                tried = _try_piece(work, options, made)
+                tried = _try_piece(work, rules, made)
             if tried.reason is None:
                 assert tried.chart is not None
                 done.append((work.key, tried.chart, work.piece))
@@ -192,14 +192,14 @@ def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> 
             parts += work.divide(tried.parts, tried.reason)
         waiting = parts
     done.sort(key=lambda entry: entry[0])  # parts take the place of their piece
-    done = _undo_costly_cuts(done, uncut, pieces, options)
-    if options.may_find_seams:
-        done = merge_small_charts(done, options.most_stretch, given)
+    done = _undo_costly_cuts(done, uncut, pieces, rules)
+    if rules.may_find_seams:
+        done = merge_small_charts(done, rules.most_stretch, given)
     return [(chart, piece) for _, chart, piece in done]
 
 
 def _undo_costly_cuts(
-    done: list[_Done], uncut: list[_Done], pieces: list[Submesh], options: ChartOptions
+    done: list[_Done], uncut: list[_Done], pieces: list[Submesh], rules: ChartRules
 ) -> list[_Done]:
     """Return the charts, with those uncut whose parts cost more by their own maps and seams."""
     for key, chart, piece in reversed(uncut):  # parts of parts first
@@ -207,9 +207,9 @@ def _undo_costly_cuts(
         parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
         area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
         saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
-        price = price_between(CreasedSurface(piece, options.hidden), [part for _, _, part in parts])
+        price = price_between(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
         length = price / np.sqrt(whole / 2)
-        if not saved * stretch_weight(options.method) > options.worth(length):
+        if not saved * stretch_weight(rules.method) > rules.worth(length):
             done[first:last] = [(key, chart, piece)]
     return done
 
@@ -236,30 +236,30 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None
     return made
 
 
-def _try_piece(work: _Work, options: ChartOptions, made: _Map | None) -> _Tried:
+def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
     """Make a chart of a piece, or cut it further.
 
     `made` is its map, if it was flattened together with others.
     """
     piece, rounds = work.piece, work.rounds
-    seams = _seams_for_even_texels(piece, options) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
+    seams = _seams_for_even_texels(piece, rules) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
     if len(seams):
         return _Tried(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
-        made = _map_of(piece, options) if made is None else made
+        made = _map_of(piece, rules) if made is None else made
     except SingularSystemError:  # faces of no size beside others of the chart
         if parts := bisect(piece):
             return _Tried(None, parts, Reason.THIN)
         raise
-    if len(made.result.flipped) and options.may_find_seams:
-        if parts := _parts_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], options):
+    if len(made.result.flipped) and rules.may_find_seams:
+        if parts := _parts_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], rules):
             return _Tried(None, parts, Reason.FLIPS)
-        made = _map_without_flips(piece, made, options)
+        made = _map_without_flips(piece, made, rules)
     needle = float(piece.measured[0].sum()) <= NEEDLE_AREA * extent(made.result.uv) ** 2
     if needle and (parts := bisect(piece)):
         return _Tried(None, parts, Reason.THIN)
     if len(made.pairs):
-        made, parts = _resolve_overlaps(piece, made, rounds[Reason.OVERLAP], options)
+        made, parts = _resolve_overlaps(piece, made, rounds[Reason.OVERLAP], rules)
         if parts:
             return _Tried(None, parts, Reason.OVERLAP)
     change = MapMeasure(piece, made.result.uv)
@@ -267,19 +267,19 @@ def _try_piece(work: _Work, options: ChartOptions, made: _Map | None) -> _Tried:
     if quality is None:
         quality = quality_of(piece, made.result.uv, len(made.pairs), change.at_triangles)
     chart = Chart(piece.faces, made.result, quality, rounds.total(), len(made.pairs), made.cost)
-    parts = _parts_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], options)
+    parts = _parts_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
         return _Tried(chart, [], None)
-    usable = quality.stretch_l2 <= options.most_stretch and made.result.outcome.good and not len(made.pairs)
+    usable = quality.stretch_l2 <= rules.most_stretch and made.result.outcome.good and not len(made.pairs)
     return _Tried(chart if usable else None, parts, Reason.STRETCH)
 
 
-def _map_of(piece: Submesh, options: ChartOptions) -> _Map:
+def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
     """Flatten one piece; by linear ABF if the method's system is singular."""
     try:
-        result = flatten_piece(piece, options.method)
+        result = flatten_piece(piece, rules.method)
     except SingularSystemError as error:
-        if isinstance(options.method, LinABF | ABF | Isometric):
+        if isinstance(rules.method, LinABF | ABF | Isometric):
             raise
         warnings.warn(
             f"the chart of faces {some(piece.faces)} is flattened by linear ABF: {error}",
@@ -291,9 +291,9 @@ def _map_of(piece: Submesh, options: ChartOptions) -> _Map:
     return _Map(result, overlapping_pairs_of_chart(piece.topology, result.uv))
 
 
-def _map_without_flips(piece: Submesh, made: _Map, options: ChartOptions) -> _Map:
+def _map_without_flips(piece: Submesh, made: _Map, rules: ChartRules) -> _Map:
     """Flatten a piece that no seam keeps from flipping, with guarantee='injective'."""
-    surer = guaranteed(options.method)
+    surer = guaranteed(rules.method)
     if surer is None:
         return made
     warnings.warn(
@@ -302,17 +302,17 @@ def _map_without_flips(piece: Submesh, made: _Map, options: ChartOptions) -> _Ma
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return _map_of(piece, replace(options, method=surer))
+    return _map_of(piece, replace(rules, method=surer))
 
 
 def _resolve_overlaps(
-    piece: Submesh, made: _Map, rounds: int, options: ChartOptions
+    piece: Submesh, made: _Map, rounds: int, rules: ChartRules
 ) -> tuple[_Map, list[Submesh]]:
     """Move overlapping parts of a map apart, or cut the piece between them.
 
     Return the map, and the parts if the piece is cut.
     """
-    if options.bijective and not made.result.holes:
+    if rules.repair_overlaps and not made.result.holes:
         moved = move_parts_apart(piece, made.result, MapMeasure(piece, made.result.uv))
         if moved is not None:
             result, cost = moved
@@ -320,63 +320,63 @@ def _resolve_overlaps(
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
     if made.result.holes:  # open it to a disk first
-        return made, _disks(piece, options)
+        return made, _disks(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     return made, parts if len(parts) > 1 else []
 
 
-def _parts_for_flips(piece: Submesh, flips: int, rounds: int, options: ChartOptions) -> list[Submesh]:
+def _parts_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -> list[Submesh]:
     """Cut a piece whose map flips along more seams, or halve it; empty where no seam is found."""
     few = flips <= MAX_TIP_FLIPS * len(piece.F)
     if rounds < (MAX_LEAF_ROUNDS if few else MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
-        leaves = _more_seams(piece, options)
+        leaves = _more_seams(piece, rules)
         return piece.cut_along(leaves) if len(leaves) else []
     return bisect(piece) if rounds < MAX_FLIP_ROUNDS else []
 
 
 def _parts_for_stretch(
-    piece: Submesh, change: MapMeasure, stretch: float, rounds: int, options: ChartOptions
+    piece: Submesh, change: MapMeasure, stretch: float, rounds: int, rules: ChartRules
 ) -> list[Submesh]:
     """Cut a piece further where that may be worth the stretch that it saves, or is asked for."""
-    seams, too_much = _NO_SEAM, stretch > options.most_stretch
-    if options.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
-        if stretch > 1 + options.worth(SOUGHT_SEAM):
-            seams = options.search.seams(piece)
+    seams, too_much = _NO_SEAM, stretch > rules.most_stretch
+    if rules.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
+        if stretch > 1 + rules.worth(SOUGHT_SEAM):
+            seams = rules.search.seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
-            seams = seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
+            seams = seams_to_tips(piece, change.at_triangles, rules.trade, rules.hidden)
     if too_much and not len(seams) and rounds < MAX_LEAF_ROUNDS:
-        seams = _more_seams(piece, options)
+        seams = _more_seams(piece, rules)
     if len(seams):
         return piece.cut_along(seams)
     return bisect(piece) if too_much and rounds < MAX_STRETCH_ROUNDS else []
 
 
-def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
+def _disks(piece: Submesh, rules: ChartRules) -> list[Submesh]:
     """Open a piece to disks by the shortest seams between its holes."""
-    shortest = replace(options, trade=0.0, holes=False).search
+    shortest = replace(rules, trade=0.0, keep_holes=False).search
     return piece.cut_along(shortest.needed_seams(piece))
 
 
-def _more_seams(piece: Submesh, options: ChartOptions) -> IntArray:
+def _more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find more seams for a piece: `trade` is doubled until there are some."""
     for k in range(1, MAX_TRADE_DOUBLINGS + 1):
-        search = replace(options, trade=max(options.trade, 1.0) * 2.0**k).search
+        search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).search
         if len(seams := search.seams(piece)):
             return seams
     return _NO_SEAM
 
 
-def _seams_for_even_texels(piece: Submesh, options: ChartOptions) -> IntArray:
+def _seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find more seams for a piece that its isometric map would stretch too much.
 
     Seams of `trade` t leave a stretch beyond 1 that falls about like the square root of t. To predict the
     stretch takes far less time than to flatten the piece.
     """
-    if options.even_stretch == np.inf or not piece.topology.loops:
+    if rules.even_stretch == np.inf or not piece.topology.loops:
         return _NO_SEAM
     closed = ClosedSurface.of(piece, isometric=True)
     stretch = isometric_stretch(closed, np.arange(closed.graph.n_holes))
-    uneven = (stretch - 1) / (options.even_stretch - 1)
+    uneven = (stretch - 1) / (rules.even_stretch - 1)
     if uneven <= 1:
         return _NO_SEAM
-    return replace(options, trade=uneven**2 * options.trade).search.seams(piece)
+    return replace(rules, trade=uneven**2 * rules.trade).search.seams(piece)

@@ -23,7 +23,7 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
     Parameters
     ----------
     length : (#E,) float64
-        Length of each edge, times its visibility: the factor of `Seams.hide`.
+        Length of each edge, times its visibility: the factor of `ChartOptions.hide`.
     bend : (#E,) float64
         Dihedral angle at each edge, radians.
     is_hard : (#E,) bool
@@ -44,8 +44,9 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
 class AtlasCost:
     """The cost of an atlas in units of L2 stretch: stretch, seams, and the unused part of the pages.
 
-    `unwrap` weighs the first two against each other by `Seams.trade`, and with a resolution the third, too.
-    Of several components the first two are means, weighted by area. No term depends on the surface's size.
+    `unwrap` weighs the first two against each other by `ChartOptions.trade`, and with a resolution the
+    third, too. Of several components the first two are means, weighted by area. No term depends on the
+    surface's size.
 
     Attributes
     ----------
@@ -53,10 +54,10 @@ class AtlasCost:
         Mean L2 stretch of the charts by area, less 1. For isometric maps it is multiplied by 6, the weight of
         their stretch. 0: no length changes. Infinite if a triangle has collapsed.
     seams : float
-        Length of the seams, in square roots of the component's area, over `Seams.trade`. Edges along a
+        Length of the seams, in square roots of the component's area, over `ChartOptions.trade`. Edges along a
         crease of a right angle or more count half, others at creases in proportion to their angle; on bodies
-        with planes, sharp creases count 0.15 of that. Edges that `Seams.hide` hides or shows are multiplied
-        by a third to three. Given seams cost what others do.
+        with planes, sharp creases count 0.15 of that. Edges that `ChartOptions.hide` hides or shows are
+        multiplied by a third to three. Given seams cost what others do.
         Infinite if `trade` is 0 and there are seams.
     page : float
         Unused texels of the pages over the covered texels: 1 / fill - 1.
@@ -67,7 +68,7 @@ class AtlasCost:
     >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     >>> net = igl_linabf.unwrap(V, F)  # of a cube: seven sharp edges are seams
-    >>> round(net.cost.stretch, 9), round(net.cost.seams * igl_linabf.Seams().trade * 6**0.5, 9)
+    >>> round(net.cost.stretch, 9), round(net.cost.seams * igl_linabf.ChartOptions().trade * 6**0.5, 9)
     (0.0, 0.525)
     """
 

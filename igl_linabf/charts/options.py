@@ -1,4 +1,4 @@
-"""The options of `unwrap` for seams, and the resulting options for charts."""
+"""The options of `unwrap` for charts, and the rules that follow from them."""
 
 from __future__ import annotations
 
@@ -21,70 +21,58 @@ UNEVEN_STRETCH = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Seams:
-    """Where `unwrap` cuts, and why; `seams=edges` is short for `Seams(edges)`.
+class ChartOptions:
+    """How `unwrap` makes charts: where it cuts, and which charts it cuts further.
 
     Attributes
     ----------
-    at : (#E, 2) int or (#F, 3) bool, optional
-        The edges to cut, in the formats of `cut`; a mask has the shape of `F`. By default `find_seams` finds
-        them. If a chart has flipped faces, its seams are extended; if that does not help,
-        `guarantee="injective"` is used.
     trade : float
         As in `find_seams`: larger values allow longer seams to reduce stretch.
     hide : (3,) or (#F,) float, or "back", optional
         As in `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks to +y), a weight for each
         face, or "back" for the back of a head or figure. Seams that are found prefer faces on that side.
-    holes : bool
-        Leave holes uncut, if the edges are not given.
-    complete : bool
-        Whether the given edges are only a start. Seams for handles, closed pieces and stretch are then added.
+    keep_holes : bool
+        Leave holes uncut, unless `seams=` cuts them.
+    extend : bool
+        Add the seams that the edges of `seams=` lack: for handles, closed pieces and stretch.
     max_stretch : float, optional
         Cut or split charts, also beyond given edges, until the L2 stretch of each is at most this value,
         which is at least 1. By default stretch is only weighed against the length of seams.
-    bijective : bool
+    repair_overlaps : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it. The
         chart's `cost` is the increase of F/3nt. Charts with holes, and charts that this would stretch by more
         than a fifth, are still split.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, for example materials:
-        `Seams(labels=mesh.extras.materials[1])`. Within a label, charts are cut as usual.
+        `ChartOptions(labels=mesh.extras.materials[1])`. Within a label, charts are cut as usual.
 
     Raises
     ------
     ValueError
-        `trade` or `max_stretch` is out of its range, or `complete` is set without edges.
+        `trade` or `max_stretch` is out of its range.
 
     Examples
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> short, long = (igl_linabf.unwrap(V, F, Seams(trade=trade)).seam_length for trade in (0, 30))
-    >>> short < long
+    >>> short, long = (igl_linabf.unwrap(V, F, charts=ChartOptions(trade=trade)) for trade in (0, 30))
+    >>> short.seam_length < long.seam_length
     True
     """
 
-    at: ArrayLike | None = None
     _: KW_ONLY
     trade: float = TRADE
     hide: Hiding | None = None
-    holes: bool = False
-    complete: bool = False
+    keep_holes: bool = False
+    extend: bool = False
     max_stretch: float | None = None
-    bijective: bool = False
+    repair_overlaps: bool = False
     labels: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         check_trade(self.trade)
         if self.max_stretch is not None and not is_number(self.max_stretch, 1):
             raise ValueError(f"max_stretch is {self.max_stretch!r}: give an L2 stretch from 1 (none) upwards")
-        if self.complete and self.at is None:
-            raise ValueError("complete is for seams that are a beginning: give their edges, or leave it out")
-
-    @property
-    def are_found(self) -> bool:
-        """Whether seams are found, instead of or in addition to given seams."""
-        return self.at is None or self.complete
 
     def labels_of(self, face: IntArray) -> IntArray | None:
         """Return the label of each triangle; `face` has the caller's face of each triangle.
@@ -111,9 +99,12 @@ class Seams:
         return np.unique(np.asarray(self.labels), return_inverse=True)[1].ravel()[face]
 
 
-def asked_for(
-    seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
-) -> tuple[Seams, Cones | None, PackingRequest]:
+def resolve_options(
+    seams: ArrayLike | None,
+    charts: ChartOptions | None,
+    cones: Cones | GivenCones | None,
+    packing: Packing | None,
+) -> tuple[ChartOptions, Cones | None, PackingRequest]:
     """Return the options of a call of `unwrap` as objects.
 
     Raises
@@ -121,11 +112,17 @@ def asked_for(
     ValueError
         The options cannot be combined.
     """
-    if cones is not None and seams is not None:
-        raise ValueError(
-            "cones= and seams= do not go together, because seams run through the cones: leave out one of them"
-        )
-    asked = seams if isinstance(seams, Seams) else Seams(seams)
+    for name, given in (("seams", seams), ("charts", charts)):
+        if cones is not None and given is not None:
+            raise ValueError(
+                f"cones= and {name}= do not go together, because seams run through the cones: "
+                "leave out one of them"
+            )
+    asked = ChartOptions() if charts is None else charts
+    if not isinstance(asked, ChartOptions):
+        raise ValueError(f"charts is {charts!r}: give ChartOptions, and edges as seams=")
+    if asked.extend and seams is None:
+        raise ValueError("extend=True adds to given seams: give their edges as seams=, or leave it out")
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
     request = PackingRequest.of(packing)
     if coned is not None and request.unseen != 1:
@@ -139,28 +136,36 @@ def asked_for(
 
 
 @dataclass(frozen=True)
-class ChartOptions:
-    """The flattening method and the chart options of a call of `unwrap`."""
+class ChartRules:
+    """The rules by which `unwrap` flattens pieces and cuts them further."""
 
     method: Method
     may_find_seams: bool
     trade: float
-    holes: bool
-    bijective: bool
+    keep_holes: bool
+    repair_overlaps: bool
     max_stretch: float | None
     hidden: FloatArray | None
 
     @classmethod
-    def of(cls, method: Method, seams: Seams, hidden: FloatArray | None) -> ChartOptions:
-        """Return the options of a call of `unwrap`; `hidden` are the `hiding_weights`."""
+    def of(
+        cls, method: Method, asked: ChartOptions, seams_given: bool, hidden: FloatArray | None
+    ) -> ChartRules:
+        """Return the rules of a call of `unwrap`; `hidden` are the `hiding_weights`."""
         return cls(
-            method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
+            method,
+            not seams_given or asked.extend,
+            asked.trade,
+            asked.keep_holes,
+            asked.repair_overlaps,
+            asked.max_stretch,
+            hidden,
         )
 
     @property
     def search(self) -> SeamSearch:
         """The search for seams with these options."""
-        return SeamSearch(self.trade, self.method, self.holes, self.hidden)
+        return SeamSearch(self.trade, self.method, self.keep_holes, self.hidden)
 
     def worth(self, length: float) -> float:
         """Return the L2 stretch that justifies a seam of this length, in square roots of the area."""
@@ -183,4 +188,4 @@ class ChartOptions:
     @property
     def weighs_stretch(self) -> bool:
         """Whether charts are cut further where the saved stretch is worth a seam."""
-        return self.may_find_seams and not self.holes and self.max_stretch is None
+        return self.may_find_seams and not self.keep_holes and self.max_stretch is None

@@ -42,7 +42,7 @@ from .charting import charts_of, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
 from .costing import cost_of
 from .features import CreasedSurface, are_unseen, hiding_weights
-from .options import ChartOptions, Seams, asked_for
+from .options import ChartOptions, ChartRules, resolve_options
 from .packing import (
     MOST_TRIAL_CHARTS,
     PackedChart,
@@ -64,9 +64,10 @@ MAX_SPARSE_FILL = 0.57  # fill of a page of many charts up to which their larges
 def unwrap(
     V: ArrayLike,
     F: ArrayLike,
-    seams: Seams | ArrayLike | None = None,
-    method: str | Method = "linabf",
+    seams: ArrayLike | None = None,
     *,
+    charts: ChartOptions | None = None,
+    method: str | Method = "linabf",
     cones: Cones | GivenCones | None = None,
     packing: Packing | None = None,
     weld: float | None = None,
@@ -82,15 +83,19 @@ def unwrap(
     F : (#F, 3) or (#F, k) int, or list of lists of int
         Any triangles, quadrangles or polygons. A mesh that is not a clean oriented manifold is repaired as by
         `clean`. Seams follow the edges of polygons, never the diagonals that split them.
-    seams : Seams, (#E, 2) int or (#F, 3) bool, optional
-        The edges to cut, in the formats of `cut`, or `Seams` with options: how long seams may be to reduce
-        stretch (`Seams(trade=30)`), where they are hidden, and how holes, stretch and overlaps are treated.
-        By default `find_seams` finds the seams.
+    seams : (#E, 2) int or (#F, 3) bool, optional
+        The edges to cut, in the formats of `cut`; a mask has the shape of `F`. By default `find_seams` finds
+        the seams. They are extended in charts with flipped faces; if that does not help,
+        `guarantee="injective"` is used.
+    charts : ChartOptions, optional
+        How charts are made: how long seams may be to reduce stretch (`ChartOptions(trade=30)`), where they
+        are hidden, whether given seams are extended, and how holes, stretch and overlaps are treated.
     method : str or method object
         As in `flatten`.
     cones : Cones, (#C,) int, int or "auto", optional
         Vertices that keep all curvature, or the number of cones to find on each component, or `Cones` with
-        their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`.
+        their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`
+        or `charts`.
     packing : Packing, optional
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
         one page with a margin.
@@ -141,13 +146,12 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    asked, wanted, request = asked_for(seams, cones, packing)
-    given_seams = asked.at
+    asked, wanted, request = resolve_options(seams, charts, cones, packing)
     split = split_polygons(V, F)
     if split is not None:
         F = split.F
-        if given_seams is not None:
-            given_seams = mask_of_triangles(given_seams, split, len(np.asarray(V)))
+        if seams is not None:
+            seams = mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = unrepaired(surface)
@@ -165,32 +169,33 @@ def unwrap(
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
     labels = asked.labels_of(face)
-    options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
-    creased = CreasedSurface(surface, options.hidden)
+    hidden = hiding_weights(surface, asked.hide, face)
+    rules = ChartRules.of(method_of(method), asked, seams is not None, hidden)
+    creased = CreasedSurface(surface, rules.hidden)
     with reporting(progress):
         kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
-                pieces, kept = pieces_of(surface, cleaned, given_seams, given, labels, options)
-            made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
+                pieces, kept = pieces_of(surface, cleaned, seams, given, labels, rules)
+            made = ConeCharts(charts_of(pieces, kept, rules), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
             ends = constants.SEAMS_END, constants.CHARTS_END
-            made = charts_with_cones(surface, placed, options.method, ends)
+            made = charts_with_cones(surface, placed, rules.method, ends)
         with progress_part("packing", 1.0):
             upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
             request = replace(request.scaled(cleaned.power), upright=upright)
-            may_cut = request.resolution is not None and options.may_find_seams and wanted is None
-            charts = _set_scales(surface, made.charts, request.unseen)
-            charts = cut_to_fit(charts, request) if may_cut and request.side is not None else charts
+            may_cut = request.resolution is not None and rules.may_find_seams and wanted is None
+            done = _set_scales(surface, made.charts, request.unseen)
+            done = cut_to_fit(done, request) if may_cut and request.side is not None else done
             if may_cut and request.side is None:
-                atlas = _pack_fully(creased, charts, request, options)
+                atlas = _pack_fully(creased, done, request, rules)
             elif period is None:
-                atlas = _make_atlas(surface, charts, request)
+                atlas = _make_atlas(surface, done, request)
             else:
-                atlas = _pack_with_period(surface, charts, request, period)
+                atlas = _pack_with_period(surface, done, request, period)
     atlas = replace(
-        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(creased, atlas, options)
+        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(creased, atlas, rules)
     )
     atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
@@ -256,7 +261,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
 
 
 def _pack_fully(
-    creased: CreasedSurface, done: list[tuple[Chart, Submesh]], request: PackingRequest, options: ChartOptions
+    creased: CreasedSurface, done: list[tuple[Chart, Submesh]], request: PackingRequest, rules: ChartRules
 ) -> Atlas:
     """Pack charts, after cutting charts with many limbs if the fuller page is worth the seams.
 
@@ -267,14 +272,14 @@ def _pack_fully(
         placed = _place_charts(done, request)
         if fill_of(placed) > MAX_SPARSE_FILL:
             return _make_atlas(surface, done, request, placed)
-    parts, whole = cut_for_fill(done, request, options.trade, options.most_stretch)
+    parts, whole = cut_for_fill(done, request, rules.trade, rules.most_stretch)
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
     size = float(np.sqrt(surface.measured[0].sum() / 2))
     dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
     # the page size at which the uncut charts cost as much
-    worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / options.trade
+    worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed, moves = pack_quickly(_maps(done), request)
     if placed is None or 1 / fill_of(placed) > worth:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from ..charts import Packing, Seams
+from ..charts import ChartOptions, Packing
 from ..flattening import METHODS, BoundaryName
 
 AXES = ("x", "y", "z")
@@ -98,9 +98,11 @@ SHARED: Mapping[str, Argument] = {
         nargs=4,
     ),
     "cones": value("N", "concentrate the curvature at N vertices of each component; auto: choose the number"),
-    "trade": value("TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, Seams.trade),
-    "holes": switch("leave holes uncut"),
-    "bijective": switch("move overlapping parts apart instead of splitting charts"),
+    "trade": value(
+        "TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, ChartOptions.trade
+    ),
+    "keep-holes": switch("leave holes uncut"),
+    "repair-overlaps": switch("move overlapping parts apart instead of splitting charts"),
     "resolution": value(
         "TEXELS",
         "texels along a page's side, or its width and height (2048x1024); distances between charts are then "

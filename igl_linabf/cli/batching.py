@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from ..batch_runs import batch
-from ..charts import Cones, Packing, Seams
+from ..charts import ChartOptions, Cones, Packing
 from ..flattening import METHODS
 from ..io import SUFFIXES
 from .arguments import choice, shared_arguments, switch, value
@@ -22,8 +22,8 @@ def _batch(options: argparse.Namespace) -> int:
         if cones is None:
             raise ValueError("--cone-angles needs cones: give --cones, too")
         cones = Cones(cones, angles=options.cone_angles)
-    seams, packing = build_from_options(Seams, options), build_from_options(Packing, options)
-    done = batch(options.inputs, options.output, seams=seams, cones=cones, packing=packing, **chosen)
+    charts, packing = build_from_options(ChartOptions, options), build_from_options(Packing, options)
+    done = batch(options.inputs, options.output, charts=charts, cones=cones, packing=packing, **chosen)
     print(done, flush=True)
     options.on_commit()
     return ExitCode.GOOD if done.good else ExitCode.NOT_VALID
@@ -48,7 +48,7 @@ BATCH = Command(
         "method": choice(sorted(METHODS), help="method (default: linabf; isometric for cortices)"),
         "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "file format of the maps"),
         "memory": value("SIZE", "memory limit of one mesh, such as 2GiB"),
-        **shared_arguments("trade", "holes", "bijective", "boundary", "units", "cones"),
+        **shared_arguments("trade", "keep-holes", "repair-overlaps", "boundary", "units", "cones"),
         "cone-angles": choice(
             ("quarter",),
             help="cone angles in quarter turns (default: those with the same scale at all cones)",
@@ -66,7 +66,7 @@ BATCH = Command(
         "scans/ -o maps/ --how flatten --units mesh    # in the meshes' units of length",
         "bodies/ -o maps/ --cones auto --cone-angles quarter",
         "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
-        "scans/ -o maps/ --trade 30 --holes --bijective",
+        "scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps",
         "scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities",
         "$SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject",
         "scans/ -o maps/ --retry    # meshes that died before",

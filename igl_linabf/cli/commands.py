@@ -74,13 +74,11 @@ def build_method(name: str, asked: Mapping[str, Any]) -> Method:
     return chosen(**given)
 
 
-def build_from_options(
-    kind: Callable[..., Asked], options: argparse.Namespace, *first: object
-) -> Asked | None:
+def build_from_options(kind: Callable[..., Asked], options: argparse.Namespace) -> Asked | None:
     """Build a dataclass from the options that differ from its defaults; None if all are at their defaults."""
     names = [field.name for field in fields(kind) if hasattr(options, field.name)]  # type: ignore[arg-type]
     given = {name: value for name in names if (value := getattr(options, name)) != getattr(kind, name)}
-    return kind(*first, **given) if given or first else None
+    return kind(**given) if given else None
 
 
 def run_and_report(run: RunFunction, options: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ import warnings
 from functools import partial
 
 from .._runtime import progress_part
-from ..charts import Seams, unwrap
+from ..charts import ChartOptions, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS
 from ..io import MeshFile
@@ -27,7 +27,7 @@ def _pattern(options: argparse.Namespace) -> int:
     mesh = read_given_mesh(options)
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # reported below
-        atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
+        atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=options.trade), method=options.method)
     units, given_by = _find_units(options.units, mesh)
     pattern = pattern_of(mesh.V, mesh.F, atlas, units, options.crease, options.grain, options.up)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray
-from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
+from ..charts import Atlas, ChartOptions, Cones, Packing, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import (
     COLOUR,
@@ -69,15 +69,15 @@ def _unwrap(options: argparse.Namespace) -> int:
 
 def _build_arguments(options: argparse.Namespace, mesh: MeshFile) -> dict[str, Any]:
     """Return the arguments of `unwrap`, read from the options and from the files that they name."""
-    seams: list[Any] = []
+    seams: Any = None
     if options.seams == "uv":
         if mesh.TC is None or mesh.FTC is None:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no texture seams"
             )
-        seams = [texture_seams(mesh.F, mesh.FTC, mesh.V, mesh.TC, sides=True)]
+        seams = texture_seams(mesh.F, mesh.FTC, mesh.V, mesh.TC, sides=True)
     elif options.seams != "auto":
-        seams = [_read_rows(options.seams, np.int64, "integers: write two vertices on each line")]
+        seams = _read_rows(options.seams, np.int64, "integers: write two vertices on each line")
     cones = options.cones
     if cones is not None and cones != "auto":
         lines = "integers: write one vertex on each line"
@@ -90,7 +90,7 @@ def _build_arguments(options: argparse.Namespace, mesh: MeshFile) -> dict[str, A
         cones = Cones(cones, angles=angles, period=options.period)
     elif angles is not None or options.period is not None:
         raise ValueError("--cone-angles and --period need cones: give --cones, too")
-    wanted = build_from_options(Seams, options, *seams)
+    charts = build_from_options(ChartOptions, options)
     if options.keep_materials:
         if mesh.extras.materials is None:
             raise MeshError(f"{options.mesh} has no materials: leave out --keep-materials")
@@ -98,9 +98,10 @@ def _build_arguments(options: argparse.Namespace, mesh: MeshFile) -> dict[str, A
             raise ValueError(
                 "--keep-materials adds cuts, and --cones chooses its own seams: leave out one of them"
             )
-        wanted = replace(wanted or Seams(), labels=mesh.extras.materials[1])
+        charts = replace(charts or ChartOptions(), labels=mesh.extras.materials[1])
     return {
-        "seams": wanted,
+        "seams": seams,
+        "charts": charts,
         "cones": cones,
         "packing": build_from_options(Packing, options),
         "weld": options.weld,
@@ -233,7 +234,7 @@ UNWRAP = Command(
             float,
         ),
         "keep-materials": switch("cut where two materials meet: no chart has faces of both"),
-        "complete": switch("find the seams that are missing beside the given ones"),
+        "extend-seams": {**switch("add the seams that --seams lacks"), "dest": "extend"},
         **shared_arguments("trade"),
         "max-stretch": value("L2", "cut charts until their L2 stretch is at most L2", float),
         "hide": value(
@@ -242,7 +243,7 @@ UNWRAP = Command(
             "or back: the side of a head or figure that has no face",
             parse_direction,
         ),
-        **shared_arguments("holes", "bijective"),
+        **shared_arguments("keep-holes", "repair-overlaps"),
         "weld": value(
             "DISTANCE",
             "merge vertices within this distance; 0: merge coincident vertices (default for triangle soups)",
@@ -274,7 +275,7 @@ UNWRAP = Command(
         "bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels",
         "bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch",
         "bunny.obj -o bunny.obj --seams uv --method abf    # along the seams in the file",
-        "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
+        "bunny.obj -o bunny.obj --seams pairs.txt --extend-seams    # along the edges of pairs.txt, and more",
         "house.obj -o house.glb --keep-materials    # no chart has faces of two materials",
         "body.obj -o body.obj --hide 0,0,-1    # seams at the back",
         "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
@@ -286,8 +287,8 @@ UNWRAP = Command(
         "house.glb -o house_lit.glb --texcoord 1 --resolution 1024    # a second map, for lightmaps",
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
         "body.ply -o body.obj --bake colors --force    # replaces body.mtl and body.png",
-        "scan.stl -o scan.ply --weld 1e-5 --holes",
-        "part.obj -o part.obj --strict --bijective",
+        "scan.stl -o scan.ply --weld 1e-5 --keep-holes",
+        "part.obj -o part.obj --strict --repair-overlaps",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",
         "city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles",
         "scan.ply -o scan.glb --method isometric --unseen 0.25    # fewer texels for cavities",

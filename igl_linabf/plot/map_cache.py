@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..charts import Seams, find_seams, unwrap
+from ..charts import ChartOptions, find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
@@ -53,7 +53,8 @@ class MapRequest:
     iterations : int
         Number of iterations of linABF; 0 stands for its default, "auto".
     trade : float or None
-        Trade of seam length for stretch. None leaves a disk uncut, and otherwise uses the default of `Seams`.
+        Trade of seam length for stretch. None leaves a disk uncut, and otherwise uses the default of
+        `ChartOptions`.
     drawn : tuple of vertex pairs
         Edges that the user has drawn as seams. Other seams that the surface needs are found.
     """
@@ -104,10 +105,10 @@ class MapCache:
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}
         if not with_cones:
-            trade = Seams.trade if request.trade is None else request.trade
+            trade = ChartOptions.trade if request.trade is None else request.trade
             seams = np.array(request.drawn, dtype=np.int64) if request.drawn else self._find_seams(trade)
-            complete = bool(request.drawn) and not self.planar
-            options = {"seams": Seams(seams, trade=trade, complete=complete)}
+            extend = bool(request.drawn) and not self.planar
+            options = {"seams": seams, "charts": ChartOptions(trade=trade, extend=extend)}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # the window shows and counts flipped triangles
             atlas = unwrap(self.V, self.F, method=method, **options)

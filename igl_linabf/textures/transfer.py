@@ -79,8 +79,8 @@ def bake_texture(
     --------
     >>> import igl, numpy as np, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> old, new = (igl_linabf.unwrap(V, F, trade, packing=igl_linabf.Packing(resolution=128))
-    ...             for trade in (igl_linabf.Seams(trade=0), igl_linabf.Seams(trade=30)))
+    >>> old, new = (igl_linabf.unwrap(V, F, charts=charts, packing=igl_linabf.Packing(resolution=128))
+    ...             for charts in (igl_linabf.ChartOptions(trade=0), igl_linabf.ChartOptions(trade=30)))
     >>> image = igl_linabf.bake(V, F, old, V / 2 + 0.5, 128)
     >>> moved = bake_texture(V, F, new, old.TC, old.FTC, image, 128)
     >>> there = igl_linabf.bake(V, F, new, V / 2 + 0.5, 128)

@@ -202,7 +202,7 @@ ROWS = {
 
 MORE_PADDING = "repack the charts with more padding"
 LIMITS = {  # the bounded figures, the factor of the limit, and the remedy
-    "max_stretch": [("stretch_l2", 1.0, "unwrap the mesh with Seams(max_stretch=)")],
+    "max_stretch": [("stretch_l2", 1.0, "unwrap the mesh with ChartOptions(max_stretch=)")],
     "max_spread": [("texel_spread", 1.0, "repack the charts with scale='even', or unwrap by 'isometric'")],
     "min_margin": [("margin", 1.0, MORE_PADDING), ("border", 0.5, MORE_PADDING)],
 }

@@ -21,7 +21,7 @@ ARGUMENTS = {
     "flatten": ["flatten", "{mesh}", "-o", "{out}", "--method", "abf", "--picture", "{picture}"],
     "unwrap": ["unwrap", "{closed}", "-o", "{out}", "--picture", "{picture}"],
     "compare": ["compare", "{mesh}", "--picture", "{picture}"],
-    "bijective": ["unwrap", "{wound}", "-o", "{out}", "--bijective"],
+    "repaired": ["unwrap", "{wound}", "-o", "{out}", "--repair-overlaps"],
 }
 
 

@@ -22,7 +22,7 @@ from commands import of_session
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
 
-from igl_linabf import Cones, MeshError, Packing, Seams, batch, unwrap
+from igl_linabf import ChartOptions, Cones, MeshError, Packing, batch, unwrap
 from igl_linabf.batch_runs import clusters, places, running
 from igl_linabf.batch_runs.one_mesh import Settings, run
 from igl_linabf.batch_runs.running import _plan_tasks
@@ -450,18 +450,18 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
         ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
-        ({"how": "flatten", "seams": Seams(holes=True)}, "are not options of flatten"),
+        ({"how": "flatten", "charts": ChartOptions(keep_holes=True)}, "are not options of flatten"),
         ({"how": "flatten", "cones": 8}, "are not options of flatten"),
         ({"boundary": "circle"}, "charts have a free boundary"),
         ({"how": "flatten", "boundary": "star"}, "boundary is 'star'"),
         ({"how": "flatten", "boundary": "circle", "method": "lscm"}, "the method 'lscm'"),
         ({"cones": "many"}, "cones is 'many'"),
         ({"cones": [0, 1]}, r"cones is \[0, 1\]"),
-        ({"cones": 8, "seams": Seams(holes=True)}, "not go together"),
-        ({"seams": Seams([[0, 1]])}, "seams is Seams.*give Seams without edges"),
-        ({"seams": Seams(hide=np.ones(9))}, "seams is Seams.*without weights"),
-        ({"seams": Seams(labels=np.ones(9))}, "seams is Seams.*without labels"),
-        ({"seams": [[0, 1]]}, r"seams is \[\[0, 1\]\]"),
+        ({"cones": 8, "charts": ChartOptions(keep_holes=True)}, "not go together"),
+        ({"charts": ChartOptions(hide=np.ones(9))}, "charts is ChartOptions.*without weights"),
+        ({"charts": ChartOptions(labels=np.ones(9))}, "charts is ChartOptions.*without labels"),
+        ({"charts": [[0, 1]]}, r"charts is \[\[0, 1\]\]"),
+        ({"charts": ChartOptions(extend=True)}, "extend=True adds to given seams"),
         ({"packing": {"resolution": 0}}, "packing is {'resolution': 0}"),
         ({"memory": "much"}, "memory is 'much'"),
         ({"memory": 0}, "memory is 0"),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hard_surfaces import box, rounded_box
 
-from igl_linabf import Packing, Seams, find_seams, pack_together, unwrap
+from igl_linabf import ChartOptions, Packing, find_seams, pack_together, unwrap
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 
 PACKED = Packing(resolution=256)
@@ -29,7 +29,7 @@ def length(V, edges):
 
 def test_the_net_of_a_cube_has_no_stretch_and_seven_sharp_seams():
     V, F = box(1, 1, 1)
-    cost = unwrap(V, F, Seams(trade=2.0)).cost
+    cost = unwrap(V, F, charts=ChartOptions(trade=2.0)).cost
     assert cost.stretch == pytest.approx(0, abs=1e-9)
     assert cost.seams == pytest.approx(7 * 0.5 * 0.15 / np.sqrt(6) / 2.0)  # seven sharp edges at right angles
     assert cost.page > 0
@@ -41,7 +41,7 @@ def test_a_seam_counts_less_along_a_crease(degrees):
     V = np.array([[0, 0, 0], [0, 3, 0], [-1, 0, 0], [-1, 3, 0], [np.cos(angle), 0, np.sin(angle)]])
     V = np.vstack((V, V[4] + [0, 3, 0]))
     F = np.array([[0, 1, 2], [1, 3, 2], [0, 4, 1], [4, 5, 1]])
-    cost = unwrap(V, F, Seams([[0, 1]], trade=1.0)).cost
+    cost = unwrap(V, F, [[0, 1]], charts=ChartOptions(trade=1.0)).cost
     sharpness = np.clip((degrees - 15) / 25, 0, 1)  # of a body with planes, from 15 to 40 degrees
     price = (1 - 0.5 * min(degrees / 90, 1)) * (1 - 0.85 * sharpness)
     assert cost.seams == pytest.approx(3 * price / np.sqrt(6))
@@ -49,7 +49,7 @@ def test_a_seam_counts_less_along_a_crease(degrees):
 
 def test_a_seam_in_the_middle_of_a_fillet_costs_as_little_as_along_a_sharp_crease():
     V, F = rounded_box(3, 2, 1, 0.1)  # each edge bends by less than 6 degrees
-    atlas = unwrap(V, F, Seams(trade=1.0))
+    atlas = unwrap(V, F, charts=ChartOptions(trade=1.0))
     price = atlas.cost.seams * size(V, F) / atlas.seam_length
     assert 0.5 * 0.15 <= price < 0.25
 
@@ -58,7 +58,7 @@ def test_large_angles_of_a_body_without_planes_are_not_sharp_creases():
     V, F = igl.icosahedron()
     seams = find_seams(V, F)
     price = 1 - np.arccos(np.sqrt(5) / 3) / np.pi  # an icosahedron bends by 42 degrees
-    cost = unwrap(V, F, Seams(seams, trade=1.0)).cost
+    cost = unwrap(V, F, seams, charts=ChartOptions(trade=1.0)).cost
     assert cost.seams == pytest.approx(price * length(V, seams) / size(V, F))
 
 
@@ -70,10 +70,10 @@ def test_no_term_depends_on_the_size_of_the_surface(ball):
 
 def test_trade_weighs_the_seams_alone(ball):
     V, F, seams = ball
-    dear, cheap = (unwrap(V, F, Seams(seams, trade=trade)).cost for trade in (2, 8))
+    dear, cheap = (unwrap(V, F, seams, charts=ChartOptions(trade=trade)).cost for trade in (2, 8))
     assert dear.seams == pytest.approx(4 * cheap.seams)
     assert (dear.stretch, dear.page) == (cheap.stretch, cheap.page)
-    assert np.isinf(unwrap(V, F, Seams(seams, trade=0)).cost.total)
+    assert np.isinf(unwrap(V, F, seams, charts=ChartOptions(trade=0)).cost.total)
 
 
 def test_the_cost_is_the_sum_of_its_terms_and_is_printed(ball):
@@ -88,7 +88,7 @@ def test_the_cost_is_the_sum_of_its_terms_and_is_printed(ball):
 
 def test_the_stretch_of_an_isometric_map_counts_as_it_does_for_seams(ball):
     V, F, seams = ball
-    atlas = unwrap(V, F, seams, "isometric")
+    atlas = unwrap(V, F, seams, method="isometric")
     assert atlas.cost.stretch == pytest.approx(ISOMETRIC_STRETCH_WEIGHT * (atlas.quality.stretch_l2 - 1))
 
 
@@ -96,7 +96,8 @@ def test_hidden_seams_cost_a_third_and_seen_ones_three_times_as_much(ball):
     V, F, seams = ball
     near = np.isin(F, seams).any(axis=1)
     plain, hidden, seen = (
-        unwrap(V, F, Seams(seams, hide=hide)).cost.seams for hide in (None, near * 1.0, ~near * 1.0)
+        unwrap(V, F, seams, charts=ChartOptions(hide=hide)).cost.seams
+        for hide in (None, near * 1.0, ~near * 1.0)
     )
     assert [3 * hidden, seen / 3] == pytest.approx([plain, plain])
 
@@ -106,9 +107,9 @@ def test_of_several_components_it_is_the_mean_by_area(ball):
     n = len(V)
     small = 0.5 * V[:, [1, 2, 0]] + 5  # a quarter of the area
     more = np.delete(seams, 0, axis=0)
-    alone = unwrap(V, F, Seams(seams)).cost
-    other = unwrap(small, F, Seams(more)).cost
-    both = unwrap(np.vstack((V, small)), np.vstack((F, F + n)), Seams(np.vstack((seams, more + n)))).cost
+    alone = unwrap(V, F, seams).cost
+    other = unwrap(small, F, more).cost
+    both = unwrap(np.vstack((V, small)), np.vstack((F, F + n)), np.vstack((seams, more + n))).cost
     assert both.stretch == pytest.approx((4 * alone.stretch + other.stretch) / 5)
     assert both.seams == pytest.approx((4 * alone.seams + other.seams) / 5)
 

@@ -20,13 +20,13 @@ from overlapping_surfaces import spiral
 
 from igl_linabf import (
     Atlas,
+    ChartOptions,
     FallbackWarning,
     LinABF,
     MeshError,
     MeshWarning,
     Outcome,
     OutcomeWarning,
-    Seams,
     cut,
     find_seams,
     flatten,
@@ -125,9 +125,9 @@ def test_exactly_the_given_seams_are_cut() -> None:
 
 def test_holes_stay_uncut_if_asked() -> None:
     V, F = surface("holes__igl_halftunnel.off")
-    (chart,) = unwrap(V, F, Seams(holes=True)).charts
+    (chart,) = unwrap(V, F, charts=ChartOptions(keep_holes=True)).charts
     assert len(chart.result.holes) == 2
-    assert unwrap(V, F, Seams(holes=True)).seams.shape == (0, 2)
+    assert unwrap(V, F, charts=ChartOptions(keep_holes=True)).seams.shape == (0, 2)
     assert all(disk.result.holes == () for disk in unwrap(V, F).charts)
 
 
@@ -173,7 +173,7 @@ def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypat
     monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS", 0)
     monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS_OF_MANY_FLIPS", 0)
     monkeypatch.setattr(charting, "_map_without_flips", pytest.fail)  # the guarantee is not needed
-    atlas = unwrap(V, F, Seams(max_stretch=np.inf))
+    atlas = unwrap(V, F, charts=ChartOptions(max_stretch=np.inf))
     assert atlas.good
     assert atlas.quality.flips == 0
     assert len(atlas.charts) > 1
@@ -183,7 +183,7 @@ def test_the_guarantee_is_used_with_a_warning_if_no_seam_helps(monkeypatch) -> N
     monkeypatch.setattr(charting, "MAX_TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
-        atlas = unwrap(V * [20, 1, 1], F, Seams(max_stretch=np.inf))
+        atlas = unwrap(V * [20, 1, 1], F, charts=ChartOptions(max_stretch=np.inf))
     assert atlas.good
     assert any(chart.result.attempts[-1].name == "injective" for chart in atlas.charts)
 
@@ -230,7 +230,7 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     monkeypatch.setattr(charting, "bisect", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
-        atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)
+        atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method=method)
     assert not atlas.good
     assert atlas.quality.flips + atlas.quality.overlaps > 0
     assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
@@ -241,7 +241,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
-    asked = options.ChartOptions(LinABF(), True, 6.0, False, False, None, None)
+    asked = options.ChartRules(LinABF(), True, 6.0, False, False, None, None)
     work = charting._Work((0,), dome, Counter({charting.Reason.OVERLAP: 9}))
     tried = charting._try_piece(work, asked, None)
     assert tried.reason is charting.Reason.STRETCH
@@ -266,7 +266,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
     monkeypatch.setattr(charting, "_parts_for_stretch", found)
     none = np.zeros((0, 2), dtype=np.int64)
     for trade, pays in ((1.0, False), (1e4, True)):
-        asked = options.ChartOptions(LinABF(), True, trade, False, False, None, None)
+        asked = options.ChartRules(LinABF(), True, trade, False, False, None, None)
         before = len(tried)
         charts = charting.charts_of([dome], none, asked)
         assert len(tried) > before + 1  # the parts were tried
@@ -276,7 +276,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
 def test_a_larger_trade_buys_less_stretch_by_longer_seams(name: str) -> None:
     V, F = load(name)
-    made = [unwrap(V, F, Seams(trade=trade)) for trade in (1, 3, 10, 30, 100, 300)]
+    made = [unwrap(V, F, charts=ChartOptions(trade=trade)) for trade in (1, 3, 10, 30, 100, 300)]
     assert all(atlas.good for atlas in made)
     lengths = [atlas.seam_length for atlas in made]
     stretches = [atlas.quality.stretch_l2 for atlas in made]
@@ -361,10 +361,10 @@ def test_the_input_is_checked_once_for_any_number_of_charts(monkeypatch) -> None
     counted("vertex_array")
     counted("face_array")
     V, F = spiral()
-    for bijective in (False, True):
+    for repair_overlaps in (False, True):
         calls.clear()
-        atlas = unwrap(V, F, Seams(bijective=bijective))
-        assert atlas.splits or bijective
+        atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=repair_overlaps))
+        assert atlas.splits or repair_overlaps
         assert calls == ["vertex_array", "face_array"]
 
 
@@ -380,7 +380,7 @@ def test_charts_do_not_cross_labels(seams: str | None, turned: bool) -> None:
         labels = np.insert(labels, 3, labels[0])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MeshWarning)
-        atlas = unwrap(V, F, Seams(edges, complete=edges is not None, labels=labels))
+        atlas = unwrap(V, F, edges, charts=ChartOptions(extend=edges is not None, labels=labels))
     assert atlas.good
     assert [len(set(labels[atlas.chart == k])) for k in range(len(atlas.charts))] == [1] * len(atlas.charts)
     assert len(atlas.charts) <= 4 + turned  # labels do not scatter; the duplicate face is a chart of its own
@@ -390,7 +390,7 @@ def test_labels_belong_to_polygons() -> None:
     V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     assert len(unwrap(V, F).charts) == 1
-    atlas = unwrap(V, F, Seams(labels=[0, 0, 0, 1, 0, 0]))
+    atlas = unwrap(V, F, charts=ChartOptions(labels=[0, 0, 0, 1, 0, 0]))
     assert (atlas.chart == atlas.chart[3]).tolist() == [False, False, False, True, False, False]
 
 
@@ -399,7 +399,7 @@ def test_labels_belong_to_polygons() -> None:
 )
 def test_invalid_labels_are_refused(labels: object, said: str) -> None:
     with pytest.raises(MeshError, match=said):
-        unwrap(*igl.icosahedron(), Seams(labels=labels))
+        unwrap(*igl.icosahedron(), charts=ChartOptions(labels=labels))
 
 
 @pytest.mark.slow
@@ -407,7 +407,7 @@ def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     generated = importlib.import_module("generated").generated
     V, F = generated("box", 96, 0.03, 1)
-    few, even = (unwrap(V, F, Seams(trade=trade), "isometric") for trade in (2.0, 6.0))
+    few, even = (unwrap(V, F, charts=ChartOptions(trade=trade), method="isometric") for trade in (2.0, 6.0))
     assert even.good
     assert few.seam_length < even.seam_length
     assert even.quality.stretch_l2 < 1.035 < few.quality.stretch_l2

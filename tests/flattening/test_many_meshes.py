@@ -15,7 +15,7 @@ from conftest import bumps, tree_cut
 from scipy.spatial import ConvexHull
 
 import igl_linabf as il
-from igl_linabf import Seams
+from igl_linabf import ChartOptions
 from igl_linabf._runtime import in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
@@ -235,7 +235,7 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     rng = np.random.default_rng(1)
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)]
     surface = Submesh.checked_manifold(*side_by_side(bodies))
-    search = SeamSearch(Seams.trade, il.LinABF())
+    search = SeamSearch(ChartOptions.trade, il.LinABF())
     together = search.seams(surface)
     ratio = []
     for component in surface.components():
@@ -244,7 +244,7 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
         alone = search.seams(component)
         right = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(alone) @ [surface.n_given, 1])
-        cost, least = (seam_cost(piece, np.flatnonzero(seam), Seams.trade) for seam in (found, right))
+        cost, least = (seam_cost(piece, np.flatnonzero(seam), ChartOptions.trade) for seam in (found, right))
         ratio.append((1 + cost) / (1 + least))
     assert np.mean(ratio) < 1.005 and max(ratio) < 1.1
     pieces = surface.cut_along(together)

@@ -111,7 +111,7 @@ def completion() -> str:
     ("words", "expected"),
     [
         (["fl"], {"flatten"}),
-        (["unwrap", "--bi"], {"--bijective"}),
+        (["unwrap", "--rep"], {"--repair-overlaps"}),
         (["flatten", "x.obj", "--layout", ""], {"auto", "boundary", "least-squares", "greedy"}),
         (["compare", "bu"], {"bumps.obj"}),
     ],

@@ -197,7 +197,7 @@ class Atlas:
             else:
                 said.append(
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
-                    + (more or "give more seams there, complete=True, max_stretch or a larger trade")
+                    + (more or "give more seams there, extend=True, max_stretch or a larger trade")
                 )
         if self.coned and self.seam_mismatch > MAX_SEAM_MISMATCH:
             factor = np.exp(min(self.seam_mismatch, np.log(np.finfo(float).max)))

@@ -70,7 +70,7 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
         what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
         raise MeshError(
-            f"{which}: give more seams, or Seams(edges, complete=True), and unwrap finds the remaining ones"
+            f"{which}: give more seams, or charts=ChartOptions(extend=True), which finds the remaining ones"
         )
     n = len(piece.V)
     mesh = replace(planar_mesh_of(piece), vertices=np.arange(n), n_given=n)

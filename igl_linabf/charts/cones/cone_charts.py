@@ -26,7 +26,7 @@ from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..constants import MAX_OVERLAP_ROUNDS
 from ..splitting import seams_of_overlaps
-from .constants import CONE_TRADE, QUARTER_TURN
+from .constants import CONES_PER_STRETCH, QUARTER_TURN
 from .moves import ConeMoves
 from .options import Cones
 from .placement import ConeComponent, cone_angles_of, find_on_component
@@ -86,7 +86,7 @@ class SurfaceCones:
         """Return the cones on a component; find them if their number is given."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
-            own = find_on_component(place, self.vertices, CONE_TRADE)
+            own = find_on_component(place, self.vertices, CONES_PER_STRETCH)
             assert not isinstance(self.angles, np.ndarray)
             return _move_cones(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))

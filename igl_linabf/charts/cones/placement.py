@@ -15,7 +15,7 @@ from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
-from .constants import CONE_TRADE, MAX_ANGLE_AT_CONE, MAX_QUARTERS, QUARTER_TURN
+from .constants import CONES_PER_STRETCH, MAX_ANGLE_AT_CONE, MAX_QUARTERS, QUARTER_TURN
 from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
@@ -34,7 +34,9 @@ QUARTERS_PER_WIDE_TRIANGLE = 150 / 90  # the same if narrower triangles need too
 WIDENING_LOG_STRETCH = 1.0  # growth of the log stretch that justifies wide triangles
 
 
-def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float = CONE_TRADE) -> IntArray:
+def find_cones(
+    V: ArrayLike, F: ArrayLike, n: int | None = None, *, cones_per_stretch: float = CONES_PER_STRETCH
+) -> IntArray:
     """Find vertices that, as cones, let the rest of the surface be flattened with little stretch.
 
     The conformal map is flat except at the cones, and keeps the scale at the cones and at the boundary. The
@@ -51,7 +53,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     n : int, optional
         Number of cones on each component, or all of its interior vertices if it has fewer. By default as many
         as pay.
-    trade : float
+    cones_per_stretch : float
         Number of cones that may be spent to lower the L2 stretch by 1. If it is large, cones are added as
         long as the expected stretch falls. Beyond 100 cones on a component, several are added at a time until
         all limbs have cones.
@@ -67,7 +69,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or
         `n` is too small for a component: no triangles would have the angles.
     ValueError
-        `n` is not a number of cones, or `trade` is not positive.
+        `n` is not a number of cones, or `cones_per_stretch` is not positive.
 
     Examples
     --------
@@ -82,7 +84,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         raise ValueError(f"n is {n!r}: give a whole number of cones, or None for as many as pay")
     surface = Submesh.checked_manifold(V, F)
     found = [
-        component.vertices[find_on_component(ConeComponent(component), n, trade)]
+        component.vertices[find_on_component(ConeComponent(component), n, cones_per_stretch)]
         for component in surface.components()
     ]
     return np.concatenate(found)
@@ -148,10 +150,10 @@ class ConeComponent:
         return self.inner[nodes - self.piece.graph.n_holes]
 
 
-def find_on_component(place: ConeComponent, n: int | None, trade: float) -> IntArray:
+def find_on_component(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
     """Find cones on a component; returns vertices of the component."""
-    if not is_number(trade, 0, above=True):
-        raise ValueError(f"trade is {trade!r}: use a positive number of cones")
+    if not is_number(cones_per_stretch, 0, above=True):
+        raise ValueError(f"cones_per_stretch is {cones_per_stretch!r}: use a positive number of cones")
     where = f"the component of faces {some(place.component.faces)}"
     if n is not None and (n < place.fewest or (n == 1 and place.closed_curvature == 0)):
         chi = place.component.topology.characteristic
@@ -162,10 +164,10 @@ def find_on_component(place: ConeComponent, n: int | None, trade: float) -> IntA
         )
     if n == 0 or not len(place.inner):
         return np.zeros(0, dtype=np.int64)
-    return place.vertices(_choose_cones(place, n, trade))
+    return place.vertices(_choose_cones(place, n, cones_per_stretch))
 
 
-def _choose_cones(place: ConeComponent, n: int | None, trade: float) -> IntArray:
+def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
     """Return the nodes of the first `n` cones; or the number of cones with the least stretch and price."""
     if n is not None:
         return _take_first(place, n)
@@ -175,7 +177,7 @@ def _choose_cones(place: ConeComponent, n: int | None, trade: float) -> IntArray
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
             least = scale.stretch  # without cones
         if len(scale.nodes) >= place.fewest:
-            cost = scale.stretch + len(scale.nodes) / trade + _strain_price(place, scale)
+            cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
             # a few limbs without cones can hide the gain of cones elsewhere
             spread = scale.spread if many and scale.stretch >= TOLERABLE_STRETCH else np.inf
             idle = 0 if cost < least or spread < smallest else idle + 1

@@ -87,7 +87,7 @@ class Packing:
         Texels along a page's side, or its width and height. Texture coordinates are relative to both, so a
         page that is not square is the unit square in texture coordinates, too. With a resolution, distances
         are given by `padding` instead of `margin`, and `unwrap` cuts charts with many limbs further if a
-        fuller page is worth the seam (see `Seams.trade`).
+        fuller page is worth the seam (see `ChartOptions.trade`).
     padding : float
         Texels between two charts, in u or in v, and half as many at the border. With 2 or more, no two
         charts share a texel of a bilinear lookup. Needs `resolution`.

@@ -82,7 +82,7 @@ def find_seams(
     *,
     method: str | Method = "linabf",
     trade: float = constants.TRADE,
-    holes: bool = False,
+    keep_holes: bool = False,
     disks: bool = False,
     hide: Hiding | None = None,
 ) -> IntArray:
@@ -114,7 +114,7 @@ def find_seams(
         stretch by 1. Edges along creases count less: a crease of a right angle half, and a sharp crease
         (40 degrees or more) 0.15 of that. 0: only the seams that disks need. Large: branches grow as long as
         the expected stretch falls, at most 100 per component.
-    holes : bool
+    keep_holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes, and planes keep their holes.
     disks : bool
         Also cut components that are disks, where that is worth the stretch that it saves, as `unwrap` does.
@@ -151,7 +151,7 @@ def find_seams(
     check_trade(trade)
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
-    search = SeamSearch(trade, method_of(method), holes, hidden)
+    search = SeamSearch(trade, method_of(method), keep_holes, hidden)
     return search.seams(surface) if disks else search.needed_seams(surface)
 
 

@@ -204,7 +204,7 @@ def move_parts_apart(
         _tell(piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}")
         return None
     shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
-    message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
+    message = "{}; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
     flipped = flipped_faces(complex_positions(uv), corner)
     outcome = Outcome.FLIPPED if len(flipped) else result.outcome
     apart = replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)

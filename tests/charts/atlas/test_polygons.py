@@ -13,7 +13,7 @@ from carried import dual, quads, torus_of_quads
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from igl_linabf import MeshError, MeshWarning, Seams, texture_seams, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, texture_seams, unwrap
 from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.surface import Polygons
 
@@ -123,7 +123,7 @@ def test_overlaps_are_split_along_edges_of_polygons() -> None:
 
 def test_stretch_is_bounded_by_cuts_along_edges_of_polygons() -> None:
     V, F = torus_of_quads()
-    atlas = unwrap(V, F, Seams(max_stretch=1.005), progress=False)
+    atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.005), progress=False)
     assert atlas.good
     assert len(atlas.charts) > 1
     assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)

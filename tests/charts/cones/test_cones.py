@@ -18,12 +18,12 @@ from scipy.spatial import cKDTree
 from igl_linabf import (
     ABF,
     Atlas,
+    ChartOptions,
     Cones,
     LinABF,
     MeshError,
     OutcomeWarning,
     Packing,
-    Seams,
     find_cones,
     find_seams,
     overlaps,
@@ -229,7 +229,7 @@ def test_a_tube_without_interior_vertices_turns_by_quarters(method: str) -> None
     low, high = (np.column_stack((r * np.cos(angle), r * np.sin(angle), 2.5 - r + 0 * i)) for r in (2, 1))
     F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
     V = np.vstack((low, high))
-    atlas = unwrap(V, F, None, method, cones=Cones("auto", angles="quarter", period=1 / 100))
+    atlas = unwrap(V, F, method=method, cones=Cones("auto", angles="quarter", period=1 / 100))
     assert atlas.good and not len(atlas.cones)  # a period needs quarter turns
     assert atlas.seam_mismatch < 1e-8
 
@@ -267,7 +267,7 @@ def test_a_free_boundary_on_the_same_seam_does_not_match(name: str) -> None:
 @pytest.mark.parametrize("name", ("pial", "closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"))
 def test_more_cones_save_stretch(name: str) -> None:
     V, F = load(name)
-    dear, cheap = (find_cones(V, F, trade=trade) for trade in (5, 50))
+    dear, cheap = (find_cones(V, F, cones_per_stretch=number) for number in (5, 50))
     assert 3 <= len(dear) < len(cheap)
     assert cheap[: len(dear)].tolist() == dear.tolist()
     few, many = (unwrap(V, F, cones=cones).quality.stretch_l2 for cones in (dear, cheap))
@@ -549,8 +549,8 @@ def test_invalid_cones_are_refused_with_valid_numbers() -> None:
         unwrap(V, F, cones=Cones([middle, *corners[1:6]], angles=[7 * np.pi, *np.full(5, np.pi / 5)]))
     with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, find_seams(V, F), cones=corners)
-    with pytest.raises(ValueError, match="cones= and seams= do not go together"):
-        unwrap(V, F, Seams(trade=1), cones=corners)
+    with pytest.raises(ValueError, match="cones= and charts= do not go together"):
+        unwrap(V, F, charts=ChartOptions(trade=1), cones=corners)
     with pytest.raises(MeshError, match="yet to be found"):
         Cones(8, angles=np.full(8, 1.5 * np.pi))
     with pytest.raises(ValueError, match="'linabf' or 'abf'"):

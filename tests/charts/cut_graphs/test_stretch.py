@@ -53,7 +53,7 @@ def test_seams_for_the_isometric_method_lower_the_cost_of_its_map(name: str) -> 
     def cost(method: str) -> float:
         """Return the cost of the isometric map, cut along the seams for a method."""
         seams = find_seams(V, F, method=method)
-        atlas = unwrap(V, F, seams, "isometric")
+        atlas = unwrap(V, F, seams, method="isometric")
         length = np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum() / size
         return ISOMETRIC_STRETCH_WEIGHT * (atlas.quality.stretch_l2 - 1) + length / 6
 

@@ -10,7 +10,7 @@ from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
 
-from igl_linabf import MeshError, MeshWarning, Seams, find_seams, texture_seams, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, find_seams, texture_seams, unwrap
 from igl_linabf.charts.seams import TRADE
 from igl_linabf.io import read_texture, write_mesh
 
@@ -29,7 +29,7 @@ def test_seams_move_to_the_hidden_side(name: str) -> None:
     V, F = load(name)
     axes = np.eye(3)[np.argsort(np.ptp(V, axis=0))]
     for hide in (axes[0], -axes[0]):
-        plain, hidden = (unwrap(V, F, Seams(hide=side)) for side in (None, hide))
+        plain, hidden = (unwrap(V, F, charts=ChartOptions(hide=side)) for side in (None, hide))
         assert hidden.good
         before, after = (seen_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
         assert after < 0.7 * before
@@ -48,7 +48,9 @@ def test_seams_of_many_small_bodies_lie_on_the_hidden_side() -> None:
 def test_weights_of_faces_hide_seams_like_a_direction() -> None:
     V, F = load("pial")
     cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
-    by_direction, by_weight = (unwrap(V, F, Seams(hide=h)) for h in ([0, 0, 1.0], 5 + 2 * cosine))
+    by_direction, by_weight = (
+        unwrap(V, F, charts=ChartOptions(hide=h)) for h in ([0, 0, 1.0], 5 + 2 * cosine)
+    )
     up = np.array([0, 0, 1.0])
     lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
     assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
@@ -82,7 +84,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
     anywhere = unwrap(V, F)
     size = float(np.sqrt(igl.doublearea(V, F).sum() / 2))
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
-        found = unwrap(V @ turn, F, Seams(hide="back"))
+        found = unwrap(V @ turn, F, charts=ChartOptions(hide="back"))
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.72 * before
@@ -133,7 +135,7 @@ def test_invalid_directions_and_weights_are_refused(hide: object, says: str) -> 
     with pytest.raises(MeshError, match=says):
         find_seams(V, F, hide=hide)
     with pytest.raises(MeshError, match=says):
-        unwrap(V, F, Seams(hide=hide))
+        unwrap(V, F, charts=ChartOptions(hide=hide))
 
 
 def test_the_command_hides_seams_and_refuses_invalid_directions(tmp_path) -> None:
@@ -143,7 +145,7 @@ def test_the_command_hides_seams_and_refuses_invalid_directions(tmp_path) -> Non
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,0,-1")
     assert process.returncode == 0, process.stderr
     FTC = read_texture(tmp_path / "out.obj")[1]
-    assert (FTC == unwrap(V, F, Seams(hide=[0, 0, -1])).FTC).all()
+    assert (FTC == unwrap(V, F, charts=ChartOptions(hide=[0, 0, -1])).FTC).all()
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
     assert process.returncode == 2
     assert "is not a direction" in process.stderr

@@ -11,7 +11,7 @@ import shapely
 from conftest import bumps
 from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError, Packing, Seams, find_seams, unwrap
+from igl_linabf import ChartOptions, MeshError, Packing, find_seams, unwrap
 from igl_linabf.charts import pack_charts
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.layout_search import largest_layout
@@ -322,7 +322,9 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> Non
     beside = len(V) + 4 * np.arange(others)[:, None, None] + [[0, 1, 2], [0, 2, 3]]
     V = np.concatenate([V, *(square + np.array([k, 30, 0]) for k in range(others))])
     F = np.concatenate((F, beside.reshape(-1, 3)))
-    whole, cut = (unwrap(V, F, Seams(trade=trade), packing=Packing(resolution=256)) for trade in (0, 6))
+    whole, cut = (
+        unwrap(V, F, charts=ChartOptions(trade=trade), packing=Packing(resolution=256)) for trade in (0, 6)
+    )
     assert len(whole.charts) == 1 + others
     assert len(cut.charts) > 1 + others
     assert cut.good

@@ -12,10 +12,10 @@ from test_packing import star, stars
 
 from igl_linabf import (
     Atlas,
+    ChartOptions,
     Cones,
     MeshError,
     Packing,
-    Seams,
     bake,
     check_uv,
     pack,
@@ -73,7 +73,7 @@ def test_charts_are_similar_in_texels_and_apart(size: Size, number: int) -> None
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_an_atlas_measures_what_lies_in_its_texels(size: Size) -> None:
     V, F = body()
-    atlas = unwrap(V, F, Seams(max_stretch=1.2), packing=Packing(resolution=size, padding=6))
+    atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=size, padding=6))
     measured = quality(V[atlas.origin], atlas.FTC, in_texels(atlas, size))
     for name in ("stretch_l2", "angle_distortion", "texel_spread"):
         assert np.isclose(getattr(atlas.quality, name), getattr(measured, name)), name
@@ -82,7 +82,7 @@ def test_an_atlas_measures_what_lies_in_its_texels(size: Size) -> None:
     assert check.good, check.troubles
     assert np.isclose(check.fill, atlas.fill)
     assert np.isclose(check.texel_density, atlas.scale * size[0], rtol=1e-3)
-    square = unwrap(V, F, Seams(max_stretch=1.2), packing=Packing(resolution=1024, padding=6))
+    square = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=1024, padding=6))
     assert atlas.fill > 0.7 * square.fill
     again = pack_together([atlas], Packing(resolution=512))[0]
     assert again.aspect == 1
@@ -92,7 +92,9 @@ def test_an_atlas_measures_what_lies_in_its_texels(size: Size) -> None:
 def test_a_texel_density_and_pages_as_udim_tiles() -> None:
     V, F = body()
     size = (256, 128)
-    atlas = unwrap(V, F, Seams(max_stretch=1.2), packing=Packing(resolution=size, texel_density=70))
+    atlas = unwrap(
+        V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=size, texel_density=70)
+    )
     assert np.isclose(atlas.scale * 256, 70)
     assert atlas.pages > 1
     tile = np.floor(atlas.TC[atlas.FTC].mean(axis=1))
@@ -103,7 +105,12 @@ def test_a_texel_density_and_pages_as_udim_tiles() -> None:
     x, y = ((atlas.TC[atlas.FTC].mean(axis=1) - tile) * size).astype(int).T
     assert np.linalg.norm(image[page, 127 - y, x] - V[F].mean(axis=1), axis=1).max() < 3 / 70
     with pytest.raises(MeshError, match="256 x 128 texels"):
-        unwrap(V, F, Seams(max_stretch=1.2), packing=Packing(resolution=size, texel_density=70, pages=1))
+        unwrap(
+            V,
+            F,
+            charts=ChartOptions(max_stretch=1.2),
+            packing=Packing(resolution=size, texel_density=70, pages=1),
+        )
 
 
 def test_a_long_chart_lies_along_the_longer_side() -> None:
@@ -121,7 +128,7 @@ def test_a_long_chart_lies_along_the_longer_side() -> None:
 def test_packing_anew_keeps_the_shapes_in_texels() -> None:
     V, F = body()
     size = (1024, 512)
-    atlas = unwrap(V, F, Seams(max_stretch=1.2), packing=Packing(resolution=size))
+    atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=size))
     packed = pack(V, F, atlas.TC, atlas.FTC, Packing(resolution=size, padding=10), scale="even")
     check = check_uv(V, F, packed.TC, packed.FTC, resolution=size, min_margin=10)
     assert check.good, check.troubles

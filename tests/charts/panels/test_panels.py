@@ -11,7 +11,7 @@ from conftest import load
 from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
 from nasty_meshes import joined
 
-from igl_linabf import Atlas, MeshError, OutcomeWarning, Seams, cut, find_seams, unwrap
+from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, cut, find_seams, unwrap
 from igl_linabf.charts.seams import SeamSearch
 
 
@@ -21,11 +21,11 @@ def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
     return np.array([tuple(pair) in seams for pair in np.sort(edges, axis=1).tolist()])
 
 
-@pytest.mark.parametrize("seams", [None, Seams(hide=[0, 0, -1]), Seams(bijective=True)])
+@pytest.mark.parametrize("charts", [None, ChartOptions(hide=[0, 0, -1]), ChartOptions(repair_overlaps=True)])
 @pytest.mark.parametrize("name", DEVELOPABLE)
-def test_what_has_a_net_is_laid_flat_without_distortion(name: str, seams: Seams | None) -> None:
+def test_what_has_a_net_is_laid_flat_without_distortion(name: str, charts: ChartOptions | None) -> None:
     V, F = DEVELOPABLE[name]()
-    atlas = unwrap(V, F, seams)
+    atlas = unwrap(V, F, charts=charts)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.01
     assert atlas.quality.conformal_distortion < 1.01
@@ -38,7 +38,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
     edges, _, sides = igl.edge_flaps(F)[:3]
     across = igl.per_face_normals(V, F, np.zeros(3))[sides]
     for axis in (*np.eye(3), *-np.eye(3)):
-        atlas = unwrap(V, F, Seams(hide=axis))
+        atlas = unwrap(V, F, charts=ChartOptions(hide=axis))
         on_seam = is_seam(edges, atlas)
         around = (across @ axis).min(axis=1) < -0.5, (across @ axis).max(axis=1) > 0.5
         shown, hidden = (
@@ -111,7 +111,7 @@ def test_find_seams_returns_the_seams_along_which_unwrap_cuts(name: str) -> None
 
 def test_planes_keep_their_holes_if_asked() -> None:
     V, F = plate_with_holes(6)
-    atlas = unwrap(V, F, Seams(holes=True))
+    atlas = unwrap(V, F, charts=ChartOptions(keep_holes=True))
     assert atlas.good
     assert sum(len(chart.result.holes) for chart in atlas.charts) == 2 * 6
     assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
@@ -155,13 +155,13 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF does not work for long strips
-@pytest.mark.parametrize("bijective", [False, True])
+@pytest.mark.parametrize("repair_overlaps", [False, True])
 @pytest.mark.parametrize("name", ROUNDED)
 def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
-    name: str, bijective: bool
+    name: str, repair_overlaps: bool
 ) -> None:
     V, F = ROUNDED[name]()
-    atlas = unwrap(V, F, Seams(bijective=bijective))
+    atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=repair_overlaps))
     assert atlas.good
     assert not atlas.quality.overlaps
     assert atlas.quality.stretch_l2 < 1.005
@@ -186,7 +186,7 @@ def test_a_rounded_box_becomes_the_net_of_the_box_in_any_position() -> None:
 
 def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
     V, F = ROUNDED["rounded plate, finer"]()
-    many, few = unwrap(V, F), unwrap(V, F, Seams(trade=0.05))
+    many, few = unwrap(V, F), unwrap(V, F, charts=ChartOptions(trade=0.05))
     assert few.good
     assert few.seam_length < many.seam_length / 2
     assert len(few.charts) == 1
@@ -197,7 +197,7 @@ def test_given_seams_are_completed(name: str) -> None:
     V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
     found = find_seams(V, F)
     for mine in (found[:0], F[:1, :2], found[: len(found) // 3], ring(V, F)):
-        atlas = unwrap(V, F, Seams(mine, complete=True))
+        atlas = unwrap(V, F, mine, charts=ChartOptions(extend=True))
         assert atlas.good
         assert atlas.quality.stretch_l2 < 1.5
         with warnings.catch_warnings():

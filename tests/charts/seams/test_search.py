@@ -67,13 +67,13 @@ def test_every_component_becomes_one_disk(name: str, trade: float) -> None:
 def test_holes_stay_uncut_on_request(name: str) -> None:
     V, F = load(name)
     loops = sorted(max(chi_and_loops(part)[1], 1) for part in pieces(F))
-    _, F_cut, _ = cut(V, F, find_seams(V, F, trade=0, holes=True))
+    _, F_cut, _ = cut(V, F, find_seams(V, F, trade=0, keep_holes=True))
     for part in pieces(F_cut):
         chi, number = chi_and_loops(part)
         assert chi == 2 - number  # all handles are open
         assert number <= loops[-1] + 1
     if name.startswith("holes"):
-        assert len(find_seams(V, F, holes=True)) == 0
+        assert len(find_seams(V, F, keep_holes=True)) == 0
 
 
 @pytest.mark.parametrize("surface", [TETRAHEDRON, cube(), igl.icosahedron()], ids=["4", "12", "20"])

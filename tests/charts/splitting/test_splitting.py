@@ -13,7 +13,7 @@ import shapely
 from conftest import load
 from overlapping_surfaces import spiral
 
-from igl_linabf import FallbackWarning, Seams, find_seams, flatten, overlaps, quality, unwrap
+from igl_linabf import ChartOptions, FallbackWarning, find_seams, flatten, overlaps, quality, unwrap
 from igl_linabf.charts import constants as charts_constants
 from igl_linabf.charts.splitting import merge_small_charts, scaf
 from igl_linabf.surface import Submesh
@@ -32,25 +32,25 @@ def test_overlapping_charts_are_split_along_short_seams() -> None:
 
 def test_bijective_keeps_one_chart_and_reports_the_cost() -> None:
     V, F = spiral()
-    atlas = unwrap(V, F, Seams(bijective=True))
+    atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=True))
     (chart,) = atlas.charts
     assert chart.overlapping == 0
     assert chart.cost > 0
-    assert "moved apart to be bijective" in chart.result.message
+    assert "overlaps repaired" in chart.result.message
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
 def test_bijective_is_deterministic_under_load() -> None:
     V, F = spiral()
-    alone = unwrap(V, F, Seams(bijective=True))
+    alone = unwrap(V, F, charts=ChartOptions(repair_overlaps=True))
     busy = [Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))]
     try:
-        beside = unwrap(V, F, Seams(bijective=True))
+        beside = unwrap(V, F, charts=ChartOptions(repair_overlaps=True))
     finally:
         for process in busy:
             process.kill()
             process.wait()
-    assert "moved apart to be bijective" in beside.charts[0].result.message
+    assert "overlaps repaired" in beside.charts[0].result.message
     assert alone.TC.tobytes() == beside.TC.tobytes()
     assert alone.FTC.tobytes() == beside.FTC.tobytes()
 
@@ -70,7 +70,7 @@ def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
     for name, value in limits.items():
         monkeypatch.setattr(scaf, name, value)
     with pytest.warns(FallbackWarning, match=f"cut apart, not moved.*{why}"):
-        atlas = unwrap(V, F, Seams(bijective=True))
+        atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=True))
     assert atlas.splits
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
@@ -107,10 +107,10 @@ def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch:
 def test_small_charts_are_merged_except_across_given_seams() -> None:
     V, F = load("stress__flipfree_deer.obj")
     mine = find_seams(V, F)
-    begun = unwrap(V, F, Seams(mine, complete=True))
+    begun = unwrap(V, F, mine, charts=ChartOptions(extend=True))
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)
     apart = unwrap(V, F, mine).seams
-    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, Seams(apart, complete=True)))):
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, charts=ChartOptions(extend=True)))):
         cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
         assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
 

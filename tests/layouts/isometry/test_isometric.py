@@ -8,7 +8,7 @@ import pytest
 from conftest import best_fit_distance, bumps, load
 from own_measures import exactly_flipped
 
-from igl_linabf import Isometric, Seams, flatten, flatten_many, quality, unwrap
+from igl_linabf import ChartOptions, Isometric, flatten, flatten_many, quality, unwrap
 from igl_linabf.cli import main
 from igl_linabf.layouts import isometric, on_circle
 from igl_linabf.linalg import Solvers
@@ -136,7 +136,8 @@ def test_atlases_have_even_texels_and_no_overlaps(name: str) -> None:
 def test_the_stretch_after_it_decides_where_charts_are_cut() -> None:
     V, F = load("pial")
     even, angles = (
-        unwrap(V, F, Seams(max_stretch=1.02), method=method) for method in ("isometric", "linabf")
+        unwrap(V, F, charts=ChartOptions(max_stretch=1.02), method=method)
+        for method in ("isometric", "linabf")
     )
     assert max(chart.quality.stretch_l2 for chart in even.charts) <= 1.02 * (1 + 1e-9)
     assert even.good

@@ -15,11 +15,11 @@ from hostile_meshes import check_any, check_atlas
 from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
 
 from igl_linabf import (
+    ChartOptions,
     MeshError,
     MeshWarning,
     OutcomeWarning,
     Packing,
-    Seams,
     clean,
     cut,
     find_seams,
@@ -276,18 +276,18 @@ def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarr
 )
 def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
     V, F = load(name)
-    assert unwrap(V, F).seam_length == unwrap(V, F, Seams(trade=0)).seam_length
+    assert unwrap(V, F).seam_length == unwrap(V, F, charts=ChartOptions(trade=0)).seam_length
 
 
 def test_the_stretch_of_each_chart_is_bounded_on_request() -> None:
     V, F = load("closed__igl_cow.off")
     for most in (1.2, 1.05):
-        atlas = unwrap(V, F, Seams(max_stretch=most))
+        atlas = unwrap(V, F, charts=ChartOptions(max_stretch=most))
         assert atlas.good
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= most * (1 + 1e-9)
     assert len(atlas.charts) < 60
     with pytest.raises(ValueError, match=r"max_stretch is 0\.5"):
-        unwrap(V, F, Seams(max_stretch=0.5))
+        unwrap(V, F, charts=ChartOptions(max_stretch=0.5))
 
 
 def test_cuts_for_a_fuller_page_respect_the_bound_of_the_stretch() -> None:
@@ -295,7 +295,7 @@ def test_cuts_for_a_fuller_page_respect_the_bound_of_the_stretch() -> None:
     dome = pyvista.ParametricBohemianDome(u_res=30, v_res=30, w_res=10).triangulate().clean()
     V, F = np.asarray(dome.points, dtype=np.float64), dome.faces.reshape(-1, 4)[:, 1:]
     for packing in (None, Packing(resolution=100, padding=0)):
-        atlas = unwrap(V, F, Seams(max_stretch=1.05), packing=packing)
+        atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.05), packing=packing)
         assert not atlas.troubles
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
 
@@ -305,7 +305,7 @@ def test_given_seams_can_be_completed() -> None:
     mine = F[:1, :2]
     with pytest.raises(MeshError, match="complete=True"):
         unwrap(V, F, mine)
-    atlas = unwrap(V, F, Seams(mine, complete=True))
+    atlas = unwrap(V, F, mine, charts=ChartOptions(extend=True))
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.3
     V, F = load("closed__igl_cow.off")
@@ -313,7 +313,7 @@ def test_given_seams_can_be_completed() -> None:
     with pytest.warns(OutcomeWarning, match="L2 stretch of .* beyond 10"):
         short = unwrap(V, F, begun)
     assert not short.good
-    whole = unwrap(V, F, Seams(begun, complete=True))
+    whole = unwrap(V, F, begun, charts=ChartOptions(extend=True))
     assert whole.good
     assert whole.quality.stretch_l2 < 1.4
     cut = {tuple(e) for e in np.sort(whole.seams, axis=1).tolist()}

@@ -12,7 +12,7 @@ import pytest
 import pyvista
 from conftest import Surface, load
 
-from igl_linabf import MeshError, MeshWarning, Outcome, Seams, flatten, quality, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, Outcome, flatten, quality, unwrap
 from igl_linabf.angles import CAP_ANGLE, System, constraints_of
 from igl_linabf.surface import planar_topology
 
@@ -154,7 +154,13 @@ def test_a_separate_thin_triangle_becomes_a_chart_of_its_shape(kind: str, method
 
 @pytest.mark.parametrize(
     "options",
-    [{}, {"method": "isometric"}, {"method": "abf"}, {"seams": Seams(bijective=True)}, {"cones": "auto"}],
+    [
+        {},
+        {"method": "isometric"},
+        {"method": "abf"},
+        {"charts": ChartOptions(repair_overlaps=True)},
+        {"cones": "auto"},
+    ],
 )
 @pytest.mark.parametrize("z", [0.05, 1, 5, 20])
 def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, Any]) -> None:
@@ -173,7 +179,7 @@ def test_a_surface_pressed_flat_is_unwrapped() -> None:
     """Some edges have no length in the planes of their faces."""
     bottle = pyvista.ParametricKlein(u_res=40, v_res=30, w_res=10).triangulate().clean()
     V, F = np.asarray(bottle.points, dtype=np.float64) * [1, 1, 1e-8], bottle.faces.reshape(-1, 4)[:, 1:]
-    made = unwrap(V, F, Seams(max_stretch=1.3))
+    made = unwrap(V, F, charts=ChartOptions(max_stretch=1.3))
     assert not made.troubles
     assert made.quality.flips == made.quality.overlaps == 0
     assert made.quality.stretch_l2 < 1.001
