@@ -300,10 +300,10 @@ def test_cuts_for_a_fuller_page_respect_the_bound_of_the_stretch() -> None:
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
 
 
-def test_given_seams_can_be_completed() -> None:
+def test_given_seams_can_be_extended() -> None:
     V, F = load("closed__igl_3holes.off")
     mine = F[:1, :2]
-    with pytest.raises(MeshError, match="complete=True"):
+    with pytest.raises(MeshError, match="extend=True"):
         unwrap(V, F, mine)
     atlas = unwrap(V, F, mine, charts=ChartOptions(extend=True))
     assert atlas.good
