@@ -4,21 +4,21 @@ import os
 import warnings
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray, IntArray, Solve
+from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, stack_level
-from .factors import Analysis, Factor, NotPositiveDefiniteError
+from .factors import Analysis, Factor
+from .scikit_sparse import Interface, interface_of
 
 SIMPLICIAL_ROWS = 25_000  # above this size, a supernodal factor is faster than a simplicial one
 
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
-    "suite-sparse) and then pip install 'igl-linabf[cholmod]'; conda: "
-    "conda install -c conda-forge 'scikit-sparse<0.5'"
+    "suite-sparse) and then pip install 'igl-linabf[cholmod]', with 'scikit-sparse<0.5' if SuiteSparse is "
+    "older than version 7; conda: conda install -c conda-forge scikit-sparse"
 )
 
 
@@ -35,7 +35,6 @@ class Cholmod(Analysis):
     def __init__(self, indptr: IntArray, indices: IntArray, block: int = 1) -> None:
         from sksparse import cholmod
 
-        self._error = cholmod.CholmodNotPositiveDefiniteError
         self._source: IntArray | None = None
         if block > 1:
             indptr, indices, self._source = _expand_blocks(indptr, indices, block)
@@ -45,29 +44,16 @@ class Cholmod(Analysis):
         if supernodal:
             _warn_of_slow_blas()
         # always AMD: the smaller fill of METIS does not make up for its slower analysis
-        mode = "supernodal" if supernodal else "simplicial"
-        self._symbolic = cholmod.analyze(self._lower, mode=mode, ordering_method="amd") if n else None
+        mode, analyse = "supernodal" if supernodal else "simplicial", interface_of(cholmod)
+        self._symbolic: Interface | None = analyse(cholmod, self._lower, mode) if n else None
 
     def factor(self, values: FloatArray) -> Factor:
         if self._symbolic is None:
             return Factor(self.name, np.copy)
-        lower, numeric = self._lower.copy(), self._symbolic.copy()
-        lower.data = values if self._source is None else values.ravel()[self._source]
-        try:
-            numeric.cholesky_inplace(lower)
-        except self._error as error:
-            raise NotPositiveDefiniteError(int(self._symbolic.P()[error.column])) from None
-        bad = np.flatnonzero(~(numeric.D() > 0))  # the simplicial L D L^T accepts negative pivots
-        if len(bad):
-            raise NotPositiveDefiniteError(int(self._symbolic.P()[bad[0]]))
-        return Factor(self.name, _make_solve(numeric))
-
-
-def _make_solve(numeric: Any) -> Solve:
-    def solve(b: FloatArray) -> FloatArray:
-        return np.asarray(numeric.solve_A(b)) if b.size else np.empty(b.shape)
-
-    return solve
+        lower = self._lower.copy()
+        lower.data = values.copy() if self._source is None else values.ravel()[self._source]
+        solve = self._symbolic.factor(lower)
+        return Factor(self.name, lambda b: solve(b) if b.size else np.empty(b.shape))
 
 
 def _expand_blocks(indptr: IntArray, indices: IntArray, block: int) -> tuple[IntArray, IntArray, IntArray]:

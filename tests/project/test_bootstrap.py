@@ -81,7 +81,7 @@ def test_a_failed_build_of_cholmod_is_reported_and_retried(bootstrap, tmp_path, 
         assert "no cholmod.h" in bootstrap.LOG.read_text()
         assert not bootstrap.READY.exists()
     builds = [call for call in read_calls(tmp_path / ".venv" / "bin") if "[cholmod]" in call]
-    assert len(builds) == 2
+    assert ["scikit-sparse<0.5" in call for call in builds] == [False, True] * 2
     assert len([call for call in read_calls(tmp_path / ".venv" / "bin") if "[test]" in call]) == 1
     write_fake_python(tmp_path, cholmod=True)
     bootstrap.main()

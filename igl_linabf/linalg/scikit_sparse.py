@@ -1,0 +1,80 @@
+"""The two interfaces of scikit-sparse to CHOLMOD, up to version 0.4 and from version 0.5 on."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import Any, Protocol
+
+import numpy as np
+from scipy import sparse
+
+from .._types import FloatArray, IntArray, Solve
+from .factors import NotPositiveDefiniteError
+
+FAILED_COLUMN = re.compile(r"column (\d+)")  # in the text of an error; it has no attribute for the column
+
+
+class Interface(Protocol):
+    """The symbolic analysis of a matrix, given by its lower triangle in CSC."""
+
+    def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None: ...
+
+    def factor(self, lower: sparse.csc_matrix) -> Solve:
+        """Factor a matrix of the same pattern, and return its solver; raise `NotPositiveDefiniteError`."""
+        ...
+
+
+def interface_of(cholmod: Any) -> type[Interface]:
+    """Return the interface that the module `sksparse.cholmod` has."""
+    return CholeskyFactors if hasattr(cholmod, "CholeskyFactor") else Factors
+
+
+class Factors:
+    """The interface up to version 0.4: `analyze`, and the class `Factor`."""
+
+    def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:
+        self._error = cholmod.CholmodNotPositiveDefiniteError
+        self._symbolic = cholmod.analyze(lower, mode=mode, ordering_method="amd")
+
+    def factor(self, lower: sparse.csc_matrix) -> Solve:
+        numeric = self._symbolic.copy()
+        try:
+            numeric.cholesky_inplace(lower)
+        except self._error as error:
+            raise NotPositiveDefiniteError(int(self._symbolic.P()[error.column])) from None
+        _check_pivots(numeric.D(), self._symbolic.P())  # the simplicial L D L^T accepts negative pivots
+        return lambda b: np.asarray(numeric.solve_A(b))
+
+
+class CholeskyFactors:
+    """The interface from version 0.5 on: the class `CholeskyFactor`."""
+
+    def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:
+        self._error, self._warning = cholmod.CholmodNotPositiveDefiniteError, cholmod.CholmodWarning
+        self._symbolic = cholmod.CholeskyFactor(lower.copy(), lower=True, order="amd", supernodal_mode=mode)
+
+    def factor(self, lower: sparse.csc_matrix) -> Solve:
+        numeric = self._symbolic.copy()
+        try:
+            numeric.factorize(lower, ldl=False)
+        except self._error as error:
+            found = FAILED_COLUMN.search(str(error))
+            column = int(found[1]) if found else 0
+            raise NotPositiveDefiniteError(int(numeric.perm[column])) from None
+        if numeric.rcond == 0:  # CHOLMOD accepts NaN
+            _check_pivots(numeric.factor.diagonal(), numeric.perm)
+
+        def solve(b: FloatArray) -> FloatArray:
+            with warnings.catch_warnings():  # of a large condition number, which the caller expects
+                warnings.simplefilter("ignore", self._warning)
+                return np.asarray(numeric.solve(b))
+
+        return solve
+
+
+def _check_pivots(pivots: FloatArray, permutation: IntArray) -> None:
+    """Raise `NotPositiveDefiniteError` with the row of the first pivot that is not positive."""
+    bad = np.flatnonzero(~(pivots > 0))
+    if len(bad):
+        raise NotPositiveDefiniteError(int(permutation[bad[0]]))
