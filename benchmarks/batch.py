@@ -1,4 +1,4 @@
-"""Measure `batch`: scaling to two workers, overhead per mesh, loss of a worker, cost of a million meshes.
+"""Measure a batch: scaling to two workers, overhead per mesh, loss of a worker, cost of a million meshes.
 
     python benchmarks/batch.py [--meshes 1000] [--largest 50000] [--rounds 4] [--small 200] [--lossy 200]
 
@@ -32,7 +32,8 @@ from distributed import Client
 from meshes import shared
 from scipy.spatial import ConvexHull, Delaunay
 
-from igl_linabf import batch, unwrap
+from igl_linabf import unwrap
+from igl_linabf.batch import flatten_files
 from igl_linabf.io import read_mesh, write_mesh
 
 SMALLEST = 500  # triangles of the smallest mesh
@@ -97,7 +98,7 @@ def print_scaling(folder: Path, paths: list[Path], rounds: int) -> None:
     for k in range(rounds):
         part, seconds = paths[k::rounds], np.zeros((2, 2))
         for workers in (1, 2):
-            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
+            done = flatten_files(part, folder / f"{workers}", workers=workers, progress=False)
             seconds[workers - 1] = done.seconds, sum(row.seconds or 0 for row in done.rows) / workers
         totals += seconds
         _print_ratio(len(part), seconds)
@@ -126,7 +127,7 @@ def print_overhead(folder: Path, count: int) -> None:
             atlas = unwrap(V, F, progress=False)
             write_mesh(folder / "loop.obj", V, F, atlas.TC, atlas.FTC)
         loops.append((perf_counter() - start) / count)
-        done = batch(paths, folder / f"small {k}", workers=1, progress=False)
+        done = flatten_files(paths, folder / f"small {k}", workers=1, progress=False)
         differences.append(done.seconds / count - loops[-1])
     print(
         f"Overhead per mesh, compared with a plain loop: {1e3 * statistics.median(differences):.1f} ms "
@@ -174,7 +175,7 @@ def print_loss(folder: Path, paths: list[Path]) -> None:
                 killed.append(share)
                 os.killpg(workers[0].pid, signal.SIGKILL)  # together with its nanny process
 
-        done = batch(paths, out, scheduler=address, progress=kill_worker)
+        done = flatten_files(paths, out, scheduler=address, progress=kill_worker)
         assert workers[0].poll() is not None or workers[0].wait(10)
         assert workers[1].poll() is None
     with open(out / "results.csv", encoding="utf-8", newline="") as file:

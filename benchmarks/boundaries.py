@@ -30,19 +30,10 @@ import igl
 import numpy as np
 from meshes import Mesh, brain, crown, shared, stanford, subdivide
 
-from igl_linabf import (
-    FallbackWarning,
-    Flattening,
-    OutcomeWarning,
-    cut,
-    flatten,
-    quality,
-    split_chords,
-    unwrap,
-)
-from igl_linabf.flattening import medians
+from igl_linabf import FallbackWarning, OutcomeWarning, cut, flatten, quality, unwrap
+from igl_linabf.flattening import Flattening, medians
 from igl_linabf.io import read_mesh, read_texture, write_obj
-from igl_linabf.surface import planar_mesh
+from igl_linabf.surface import planar_mesh, split_chords
 
 FREE = "free"
 MAX_TRIANGLES = 40_000  # triangles of the largest mesh with holes

@@ -32,7 +32,8 @@ import igl
 import numpy as np
 from meshes import pial, shared, stanford, subdivide
 
-from igl_linabf import Cones, MeshError, OutcomeWarning, cut, find_cones, flatten, quality, unwrap
+from igl_linabf import Cones, MeshError, OutcomeWarning, cut, flatten, quality, unwrap
+from igl_linabf.charts import find_cones
 from igl_linabf.io import read_mesh, read_texture
 
 CONES = 16

@@ -27,7 +27,8 @@ from pages import DOCS, put
 from scipy.optimize import minimize
 from subjects import fsaverage5, made_up_subject
 
-from igl_linabf import Isometric, flatten, flatten_hemispheres, quality, write_hemisphere
+from igl_linabf import Isometric, flatten, quality
+from igl_linabf.cortex import flatten_hemispheres, write_hemisphere
 from igl_linabf.io import read_file, write_patch
 from igl_linabf.measures import Distances
 from igl_linabf.surface import Submesh

@@ -12,7 +12,8 @@ import warnings
 
 from meshes import brain, shared
 
-from igl_linabf import Flattening, LinABF, OutcomeWarning, flatten, quality
+from igl_linabf import LinABF, OutcomeWarning, flatten, quality
+from igl_linabf.flattening import Flattening
 
 
 def main() -> None:

@@ -34,7 +34,8 @@ import pyvista as pv
 from peers import Maker, TexelAtlas, charts_of, ours, peers, relative_seams
 from scipy.ndimage import zoom
 
-from igl_linabf import overlaps, quality, texture_seams
+from igl_linabf import overlaps, quality
+from igl_linabf.charts import texture_seams
 
 SIZES = {"50k": 96, "150k": 144, "320k": 200}  # points of the grid along an axis
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)

@@ -24,8 +24,8 @@ import numpy as np
 from meshes import Mesh, brain, shared, subdivide
 from pages import DOCS, put
 
-from igl_linabf import ABF, Flattening, LinABF, flatten
-from igl_linabf.flattening import methods
+from igl_linabf import ABF, LinABF, flatten
+from igl_linabf.flattening import Flattening, methods
 from igl_linabf.flattening.fallbacks import Problem, initial_problem
 from igl_linabf.surface import planar_mesh
 

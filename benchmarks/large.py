@@ -26,7 +26,8 @@ import numpy as np
 from generated import NOISES, SIZES, generated
 from scipy.ndimage import zoom
 
-from igl_linabf import flatten, pack, quality, unwrap
+from igl_linabf import flatten, quality, unwrap
+from igl_linabf.uv import pack
 
 BUMP_POINTS = SIZES["50k"]  # grid points along an axis that determine the bumps of the sampled shape
 SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # grid points along an axis

@@ -88,7 +88,9 @@ def compare(meshes: list[Surface], repeat: range) -> str:
     loop, many = [il.flatten(V, F) for V, F in meshes[:200]], il.flatten_many(meshes)
     pairs = zip(loop, many, strict=False)
     worst = max(
-        float(np.abs(a.uv - b.uv).max() / np.ptp(a.uv)) for a, b in pairs if isinstance(b, il.Flattening)
+        float(np.abs(a.uv - b.uv).max() / np.ptp(a.uv))
+        for a, b in pairs
+        if isinstance(b, il.flattening.Flattening)
     )
     runs = [
         (

@@ -29,9 +29,10 @@ import numpy as np
 from meshes import Mesh, shared
 
 import igl_linabf
-from igl_linabf import Cones, LinABF, find_cones, flatten, unwrap
+from igl_linabf import Cones, LinABF, flatten, unwrap
 from igl_linabf.angles.steps import conformal_corrections, newton, prescribed
 from igl_linabf.angles.system import holonomy, preconditioner, schur_columns
+from igl_linabf.charts import find_cones
 from igl_linabf.flattening import methods
 from igl_linabf.flattening.fallbacks import attempts, injective, stages
 from igl_linabf.layouts import choice

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import igl
 import numpy as np
 
-from igl_linabf import Packing, texture_seams, unwrap
+from igl_linabf import Packing, unwrap
+from igl_linabf.charts import texture_seams
 from igl_linabf.surface import face_components
 
 RESOLUTION, PADDING = 1024, 2

@@ -14,7 +14,8 @@ import igl
 import numpy as np
 from meshes import brain, shared
 
-from igl_linabf import LinABF, flatten, layout, quality
+from igl_linabf import LinABF, flatten, quality
+from igl_linabf.layouts import layout
 from igl_linabf.plot import fit
 
 

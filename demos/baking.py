@@ -22,8 +22,9 @@ import numpy as np
 import pyvista as pv
 from stretch import bunny
 
-from igl_linabf import Packing, bake, unwrap
+from igl_linabf import Packing, unwrap
 from igl_linabf.io import replacing, write_image, write_textured
+from igl_linabf.textures import bake
 
 RESOLUTION = 512
 

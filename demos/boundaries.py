@@ -22,9 +22,11 @@ import numpy as np
 import pyvista as pv
 from stretch import bunny
 
-from igl_linabf import Flattening, flatten, quality, split_chords
+from igl_linabf import flatten, quality
+from igl_linabf.flattening import Flattening
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
+from igl_linabf.surface import split_chords
 
 SHAPES = ("free", "circle", "rectangle")
 AHEAD = np.array([-0.5, -0.85, 0.1])  # the direction in which the bunny looks

@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from igl_linabf import MeshError, Quality, compare, quality
+from igl_linabf import MeshError, compare, quality
 from igl_linabf.io import read_mesh, replacing, unit_square, write_obj
-from igl_linabf.measures import table
+from igl_linabf.measures import Quality, table
 from igl_linabf.plot import plot_compare
 
 

@@ -27,7 +27,8 @@ import numpy as np
 import pyvista as pv
 from stretch import bunny
 
-from igl_linabf import Atlas, Cones, find_cones, unwrap
+from igl_linabf import Atlas, Cones, unwrap
+from igl_linabf.charts import find_cones
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 

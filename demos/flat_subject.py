@@ -19,8 +19,8 @@ import pyvista as pv
 from nilearn.datasets import fetch_surf_fsaverage
 from nilearn.surface import load_surf_mesh
 
-from igl_linabf import distance_error, flatten_hemispheres, write_hemisphere
-from igl_linabf.cortex import mean_curvatures
+from igl_linabf.cortex import flatten_hemispheres, mean_curvatures, write_hemisphere
+from igl_linabf.measures import distance_error
 from igl_linabf.plot import plot_uv
 
 OUT = Path("out/flat_subject")

@@ -22,8 +22,9 @@ from cortex import cortex
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from igl_linabf import LinABF, flatten, layout, quality
+from igl_linabf import LinABF, flatten, quality
 from igl_linabf.io import read_mesh, replacing
+from igl_linabf.layouts import layout
 from igl_linabf.plot import fit, plot_compare
 
 BANDS = 5

@@ -20,8 +20,9 @@ import numpy as np
 from compare_lscm import show
 from high_curvature import crown, rings
 
-from igl_linabf import LinABF, flatten, layout
+from igl_linabf import LinABF, flatten
 from igl_linabf.io import read_mesh
+from igl_linabf.layouts import layout
 from igl_linabf.plot import fit
 
 

@@ -26,7 +26,8 @@ import pyvista as pv
 from even_texels import decimate, hemisphere
 from stretch import bunny
 
-from igl_linabf import Atlas, ChartOptions, Packing, pack_together, unwrap
+from igl_linabf import Atlas, ChartOptions, Packing, unwrap
+from igl_linabf.charts import pack_together
 from igl_linabf.io import replacing
 from igl_linabf.plot import WARNING
 from igl_linabf.textures import covered

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from igl_linabf import Atlas, unwrap, write_pattern
+from igl_linabf import Atlas, unwrap
 from igl_linabf.io import replacing
-from igl_linabf.patterns import Pattern
+from igl_linabf.patterns import Pattern, write_pattern
 
 Surface = tuple[np.ndarray, np.ndarray]
 

@@ -24,9 +24,10 @@ from checkerboards import double_torus
 from cortex import cortex
 from holes import crown_without_tips
 
-from igl_linabf import QuadGrid, linabf, quad_grid, unwrap, write_grid
-from igl_linabf.io import read_mesh, replacing
+from igl_linabf import linabf, unwrap
+from igl_linabf.io import read_mesh, replacing, write_grid
 from igl_linabf.plot import plot_grid
+from igl_linabf.remesh import QuadGrid, quad_grid
 
 CELLS = 4000
 

@@ -58,7 +58,6 @@ myst_heading_anchors = 3
 
 autosummary_generate = True
 # avoid a clash of quality.html and Quality.html on case-insensitive file systems
-autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
 autodoc_typehints = "signature"
 # show the names of array types as written, not their definitions

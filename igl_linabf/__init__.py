@@ -6,45 +6,30 @@
 """
 
 from importlib import import_module
+from pathlib import Path
 
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
-# and libigl are there, and importing the package costs nothing. Type checkers read __init__.pyi.
-_NAMES = {
-    "batch_runs": "batch",
-    "charts": "Atlas AtlasCost Chart ChartOptions Cones Packing cut find_cones find_seams pack_together "
-    "texture_seams unwrap",
-    "cortex": "FlatHemisphere flatten_hemisphere flatten_hemispheres write_hemisphere",
-    "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
-    "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
-    "io": "write_grid",
-    "layouts": "layout",
-    "measures": "Quality distance_error distortion overlaps quality",
-    "patterns": "Pattern write_pattern",
-    "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean split_chords",
-    "textures": "bake bake_texture",
-    "uv_sets": "PackedUV UVCheck check_uv pack",
-}
-_ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-__all__ = sorted(["adapters", "io", *_ROOM])
-_ROOMS = {*_NAMES, "adapters", "angles", "_core", "linalg"}
+# and libigl are there, and importing the package costs nothing. The stub, which type checkers read, is the
+# only list of names: each of its lines is `from .ROOM import NAME as NAME` or `from . import ROOM as ROOM`.
+_LINES = Path(__file__).with_suffix(".pyi").read_text("utf-8").splitlines()
+_IMPORTS = {words[3]: words[1] for words in map(str.split, _LINES) if words[:1] == ["from"]}
+__all__ = sorted(name for name, room in _IMPORTS.items() if room != ".")
 
 
 def __getattr__(name: str) -> object:
-    if name in _ROOMS:
-        return import_module(f"{__name__}.{name}")
     if name == "__version__":
         from importlib.metadata import version  # takes as long as the rest of this module
 
         value: object = version("igl-linabf")
-        globals()[name] = value
-        return value
-    if name not in _ROOM:
+    elif name not in _IMPORTS:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_ROOM[name]}"), name)
+    elif _IMPORTS[name] == ".":
+        return import_module(f".{name}", __name__)
+    else:
+        value = getattr(import_module(_IMPORTS[name], __name__), name)
+    globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_ROOMS, "__version__"})
+    return sorted({*globals(), *_IMPORTS, "__version__"})

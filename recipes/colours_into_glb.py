@@ -18,8 +18,9 @@ from pymeshfix import MeshFix
 from pymeshfix.examples import bunny_scan
 from scipy.spatial import cKDTree
 
-from igl_linabf import Packing, adapters, bake, unwrap
+from igl_linabf import Packing, adapters, unwrap
 from igl_linabf.io import read_file, read_mesh, write_textured
+from igl_linabf.textures import bake
 
 # %%
 # Write a PLY file with vertex colours, in place of your scan.

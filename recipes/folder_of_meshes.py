@@ -2,8 +2,8 @@
 Unwrapping a folder of meshes
 =============================
 
-`batch` unwraps all meshes of a folder on all cores. A file that cannot be unwrapped gets a row in the table
-of results, and the remaining files are still processed.
+`flatten_files` unwraps all meshes of a folder on all cores. A file that cannot be unwrapped gets a row in the
+table of results, and the remaining files are still processed.
 """
 
 import csv
@@ -14,7 +14,7 @@ from pathlib import Path
 import pyvista as pv
 from pyvista import examples
 
-from igl_linabf import batch
+from igl_linabf.batch import flatten_files
 from igl_linabf.io import read_file
 
 if __name__ == "__main__":  # the workers import this file
@@ -28,7 +28,7 @@ if __name__ == "__main__":  # the workers import this file
 
     # Unwrap the meshes, here in one process (default: one process per core). Each outcome is a row of the
     # table.
-    batch(scans, maps, method="isometric", format="glb", workers=1, progress=False)
+    flatten_files(scans, maps, method="isometric", format="glb", workers=1, progress=False)
     with open(maps / "results.csv", encoding="utf-8", newline="") as table:
         rows = {Path(row["input"]).stem: row for row in csv.DictReader(table)}
     for name, row in rows.items():

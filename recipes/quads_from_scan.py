@@ -15,9 +15,10 @@ import pyvista as pv
 from pymeshfix import MeshFix
 from pymeshfix.examples import bunny_scan
 
-from igl_linabf import linabf, quad_grid, write_grid
-from igl_linabf.io import read_mesh
+from igl_linabf import linabf
+from igl_linabf.io import read_mesh, write_grid
 from igl_linabf.plot import plot_grid
+from igl_linabf.remesh import quad_grid
 
 # %%
 # Repair and decimate the scan of the Stanford bunny, and cut its body off at the neck and above the feet.

@@ -13,7 +13,8 @@ import igl
 import numpy as np
 import pyvista as pv
 
-from igl_linabf import unwrap, write_pattern
+from igl_linabf import unwrap
+from igl_linabf.patterns import write_pattern
 
 # %%
 # Build the duct, in millimetres. A triangle stands on each side of the square, and a fan of triangles

@@ -10,7 +10,9 @@ from types import ModuleType
 from conftest import ROOT
 
 import igl_linabf
-from igl_linabf import Atlas, Chart, Flattening
+from igl_linabf import Atlas
+from igl_linabf.charts import Chart
+from igl_linabf.flattening import Flattening
 
 OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # names of these objects in the docs
 
@@ -28,8 +30,14 @@ def get_attribute(thing: object, name: str) -> object:
 
 
 def resolve(dotted: str) -> object:
-    """Return the object of a dotted name: in the package, in a result, or in another package."""
+    """Return the object of a dotted name: in the package, in a result, or in another package.
+
+    Names of the reference may stand alone, without their module.
+    """
     first, *rest = dotted.split(".")
+    for full in read_reference():
+        if full.endswith(f".{first}") and not hasattr(igl_linabf, first):
+            return resolve(".".join((full, *rest)))
     try:
         thing = OBJECTS.get(first) or get_attribute(igl_linabf, first)
     except ImportError:

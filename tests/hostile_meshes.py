@@ -153,7 +153,7 @@ def require(holds: bool, what: str) -> None:
         raise BrokenError(what)
 
 
-def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
+def check_flattened(V: np.ndarray, F: np.ndarray, result: il.flattening.Flattening) -> str:
     """Check the properties of any result."""
     uv, used = result.uv, np.unique(F)
     require(uv.shape == (len(V), 2), f"uv has the shape {uv.shape}")
@@ -165,12 +165,12 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
         listed == flipped.tolist(), f"called {result.outcome.value}, flipped {listed}, not {flipped.tolist()}"
     )
     # invalid target angles are not a good outcome, even if the map has no flips
-    good = not len(flipped) and result.outcome is not il.Outcome.ANGLES_INVALID
+    good = not len(flipped) and result.outcome is not il.flattening.Outcome.ANGLES_INVALID
     require(result.outcome.good == good, f"called {result.outcome.value}: {result.message}")
     require(result.outcome.good or has_place(result.message), f"no place in {result.message!r}")
     angles = result.angles
     require(bool(np.isfinite(angles).all()), "angles are NaN")
-    if result.outcome is not il.Outcome.ANGLES_INVALID:
+    if result.outcome is not il.flattening.Outcome.ANGLES_INVALID:
         require(bool((angles >= 0).all() and (angles <= np.pi).all()), "angles outside [0, pi]")
         missing = float(np.abs(angles.sum(axis=1) - np.pi).max())
         reported = result.after.triangle
@@ -572,7 +572,7 @@ def check_map(seed: int) -> str:
         return "measured"
 
     def check_layout() -> str:
-        require(bool(np.isfinite(il.layout(F, angles)).all()), "layout is NaN")
+        require(bool(np.isfinite(il.layouts.layout(F, angles)).all()), "layout is NaN")
         return ""
 
     def check_cut() -> str:

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from igl_linabf import LSCM
-from igl_linabf.flattening import Method
+from igl_linabf.flattening import LSCM, Method
 
 
 @dataclass(frozen=True)

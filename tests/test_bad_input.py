@@ -25,18 +25,18 @@ from igl_linabf import (
     MeshWarning,
     Packing,
     abf,
-    bake,
     clean,
     compare,
-    find_cones,
     find_seams,
     flatten,
     linabf,
-    quad_grid,
     quality,
     unwrap,
 )
+from igl_linabf.charts import find_cones
 from igl_linabf.flattening import METHODS
+from igl_linabf.remesh import quad_grid
+from igl_linabf.textures import bake
 
 SCRIPT = Path(__file__).with_name("bad_input.py")
 

@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from ..batch_runs import batch
+from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
 from ..flattening import METHODS
 from ..io import SUFFIXES
@@ -23,7 +23,9 @@ def _batch(options: argparse.Namespace) -> int:
             raise ValueError("--cone-angles needs cones: give --cones, too")
         cones = Cones(cones, angles=options.cone_angles)
     charts, packing = build_from_options(ChartOptions, options), build_from_options(Packing, options)
-    done = batch(options.inputs, options.output, charts=charts, cones=cones, packing=packing, **chosen)
+    done = flatten_files(
+        options.inputs, options.output, charts=charts, cones=cones, packing=packing, **chosen
+    )
     print(done, flush=True)
     options.on_commit()
     return ExitCode.GOOD if done.good else ExitCode.NOT_VALID

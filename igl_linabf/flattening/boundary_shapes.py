@@ -17,7 +17,7 @@ BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
 CORNER_WINDOW = 0.02  # half width of the window for the turning at a corner, over the boundary length
 
-HELP = "igl_linabf.split_chords(V, F) splits these edges at their midpoints"
+HELP = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,7 +85,7 @@ def linabf(
         corrections in the conformal metric. If triangles still flip, converged ABF follows. On a mesh with
         holes, the second solve is a step, which also closes the loops of the holes (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
-        The method that turns angles into coordinates; see `igl_linabf.layout`.
+        The method that turns angles into coordinates; see `igl_linabf.layouts.layout`.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default, the longest loop is the
         outer loop.

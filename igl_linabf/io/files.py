@@ -365,7 +365,8 @@ def write_textured(
     >>> V, F = igl.icosahedron()
     >>> atlas = igl_linabf.unwrap(V, F, packing=igl_linabf.Packing(resolution=64))
     >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
-    >>> write_textured(path, V, F, atlas.TC, atlas.FTC, igl_linabf.bake(V, F, atlas, V / 2 + 0.5, 64))
+    >>> image = igl_linabf.textures.bake(V, F, atlas, V / 2 + 0.5, 64)
+    >>> write_textured(path, V, F, atlas.TC, atlas.FTC, image)
     >>> os.path.getsize(path) > 1000
     True
     """
@@ -403,7 +404,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     --------
     >>> import igl, igl_linabf, os, tempfile
     >>> V, F = igl.icosahedron()
-    >>> grid = igl_linabf.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> grid = igl_linabf.remesh.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
     >>> path = os.path.join(tempfile.mkdtemp(), "grid.obj")
     >>> write_grid(path, grid)
     >>> os.path.getsize(path) > 50_000

@@ -54,8 +54,8 @@ class Quality:
     faces : int
         Number of triangles.
     distance_error : float or None
-        Mean relative error of distances (`igl_linabf.distance_error`), without rescaling the map; None
-        unless `rings` is given.
+        Mean relative error of distances (`measures.distance_error`), without rescaling the map; None unless
+        `rings` is given.
     """
 
     angle_distortion: float

@@ -220,7 +220,7 @@ def plot_grid(
     Parameters
     ----------
     grid : QuadGrid
-        Result of `igl_linabf.quad_grid`.
+        Result of `igl_linabf.remesh.quad_grid`.
     flat : bool
         Draw the grid in the flat map instead of on the surface.
     plotter, show, screenshot, **kwargs : see `plot_checkerboard`
@@ -234,7 +234,7 @@ def plot_grid(
     --------
     >>> import igl, pyvista, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> grid = igl_linabf.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> grid = igl_linabf.remesh.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
     >>> plotter = plot_grid(grid, plotter=pyvista.Plotter(off_screen=True))
     >>> sum(mesh.n_cells for mesh in plotter.meshes) == len(grid.faces)
     True

@@ -81,9 +81,9 @@ def bake_texture(
     >>> V, F = igl.icosahedron()
     >>> old, new = (igl_linabf.unwrap(V, F, charts=charts, packing=igl_linabf.Packing(resolution=128))
     ...             for charts in (igl_linabf.ChartOptions(trade=0), igl_linabf.ChartOptions(trade=30)))
-    >>> image = igl_linabf.bake(V, F, old, V / 2 + 0.5, 128)
+    >>> image = igl_linabf.textures.bake(V, F, old, V / 2 + 0.5, 128)
     >>> moved = bake_texture(V, F, new, old.TC, old.FTC, image, 128)
-    >>> there = igl_linabf.bake(V, F, new, V / 2 + 0.5, 128)
+    >>> there = igl_linabf.textures.bake(V, F, new, V / 2 + 0.5, 128)
     >>> bool(np.median(abs(moved - there)[there > 0]) < 0.01)
     True
     """

@@ -57,13 +57,13 @@ def found(name: str) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 @pytest.fixture(scope="module")
-def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], il.Flattening]:
+def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], il.flattening.Flattening]:
     """Flatten all available meshes with the baseline build."""
     folder: Path = tmp_path_factory.mktemp("baseline")
     meshes = {name: mesh for name in NAMES if (mesh := found(name)) is not None}
     (folder / "in").write_bytes(pickle.dumps(meshes))
     in_a_process(BASELINE, folder / "in", folder / "out", IGL_LINABF_CORE="baseline")
-    made: dict[tuple[str, str], il.Flattening] = pickle.loads((folder / "out").read_bytes())
+    made: dict[tuple[str, str], il.flattening.Flattening] = pickle.loads((folder / "out").read_bytes())
     return made
 
 
@@ -72,7 +72,7 @@ def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("method", METHODS)
 def test_both_builds_give_the_same_maps(
-    name: str, method: str, by_baseline: dict[tuple[str, str], il.Flattening]
+    name: str, method: str, by_baseline: dict[tuple[str, str], il.flattening.Flattening]
 ) -> None:
     fast, plain = il.flatten(*load(name), method), by_baseline[name, method]
     if method == "abf" and name in LONG:

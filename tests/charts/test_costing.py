@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from hard_surfaces import box, rounded_box
 
-from igl_linabf import ChartOptions, Packing, find_seams, pack_together, unwrap
+from igl_linabf import ChartOptions, Packing, find_seams, unwrap
+from igl_linabf.charts import pack_together
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 
 PACKED = Packing(resolution=256)

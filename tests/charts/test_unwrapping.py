@@ -25,7 +25,6 @@ from igl_linabf import (
     LinABF,
     MeshError,
     MeshWarning,
-    Outcome,
     OutcomeWarning,
     cut,
     find_seams,
@@ -36,6 +35,7 @@ from igl_linabf import (
 )
 from igl_linabf.charts import charting, options
 from igl_linabf.charts.atlas.pieces import flattening_of_part, uv_of_part
+from igl_linabf.flattening import Outcome
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
 

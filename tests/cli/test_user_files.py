@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from gltf_files import scene
 
-from igl_linabf import MeshError, batch
+from igl_linabf import MeshError
+from igl_linabf.batch import flatten_files
 from igl_linabf.cli import main
 from igl_linabf.io import read_file, write_file, write_textured
 
@@ -106,7 +107,7 @@ def test_a_batch_replaces_only_files_written_by_a_batch(own: str, folder: Path) 
     (folder / "maps").mkdir()
     (folder / "maps" / own).write_bytes(OWN)
     with pytest.raises(FileExistsError, match="no batch has written them"):
-        batch("b.off", "maps", workers=1, progress=False)
+        flatten_files("b.off", "maps", workers=1, progress=False)
     assert sorted(path.name for path in (folder / "maps").iterdir() if path.name[0] != ".") == [own]
     assert (folder / "maps" / own).read_bytes() == OWN
 
@@ -115,11 +116,11 @@ def test_a_batch_replaces_only_files_written_by_a_batch(own: str, folder: Path) 
 def test_a_batch_replaces_its_own_maps(folder: Path) -> None:
     pytest.importorskip("distributed")
     for method in ("linabf", "abf"):  # another method flattens all meshes again
-        assert batch("b.off", "maps", workers=1, progress=False, method=method).done == 1
+        assert flatten_files("b.off", "maps", workers=1, progress=False, method=method).done == 1
     (folder / "maps" / "disk.obj").write_bytes(OWN)
     with pytest.raises(FileExistsError, match=r"disk\.obj are there already"):
-        batch("disk.off", "maps", workers=1, progress=False)
-    assert batch("disk.off", "maps", workers=1, progress=False, force=True).good
+        flatten_files("disk.off", "maps", workers=1, progress=False)
+    assert flatten_files("disk.off", "maps", workers=1, progress=False, force=True).good
     assert (folder / "maps" / "disk.obj").read_bytes() != OWN
 
 
@@ -152,7 +153,7 @@ def test_a_foreign_table_is_not_replaced(folder: Path) -> None:
     (folder / "maps").mkdir()
     (folder / "maps" / "results.csv").write_bytes(OWN)
     with pytest.raises((OSError, MeshError), match="not the table of a batch"):
-        batch("b.off", "maps", workers=1, progress=False)
+        flatten_files("b.off", "maps", workers=1, progress=False)
     assert (folder / "maps" / "results.csv").read_bytes() == OWN
 
 

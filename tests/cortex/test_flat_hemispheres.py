@@ -12,8 +12,10 @@ pytest.importorskip("nilearn")
 import nibabel.freesurfer as freesurfer
 from subjects import fsaverage5, made_up_subject
 
-from igl_linabf import MeshError, MeshWarning, distance_error, flatten_hemisphere, flatten_hemispheres
+from igl_linabf import MeshError, MeshWarning
+from igl_linabf.cortex import flatten_hemisphere, flatten_hemispheres
 from igl_linabf.io import write_patch
+from igl_linabf.measures import distance_error
 
 pytestmark = pytest.mark.usefixtures("few_sources")
 

@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("nilearn")
 from subjects import made_up_subject
 
-from igl_linabf import MeshWarning, flatten_hemisphere
+from igl_linabf import MeshWarning
+from igl_linabf.cortex import flatten_hemisphere
 
 pytestmark = pytest.mark.usefixtures("few_sources")
 

@@ -14,8 +14,8 @@ import nibabel
 from PIL import Image
 from subjects import made_up_subject
 
-from igl_linabf import distortion, flatten_hemisphere, write_hemisphere
-from igl_linabf.cortex import files_of
+from igl_linabf import distortion
+from igl_linabf.cortex import files_of, flatten_hemisphere, write_hemisphere
 from igl_linabf.cortex.pictures import mean_curvatures
 from igl_linabf.io import read_file
 

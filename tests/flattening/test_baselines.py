@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from conftest import best_fit_distance, load
 
-from igl_linabf import MeshError, Outcome, OutcomeWarning, flatten, lscm
+from igl_linabf import MeshError, OutcomeWarning, flatten, lscm
 from igl_linabf.angles import corner_angles, initial_estimate
-from igl_linabf.flattening import METHODS, far_pins
+from igl_linabf.flattening import METHODS, Outcome, far_pins
 from igl_linabf.surface import planar_mesh
 
 NAMES = ("bumps", "cortex", "disk__igl_camelhead.off", "disk__igl_lion.off", "disk__igl_camel_b.obj")

@@ -13,20 +13,9 @@ from own_measures import off_circle
 from scipy.spatial import Delaunay
 
 import igl_linabf
-from igl_linabf import (
-    ABF,
-    LinABF,
-    MeshError,
-    Outcome,
-    abf,
-    compare,
-    flatten,
-    flatten_many,
-    linabf,
-    quality,
-    split_chords,
-)
-from igl_linabf.surface import Submesh, chords_of, face_components, planar_mesh
+from igl_linabf import ABF, LinABF, MeshError, abf, compare, flatten, flatten_many, linabf, quality
+from igl_linabf.flattening import Outcome
+from igl_linabf.surface import Submesh, chords_of, face_components, planar_mesh, split_chords
 
 Surface = tuple[np.ndarray, np.ndarray]
 SHAPES = ("circle", "rectangle")

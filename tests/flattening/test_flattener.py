@@ -17,7 +17,7 @@ def moved(V: np.ndarray, k: int) -> np.ndarray:
     return V * [1, 1 + 0.5 * k, 1] + 1e-3 * k * np.ptp(V) * np.sin(7 * V / np.ptp(V))
 
 
-def assert_same(made: il.Flattening, expected: il.Flattening) -> None:
+def assert_same(made: il.flattening.Flattening, expected: il.flattening.Flattening) -> None:
     for part in ("uv", "angles", "flipped"):
         np.testing.assert_array_equal(getattr(made, part), getattr(expected, part))
     for part in ("outcome", "message", "attempts", "steps", "solver", "layout_solver", "gap"):
@@ -90,7 +90,7 @@ def test_faces_of_vertices_beyond_all_memory_are_named(far: int) -> None:
     with pytest.raises(il.MeshError, match=r"faces 3 refer to vertices beyond .*: correct F"):
         il.Flattener(F)
     with pytest.raises(il.MeshError, match=r"faces 3 refer to vertices beyond .*: correct F"):
-        il.layout(F, np.full(F.shape, np.pi / 3))
+        il.layouts.layout(F, np.full(F.shape, np.pi / 3))
 
 
 def test_what_is_no_disk_is_refused_at_once() -> None:

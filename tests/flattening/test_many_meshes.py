@@ -25,7 +25,7 @@ from igl_linabf.surface import Ragged, Submesh
 Surface = tuple[np.ndarray, np.ndarray]
 
 
-def one_by_one(V: object, F: object, method: object = "linabf") -> il.Flattening | il.MeshError:
+def one_by_one(V: object, F: object, method: object = "linabf") -> il.flattening.Flattening | il.MeshError:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -88,7 +88,7 @@ def test_the_same_as_a_loop(method: object) -> None:
         if isinstance(alone, il.MeshError):
             assert type(made) is type(alone) and str(made) == str(alone), name
             continue
-        assert isinstance(made, il.Flattening), name
+        assert isinstance(made, il.flattening.Flattening), name
         size = np.ptp(alone.uv[np.isfinite(alone.uv).all(axis=1)], axis=0).max()
         np.testing.assert_allclose(made.uv, alone.uv, rtol=0, atol=1e-10 * size, err_msg=name)
         np.testing.assert_allclose(made.angles, alone.angles, rtol=0, atol=1e-10, err_msg=name)

@@ -9,21 +9,10 @@ import pytest
 from conftest import CARRIED_DISKS, DISKS, STRESS, load
 from hostile_meshes import exactly_flipped
 
-from igl_linabf import (
-    FallbackWarning,
-    LinABF,
-    Outcome,
-    OutcomeWarning,
-    Residuals,
-    abf,
-    flatten,
-    linabf,
-    linabf_angles,
-    quality,
-)
+from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import constraints_of
 from igl_linabf.angles.full_system import right_hand_sides
-from igl_linabf.flattening import far_pins
+from igl_linabf.flattening import Outcome, Residuals, far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
 # F/3nt of one iteration, within 2 % (docs/results.md, "The paper's Table 1")

@@ -13,8 +13,9 @@ import numpy as np
 from kept import Cell, round_trip
 from PIL import Image
 
-from igl_linabf import Packing, bake_texture, unwrap
+from igl_linabf import Packing, unwrap
 from igl_linabf.io import MeshFile, image_maps, read_file, write_file
+from igl_linabf.textures import bake_texture
 
 P = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype="<f4")
 F = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], dtype="<u2")

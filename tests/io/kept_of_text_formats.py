@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from kept import Cell, round_trip
 
-from igl_linabf import Packing, bake_texture, unwrap
+from igl_linabf import Packing, unwrap
 from igl_linabf.io import MeshFile, image_maps, read_file, write_file, write_image
+from igl_linabf.textures import bake_texture
 
 TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 MAPPED = "f 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/2 3/3 4/1\nf 1/1 4/2 3/3\n"

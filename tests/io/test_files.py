@@ -10,8 +10,9 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import MeshError, unwrap, write_pattern
+from igl_linabf import MeshError, unwrap
 from igl_linabf.io import read_texture, write_image, write_mesh
+from igl_linabf.patterns import write_pattern
 
 V, F = igl.icosahedron()
 V = V + np.pi

@@ -15,9 +15,10 @@ from conftest import load, python_of_blender
 from gltf_files import OBJ, corners, scene, unwrapped
 from PIL import Image
 
-from igl_linabf import MeshError, MeshWarning, bake, flatten, unwrap
+from igl_linabf import MeshError, MeshWarning, flatten, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import READABLE, SUFFIXES, read_file, write_file, write_mesh, write_textured
+from igl_linabf.textures import bake
 
 MTL = """# colours
 newmtl red

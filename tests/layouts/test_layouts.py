@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from conftest import DISKS, best_fit_distance, load
 
-from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
+from igl_linabf import LinABF, MeshError, flatten, linabf
 from igl_linabf.angles import Iterate, constraints_of
-from igl_linabf.layouts import develop_boundary
+from igl_linabf.flattening import linabf_angles
+from igl_linabf.layouts import develop_boundary, layout
 from igl_linabf.layouts.boundary import harmonic
 from igl_linabf.layouts.conformal_energy import find_far_points
 from igl_linabf.layouts.greedy import place_triangles

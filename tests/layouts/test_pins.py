@@ -7,7 +7,9 @@ import pytest
 from conftest import load
 from own_measures import exactly_flipped
 
-from igl_linabf import ABF, LinABF, MeshError, Outcome, flatten, layout, linabf_angles
+from igl_linabf import ABF, LinABF, MeshError, flatten
+from igl_linabf.flattening import Outcome, linabf_angles
+from igl_linabf.layouts import layout
 
 NAMES = ("bumps", "cortex", "crown", "disk__igl_camel_b.obj")
 

@@ -13,8 +13,9 @@ import psutil
 import pytest
 from conftest import bumps, load
 
-from igl_linabf import LinABF, MemoryLimitError, MeshError, flatten
+from igl_linabf import LinABF, MeshError, flatten
 from igl_linabf.angles import Pattern
+from igl_linabf.errors import MemoryLimitError
 from igl_linabf.linalg import Cholesky, memory
 from igl_linabf.surface import planar_topology
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from conftest import bumps, load
 
-from igl_linabf import MeshError, distance_error, flatten, quality
-from igl_linabf.measures import Distances
+from igl_linabf import MeshError, flatten, quality
+from igl_linabf.measures import Distances, distance_error
 from igl_linabf.surface import Submesh
 
 

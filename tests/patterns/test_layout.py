@@ -10,9 +10,9 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import overlaps, unwrap, write_pattern
+from igl_linabf import overlaps, unwrap
 from igl_linabf.cli import main
-from igl_linabf.patterns import Pattern
+from igl_linabf.patterns import Pattern, write_pattern
 
 pytest.importorskip("svgwrite")
 pytest.importorskip("matplotlib")

@@ -13,9 +13,9 @@ import shapely
 from carried import quads
 from nasty_meshes import NASTY
 
-from igl_linabf import MeshError, MeshWarning, linabf, unwrap, write_pattern
+from igl_linabf import MeshError, MeshWarning, linabf, unwrap
 from igl_linabf.cli import main
-from igl_linabf.patterns import Pattern, pattern_of
+from igl_linabf.patterns import Pattern, pattern_of, write_pattern
 from igl_linabf.patterns.pieces import lay_out
 
 pytest.importorskip("svgwrite")

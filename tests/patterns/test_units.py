@@ -9,10 +9,11 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import unwrap, write_pattern
+from igl_linabf import unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file, write_file, write_mesh
 from igl_linabf.io.parsing import Extras
+from igl_linabf.patterns import write_pattern
 from igl_linabf.surface import Polygons
 
 V, F = igl.icosahedron()

@@ -9,7 +9,7 @@ import pyvista as pv
 from conftest import best_fit_distance, load, pixels
 from pixels import colours, near, squares
 
-from igl_linabf import Cones, MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
+from igl_linabf import Cones, MeshError, cut, distortion, flatten, linabf, unwrap
 from igl_linabf.plot import (
     DARK,
     LIGHT,
@@ -23,6 +23,7 @@ from igl_linabf.plot import (
     plot_grid,
     plot_uv,
 )
+from igl_linabf.remesh import quad_grid
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import ROOT, load, pixels
-from documented import read_reference
+from documented import read_reference, resolve
 from pixels import near, squares
 
 import igl_linabf
@@ -29,7 +29,12 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to ope
 
 
 def public() -> Iterator[tuple[str, object]]:
-    """Yield every public function and class of the package, with its public name."""
+    """Yield every public function and class of the package, with its public name.
+
+    The public names are those of the root, those in the `__all__` of a room, and those of the reference.
+    """
+    # of the adapters, only one function for each library needs an example
+    yield from ((name, resolve(name)) for name in read_reference() if ".adapters." not in name)
     for name in igl_linabf.__all__:
         if not inspect.ismodule(getattr(igl_linabf, name)):
             yield f"igl_linabf.{name}", getattr(igl_linabf, name)

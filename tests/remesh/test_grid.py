@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import MeshError, QuadGrid, linabf, quad_grid, unwrap, write_grid
+from igl_linabf import MeshError, linabf, unwrap
+from igl_linabf.io import write_grid
+from igl_linabf.remesh import QuadGrid, quad_grid
 from igl_linabf.surface import complex_positions
 
 

@@ -11,10 +11,12 @@ from carried import ball
 from conftest import load
 from scipy.ndimage import map_coordinates
 
-from igl_linabf import Atlas, MeshError, Packing, bake, pack_together, unwrap
+from igl_linabf import Atlas, MeshError, Packing, unwrap
+from igl_linabf.charts import pack_together
 from igl_linabf.cli import main
 from igl_linabf.io import read_mesh, write_image, write_mesh, write_textured
 from igl_linabf.surface import complex_positions, signed_double_areas
+from igl_linabf.textures import bake
 
 Surface = tuple[np.ndarray, np.ndarray, Atlas]
 RESOLUTION = 256

@@ -12,10 +12,10 @@ from gltf_files import glb
 from PIL import Image
 from scipy.ndimage import map_coordinates
 
-from igl_linabf import MeshError, MeshWarning, Packing, bake, bake_texture, unwrap
+from igl_linabf import MeshError, MeshWarning, Packing, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file
-from igl_linabf.textures import Picture
+from igl_linabf.textures import Picture, bake, bake_texture
 
 # a box whose faces do not share vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])

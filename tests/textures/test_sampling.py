@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, map_coordinates
 
-from igl_linabf import Packing, bake, unwrap
-from igl_linabf.textures import Picture
+from igl_linabf import Packing, unwrap
+from igl_linabf.textures import Picture, bake
 from igl_linabf.textures.tangents import compute_tangent_frames
 
 MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # SciPy's names

@@ -8,7 +8,7 @@ from ..._types import FloatArray
 from ...errors import MeshError, MeshWarning, stack_level
 from ...io import MeshFile, moves_textures
 from ...surface import Faces
-from ...uv_sets import check_uv
+from ...uv import check_uv
 from ..arguments import shared_arguments, value
 from ..commands import Command
 from ..jobs import PROGRESS, read_given_mesh

@@ -6,7 +6,7 @@ from functools import partial
 from ..._runtime import progress_part
 from ...charts import Packing
 from ...io import SUFFIXES
-from ...uv_sets import SCALES, pack
+from ...uv import SCALES, pack
 from ..arguments import choice, format_argument, shared_arguments, switch, value
 from ..commands import Command, ExitCode, build_from_options
 from ..jobs import PROGRESS

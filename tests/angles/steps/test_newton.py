@@ -8,7 +8,7 @@ import pytest
 from conftest import DISKS, STRESS, load
 from scipy import sparse
 
-from igl_linabf import ABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
+from igl_linabf import ABF, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
 from igl_linabf.angles import (
     ANGLE_BOUND,
     AngleProblem,
@@ -21,6 +21,7 @@ from igl_linabf.angles import (
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.angles.steps import newton
 from igl_linabf.angles.steps.newton import _line_search, _move_into_bounds, objective
+from igl_linabf.flattening import Outcome
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 

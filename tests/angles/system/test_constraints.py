@@ -8,7 +8,7 @@ import pytest
 from conftest import CARRIED_HOLES, DISKS, HOLES, load
 from scipy import sparse
 
-from igl_linabf import LinABF, flatten, linabf_angles
+from igl_linabf import LinABF, flatten
 from igl_linabf.angles import (
     CAP_ANGLE,
     AngleProblem,
@@ -22,6 +22,7 @@ from igl_linabf.angles import (
     residual,
 )
 from igl_linabf.angles.full_system import full_step, interior_rows, right_hand_sides, triangle_rows
+from igl_linabf.flattening import linabf_angles
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import Mesh, measure, planar_mesh, topology_of
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import HOLES, best_fit_distance
 from holed_surfaces import surface
 
-from igl_linabf import ABF, Flattening, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
+from igl_linabf import ABF, LinABF, MeshError, abf, flatten, linabf, quality
 from igl_linabf.angles import (
     AngleProblem,
     HolonomyConstraints,
@@ -25,6 +25,8 @@ from igl_linabf.angles import (
     linearise,
     residual,
 )
+from igl_linabf.flattening import Flattening, Outcome
+from igl_linabf.layouts import layout
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 

@@ -13,7 +13,8 @@ from carried import dual, quads, torus_of_quads
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from igl_linabf import ChartOptions, MeshError, MeshWarning, texture_seams, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, unwrap
+from igl_linabf.charts import texture_seams
 from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.surface import Polygons
 

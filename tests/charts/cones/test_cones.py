@@ -24,14 +24,13 @@ from igl_linabf import (
     MeshError,
     OutcomeWarning,
     Packing,
-    find_cones,
     find_seams,
     overlaps,
     quality,
-    texture_seams,
     unwrap,
 )
 from igl_linabf.angles import constraints_of, rescale_triangles, residual
+from igl_linabf.charts import find_cones, texture_seams
 from igl_linabf.charts.cones.seams import find_closed_paths, find_seam
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.packing.spacing import Spacing

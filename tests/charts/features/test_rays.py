@@ -6,8 +6,10 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import Cones, Packing, pack, pack_together, unwrap
+from igl_linabf import Cones, Packing, unwrap
+from igl_linabf.charts import pack_together
 from igl_linabf.charts.features import are_unseen
+from igl_linabf.uv import pack
 
 
 def sphere(radius: float, centre: float = 0.0, inward: bool = False) -> tuple[np.ndarray, np.ndarray]:

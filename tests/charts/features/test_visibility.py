@@ -10,7 +10,8 @@ from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
 
-from igl_linabf import ChartOptions, MeshError, MeshWarning, find_seams, texture_seams, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, find_seams, unwrap
+from igl_linabf.charts import texture_seams
 from igl_linabf.charts.seams import TRADE
 from igl_linabf.io import read_texture, write_mesh
 

@@ -10,22 +10,12 @@ import numpy as np
 import pytest
 from test_packing import star, stars
 
-from igl_linabf import (
-    Atlas,
-    ChartOptions,
-    Cones,
-    MeshError,
-    Packing,
-    bake,
-    check_uv,
-    pack,
-    pack_together,
-    quality,
-    unwrap,
-)
-from igl_linabf.charts import pack_charts
+from igl_linabf import Atlas, ChartOptions, Cones, MeshError, Packing, check_uv, quality, unwrap
+from igl_linabf.charts import pack_charts, pack_together
 from igl_linabf.cli import main
 from igl_linabf.io import read_file
+from igl_linabf.textures import bake
+from igl_linabf.uv import pack
 
 Size = tuple[int, int]
 SIZES: list[Size] = [(2048, 1024), (512, 2048)]

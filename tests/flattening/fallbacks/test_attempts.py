@@ -12,9 +12,9 @@ from hostile_meshes import Disk
 from nasty_meshes import sphere
 from own_measures import exactly_flipped
 
-from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf import ABF, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
-from igl_linabf.flattening import methods
+from igl_linabf.flattening import Outcome, methods
 from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, initial_problem, select_best
 from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers

@@ -12,8 +12,9 @@ import pytest
 import pyvista
 from conftest import Surface, load
 
-from igl_linabf import ChartOptions, MeshError, MeshWarning, Outcome, flatten, quality, unwrap
+from igl_linabf import ChartOptions, MeshError, MeshWarning, flatten, quality, unwrap
 from igl_linabf.angles import CAP_ANGLE, System, constraints_of
+from igl_linabf.flattening import Outcome
 from igl_linabf.surface import planar_topology
 
 

@@ -11,9 +11,9 @@ import pytest
 from conftest import load
 
 from igl_linabf import unwrap
-from igl_linabf.batch_runs import one_mesh
-from igl_linabf.batch_runs.one_mesh import Settings, Task, run
-from igl_linabf.batch_runs.table import Row
+from igl_linabf.batch import one_mesh
+from igl_linabf.batch.one_mesh import Settings, Task, run
+from igl_linabf.batch.table import Row
 from igl_linabf.flattening import method_of
 
 

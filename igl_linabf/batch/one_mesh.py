@@ -36,7 +36,7 @@ from .table import (
 )
 
 How = Literal["unwrap", "flatten", "cortex"]
-Scale = Literal["square", "mesh"]  # the parameter `units` of `batch`
+Scale = Literal["square", "mesh"]  # the parameter `units` of `flatten_files`
 UNWRAP_OPTIONS = ("charts", "cones", "packing")
 
 _process_lock = threading.Lock()  # memory limit and warning filters are global to the process
@@ -44,7 +44,7 @@ _process_lock = threading.Lock()  # memory limit and warning filters are global 
 
 @dataclass(frozen=True)
 class Settings:
-    """The arguments of `batch` that are common to all meshes."""
+    """The arguments of `flatten_files` that are common to all meshes."""
 
     how: How
     method: Method

@@ -65,7 +65,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
             memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
             local_directory=folder,
             silence_logs=logging.CRITICAL,  # the row of a mesh has the outcome
-            preload=["igl_linabf.batch_runs.one_mesh"],
+            preload=["igl_linabf.batch.one_mesh"],
             scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
         )
         stack.enter_context(cluster)

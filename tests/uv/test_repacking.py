@@ -10,9 +10,10 @@ import pytest
 from carried import quads
 from test_checking import Map, grid, moved, plane, several, write_given
 
-from igl_linabf import MeshError, MeshWarning, Packing, check_uv, pack, unwrap
+from igl_linabf import MeshError, MeshWarning, Packing, check_uv, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import read_file
+from igl_linabf.uv import pack
 
 
 def triangular(n: int = 5) -> Map:

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from igl_linabf.batch import flatten_files
+
 pytest.importorskip("distributed")
 pytest.importorskip("nilearn")
 from subjects import made_up_subject
 
-from igl_linabf import MeshError, batch
+from igl_linabf import MeshError
 
 
 @pytest.mark.slow
@@ -22,7 +24,7 @@ def test_each_hemisphere_has_a_row_and_is_done_once(tmp_path: Path) -> None:
     (broken / "surf" / "lh.pial").unlink()
     shutil.copy(first / "surf" / "lh.sphere.reg", broken / "surf" / "lh.white")
     out = tmp_path / "flat"
-    done = batch([tmp_path / "a", tmp_path / "b"], out, how="cortex", workers=1, progress=False)
+    done = flatten_files([tmp_path / "a", tmp_path / "b"], out, how="cortex", workers=1, progress=False)
     assert len(done.rows) == done.done == 5
     for row in done.rows:
         if "sub-02" not in row.input:
@@ -31,7 +33,7 @@ def test_each_hemisphere_has_a_row_and_is_done_once(tmp_path: Path) -> None:
             assert row.output.endswith(("lh.cortex.flat.patch.3d", "rh.cortex.flat.patch.3d"))
             assert len(list((out / row.output).parent.iterdir())) == 10
     assert len({row.output for row in done.rows}) == 5
-    again = batch([tmp_path / "a", tmp_path / "b"], out, how="cortex", workers=1, progress=False)
+    again = flatten_files([tmp_path / "a", tmp_path / "b"], out, how="cortex", workers=1, progress=False)
     assert again.done == 0
 
 
@@ -41,15 +43,15 @@ def test_files_not_written_by_a_batch_are_kept(tmp_path: Path) -> None:
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")
     with pytest.raises(FileExistsError, match=r"sub-01/lh\.cortex\.patch\.3d are there already"):
-        batch(subject, tmp_path / "flat", how="cortex", workers=1, progress=False)
+        flatten_files(subject, tmp_path / "flat", how="cortex", workers=1, progress=False)
     assert mine.read_text() == "mine"
 
 
 def test_missing_subjects_and_invalid_options_are_refused(tmp_path: Path) -> None:
     (tmp_path / "lh.sphere.reg").touch()  # not in a folder surf
     with pytest.raises(MeshError, match=r"holds no hemisphere \(surf/\?h\.sphere\.reg\)"):
-        batch(tmp_path, tmp_path / "flat", how="cortex", progress=False)
+        flatten_files(tmp_path, tmp_path / "flat", how="cortex", progress=False)
     with pytest.raises(ValueError, match="copy it here"):
-        batch("memory://subjects", tmp_path / "flat", how="cortex", progress=False)
+        flatten_files("memory://subjects", tmp_path / "flat", how="cortex", progress=False)
     with pytest.raises(ValueError, match="are not options of cortex"):
-        batch(tmp_path, tmp_path / "flat", how="cortex", cones=4, progress=False)
+        flatten_files(tmp_path, tmp_path / "flat", how="cortex", cones=4, progress=False)

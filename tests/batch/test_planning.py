@@ -9,10 +9,10 @@ from pathlib import Path
 import igl
 import pytest
 
-from igl_linabf.batch_runs import places
-from igl_linabf.batch_runs.one_mesh import Settings, Task
-from igl_linabf.batch_runs.running import _plan_tasks
-from igl_linabf.batch_runs.table import Row, Table, append_to_journal
+from igl_linabf.batch import places
+from igl_linabf.batch.one_mesh import Settings, Task
+from igl_linabf.batch.running import _plan_tasks
+from igl_linabf.batch.table import Row, Table, append_to_journal
 from igl_linabf.flattening import method_of
 
 SETTINGS = Settings("unwrap", method_of("linabf"), "obj")

@@ -5,5 +5,5 @@
 URLs.
 """
 
-from .running import Batch, batch
+from .running import Batch, flatten_files
 from .table import Row

@@ -90,7 +90,7 @@ class Batch:
         )
 
 
-def batch(
+def flatten_files(
     inputs: Paths,
     out: str | os.PathLike[str],
     *,
@@ -116,8 +116,8 @@ def batch(
     started again, and then processes only the missing meshes. If a mesh cannot be unwrapped, or its process
     dies, its row says so.
 
-    A local cluster starts processes that import the program's main module. Therefore call `batch` under
-    `if __name__ == "__main__":`.
+    A local cluster starts processes that import the program's main module. Therefore call `flatten_files`
+    under `if __name__ == "__main__":`.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def batch(
     >>> import igl, igl_linabf, os, tempfile
     >>> folder = tempfile.mkdtemp()
     >>> igl.write_triangle_mesh(os.path.join(folder, "ball.off"), *igl.icosahedron())
-    >>> done = igl_linabf.batch(folder, os.path.join(folder, "maps"), workers=1)
+    >>> done = igl_linabf.batch.flatten_files(folder, os.path.join(folder, "maps"), workers=1)
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """

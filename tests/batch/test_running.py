@@ -22,11 +22,11 @@ from commands import of_session
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
 
-from igl_linabf import ChartOptions, Cones, MeshError, Packing, batch, unwrap
-from igl_linabf.batch_runs import clusters, places, running
-from igl_linabf.batch_runs.one_mesh import Settings, run
-from igl_linabf.batch_runs.running import _plan_tasks
-from igl_linabf.batch_runs.table import Table
+from igl_linabf import ChartOptions, Cones, MeshError, Packing, unwrap
+from igl_linabf.batch import clusters, flatten_files, places, running
+from igl_linabf.batch.one_mesh import Settings, run
+from igl_linabf.batch.running import _plan_tasks
+from igl_linabf.batch.table import Table
 from igl_linabf.flattening import method_of
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
@@ -40,11 +40,12 @@ import igl_linabf.cli.batching
 from igl_linabf.__main__ import main
 from hostile_methods import Hostile
 
-def batch(*arguments, **options):
-    return igl_linabf.batch(*arguments, **{**options, "method": Hostile(waits=1500, flag="FLAG")})
+def flatten_files(*arguments, **options):
+    options["method"] = Hostile(waits=1500, flag="FLAG")
+    return igl_linabf.batch.flatten_files(*arguments, **options)
 
 if __name__ == "__main__":
-    igl_linabf.cli.batching.batch = batch
+    igl_linabf.cli.batching.flatten_files = flatten_files
     sys.exit(main())
 """
 HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seconds,key"
@@ -110,7 +111,9 @@ def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_p
     (tmp_path / "in/b/texture.png").write_text("no mesh")
     out = tmp_path / "in" / "maps"  # inside the input folder: maps are not inputs
     for _ in range(2):
-        done = batch([tmp_path / "in", tmp_path / "in/b/*.o*"], out, scheduler=scheduler, progress=False)
+        done = flatten_files(
+            [tmp_path / "in", tmp_path / "in/b/*.o*"], out, scheduler=scheduler, progress=False
+        )
         rows = {Path(row.input).relative_to(tmp_path / "in").as_posix(): row for row in done.rows}
         assert set(rows) == {*surfaces, "b/damaged.off"}
         assert not done.good
@@ -145,7 +148,7 @@ def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     disks(tmp_path / "in", [100, 150])
     (tmp_path / "in/damaged.ply").write_text("ply\n")
-    done = batch(tmp_path / "in", tmp_path / "out", scheduler=scheduler, progress=False)
+    done = flatten_files(tmp_path / "in", tmp_path / "out", scheduler=scheduler, progress=False)
     columns = parquet.read_table(tmp_path / "out/results.parquet").to_pydict()
     assert ",".join(columns) == HEADER
     assert columns["F/3nt"] == [row.angle_distortion for row in done.rows]
@@ -155,14 +158,14 @@ def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
 def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
     options = {"scheduler": scheduler, "progress": False}
-    first = batch(tmp_path / "in", out, **options)
+    first = flatten_files(tmp_path / "in", out, **options)
     assert first.done == 5
     before = snapshot(out)
     (out / "0.obj").unlink()
     igl.write_triangle_mesh(str(paths[1]), *bumps(130))
     disks(tmp_path / "new", [90])
     shares: list[float] = []
-    second = batch(
+    second = flatten_files(
         [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: shares.append(x)
     )
     after = snapshot(out)
@@ -175,24 +178,24 @@ def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path:
     }
     assert second.rows[-1].output.startswith("0-")
     assert second.rows[2:5] == first.rows[2:]
-    assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
+    assert flatten_files(tmp_path / "in", out, method="lscm", **options).done == 5
     assert len(table(out)) == 6  # the row of an earlier run stays
     (tmp_path / "other").mkdir()
     for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
         (tmp_path / "other/results.csv").write_text(foreign)
         with pytest.raises(OSError, match="is not the table of a batch"):
-            batch(tmp_path / "in", tmp_path / "other", **options)
+            flatten_files(tmp_path / "in", tmp_path / "other", **options)
         assert (tmp_path / "other/results.csv").read_text() == foreign
     with Table(str(out)), pytest.raises(OSError, match="another batch is writing there"):
-        batch(tmp_path / "in", out, **options)
+        flatten_files(tmp_path / "in", out, **options)
 
 
 def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> None:
     disks(tmp_path / "in/deep", [100, 120])
     options = {"scheduler": scheduler, "progress": False}
-    by_path = batch(tmp_path / "in", tmp_path / "out", **options)
+    by_path = flatten_files(tmp_path / "in", tmp_path / "out", **options)
     for _ in range(2):
-        by_url = batch(f"file://{tmp_path}/in/", f"file://{tmp_path}/far/out/", **options)
+        by_url = flatten_files(f"file://{tmp_path}/in/", f"file://{tmp_path}/far/out/", **options)
         assert by_url.good
         assert [row.output for row in by_url.rows] == [row.output for row in by_path.rows]
     assert by_url.done == 0
@@ -245,7 +248,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
             (set(workers()) - others).pop().kill()
 
     ends = {"valid", "died", "out of memory", "failed"}
-    done = batch(paths, out, workers=2, method=method, memory="500 MB", progress=look)
+    done = flatten_files(paths, out, workers=2, method=method, memory="500 MB", progress=look)
     by_outcome = {end: [k for k, row in enumerate(done.rows) if row.outcome == end] for end in ends}
     assert by_outcome == {
         "died": [3],
@@ -266,7 +269,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
         *("results.csv", ".results.lock"),
         *(path.name for path in out.glob("results.parquet")),
     }
-    assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
+    assert flatten_files(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
 
 
 @pytest.mark.slow
@@ -276,7 +279,7 @@ def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) ->
     paths = disks(tmp_path / "in", [200, 220, 240])
     faces = [len(read_mesh(path)[1]) for path in paths]
     method = Hostile(aborts=faces[0], aborts_once=faces[1], flag=str(tmp_path / "flag"))
-    done = batch(paths, tmp_path / "out", workers=1, method=method, progress=False)
+    done = flatten_files(paths, tmp_path / "out", workers=1, method=method, progress=False)
     assert [row.outcome for row in done.rows] == ["died", "valid", "valid"]
     assert (tmp_path / "flag").exists()
 
@@ -289,7 +292,7 @@ def test_a_batch_warns_while_it_waits_for_workers(tmp_path: Path, monkeypatch) -
         late = threading.Timer(1, cluster.scale, [1])
         late.start()
         with pytest.warns(UserWarning, match="no workers: the batch waits"):
-            done = batch(paths, tmp_path / "out", scheduler=cluster.scheduler_address, progress=False)
+            done = flatten_files(paths, tmp_path / "out", scheduler=cluster.scheduler_address, progress=False)
         late.join()
     assert done.good
 
@@ -329,7 +332,7 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
     before = snapshot(out)
     assert len(before) == len(written_down(out)) == 2
     killed_after(1)  # a second time
-    rest = batch(tmp_path / "in", out, method="lscm", workers=1, progress=False)
+    rest = flatten_files(tmp_path / "in", out, method="lscm", workers=1, progress=False)
     assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
     after = snapshot(out)
     assert all(after[name] == place for name, place in before.items())
@@ -379,7 +382,7 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     assert known <= set(before)
     assert len(known) >= len(before) - 2  # two workers may have been interrupted
     flag.touch()
-    rest = batch(tmp_path / "in", out, method=waiting, scheduler=scheduler, progress=False)
+    rest = flatten_files(tmp_path / "in", out, method=waiting, scheduler=scheduler, progress=False)
     assert rest.good
     assert rest.done == count - len(known)
     after = snapshot(out)
@@ -387,7 +390,9 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     assert not list(out.glob(".igl_linabf-*"))
     if how == signal.SIGKILL:
         twin = tmp_path / "twin"
-        for row in batch(tmp_path / "in", twin, method=Hostile(), scheduler=scheduler, progress=False).rows:
+        for row in flatten_files(
+            tmp_path / "in", twin, method=Hostile(), scheduler=scheduler, progress=False
+        ).rows:
             assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
 
 
@@ -405,7 +410,7 @@ def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_pat
     assert len(message.splitlines()) == 2  # the first line is the address of the dashboard
     assert "2.obj" not in snapshot(out)
     assert table(out)[2]["outcome"] == "waiting"
-    assert batch(tmp_path / "in", out, scheduler=scheduler, progress=False).good
+    assert flatten_files(tmp_path / "in", out, scheduler=scheduler, progress=False).good
     assert "2.obj" in snapshot(out)
 
 
@@ -428,7 +433,7 @@ def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_pa
     dome = igl.remove_unreferenced(ball[0], ball[1][ball[0][ball[1]].mean(axis=1)[:, 2] > -0.2])[:2]
     igl.writeOBJ(str(folder / "dome.obj"), *dome)
     options = {"how": "flatten", "boundary": "circle"}
-    assert batch(folder, tmp_path / "flat", scheduler=scheduler, progress=False, **options).good
+    assert flatten_files(folder, tmp_path / "flat", scheduler=scheduler, progress=False, **options).good
     rim = read_texture(tmp_path / "flat/dome.obj")[0][igl.boundary_loop(dome[1])]
     radius = np.linalg.norm(rim - 0.5, axis=1)
     assert np.ptp(radius) < 1e-5 * radius.max()
@@ -436,7 +441,7 @@ def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_pa
     V = V * [1.0, 1.1, 1.25] + 0.01 * np.sin(7 * V @ np.random.default_rng(0).normal(size=(3, 3)))
     igl.writeOBJ(str(folder / "ball.obj"), V, F)
     options = {"cones": Cones(8, angles="quarter"), "packing": Packing(resolution=256, padding=4)}
-    assert batch(folder, tmp_path / "coned", scheduler=scheduler, progress=False, **options).good
+    assert flatten_files(folder, tmp_path / "coned", scheduler=scheduler, progress=False, **options).good
     written = read_texture(tmp_path / "coned/ball.obj")
     expected = unwrap(*read_mesh(folder / "ball.obj"), **options)
     assert all(np.allclose(a, b) for a, b in zip(written, (expected.TC, expected.FTC), strict=True))
@@ -469,14 +474,14 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
         ({"workers": 1, "scheduler": "tcp://127.0.0.1:1"}, "give one of the two"),
     ):
         with pytest.raises(ValueError, match=message):
-            batch(tmp_path / "in", out, **options)
+            flatten_files(tmp_path / "in", out, **options)
     with pytest.raises(MeshError, match="holds no mesh file"):
-        batch(tmp_path / "empty", out)
+        flatten_files(tmp_path / "empty", out)
     with pytest.raises(MeshError, match="holds no mesh file"):
-        batch(str(tmp_path / "in/*.png"), out)
+        flatten_files(str(tmp_path / "in/*.png"), out)
     with pytest.raises(FileNotFoundError):
-        batch(tmp_path / "nowhere.obj", out)
+        flatten_files(tmp_path / "nowhere.obj", out)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"igl-linabf\[batch\]"):
-        batch(tmp_path / "in", out)
+        flatten_files(tmp_path / "in", out)
     assert not out.exists()
