@@ -1,36 +1,122 @@
-"""Descriptions of options and arguments, including those shared by several commands."""
+"""Options and arguments of commands: their descriptions, and those that several commands share.
+
+A command is a function. Its parameter `weight: Annotated[float, Option("weight of areas", "W")] = 1.5` is the
+option `--weight W`, and the type converts the text. A parameter without a default is an argument. A parameter
+`packing: Annotated[Packing, {"pages": Option(...)}]` is a `Packing` with options for some of its fields.
+"""
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping
+from argparse import ArgumentError, ArgumentTypeError
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Any, get_args
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from ..charts import ChartOptions, Packing
-from ..flattening import METHODS, BoundaryName
+import shtab
+
+from ..flattening import METHODS, BoundaryName, Method
 
 AXES = ("x", "y", "z")
+TYPE_NAMES = {int: "an integer", float: "a number"}
 
-Argument = Mapping[str, Any]
-"""Keywords of `argparse.ArgumentParser.add_argument`."""
-
-
-def switch(help: str) -> Argument:
-    """Describe an option without a value."""
-    return {"action": "store_true", "help": help}
+Command = Callable[..., int]
 
 
-def choice(choices: Iterable[str], default: str | None = None, help: str | None = None) -> Argument:
-    """Describe an argument that is one of several names; its help states the default."""
-    text = help if default is None else f"{help or 'one of these'} (default: %(default)s)"
-    return {"choices": tuple(choices), "default": default, "help": text}
+@dataclass(frozen=True)
+class Option:
+    """The description of an option or argument."""
+
+    help: str  # the default is appended if the help does not mention it
+    metavar: str | None = None
+    parse: Callable[[str], Any] | None = None  # by default the first type of the parameter that fits
+    choices: Sequence[Any] = ()  # by default the words of a `Literal` type
+    nargs: int | Literal["+"] | None = None
+    flags: Sequence[str] = ()  # by default the name of the parameter
+    required: bool = False
 
 
-def value(
-    metavar: str, help: str, kind: Callable[[str], Any] | None = None, default: Any = None, **more: Any
-) -> Argument:
-    """Describe an argument that `kind` converts from text; its help states the default."""
-    text = help if default is None else f"{help} (default: %(default){'g' if kind is float else 's'})"
-    return {"metavar": metavar, "help": text, "type": kind, "default": default, **more}
+def output_option(help: str) -> Option:
+    """Describe the required option -o."""
+    return Option(help, "OUT", flags=("-o", "--output"), required=True)
+
+
+def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
+    """Add the options and arguments of a command to its parser."""
+    for name, option, annotation, default in _options_of(command):
+        kinds = _kinds(annotation)
+        positional = default is Parameter.empty and not option.required
+        names = [name] if positional else option.flags or [f"--{name.replace('_', '-')}"]
+        settings: dict[str, Any] = {"help": option.help}
+        if not positional:
+            settings |= {"dest": name, "default": default, "required": option.required}
+        if kinds == [bool]:
+            parser.add_argument(*names, action="store_true", **settings)
+            continue
+        if default not in (None, Parameter.empty) and "default" not in option.help:
+            settings["help"] += f" (default: {default:g})" if kinds == [float] else f" (default: {default})"
+        words = get_args(kinds[0]) if [get_origin(kind) for kind in kinds] == [Literal] else None
+        choices = option.choices or words
+        settings |= {"metavar": option.metavar, "nargs": option.nargs, "choices": choices}
+        convert = partial(_convert, name=names[-1], kinds=kinds)
+        settings["type"] = type(choices[0]) if choices else option.parse or convert
+        action = parser.add_argument(*names, **settings)
+        if Path in kinds or positional:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
+
+
+def bind(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a command, from the values of its options.
+
+    An optional dataclass is None if all its options have their default values.
+    """
+    bound = {}
+    for name, parameter in signature(command).parameters.items():
+        kind, described = get_args(parameter.annotation)
+        if isinstance(described, Option):
+            bound[name] = values[name]
+        else:
+            given = {field: values[field] for field in described}
+            (build,) = _kinds(kind)
+            is_default = all(getattr(build, field, None) == value for field, value in given.items())
+            bound[name] = None if kind != build and is_default else build(**given)
+    return bound
+
+
+def _options_of(command: Command) -> Iterator[tuple[str, Option, Any, Any]]:
+    """Yield the name, description, type and default of each option of a command."""
+    for name, parameter in signature(command).parameters.items():
+        kind, described = get_args(parameter.annotation)
+        if isinstance(described, Option):
+            yield name, described, kind, parameter.default
+        else:
+            (build,) = _kinds(kind)
+            kinds, defaults = get_type_hints(build), signature(build).parameters
+            yield from (
+                (field, option, kinds[field], defaults[field].default) for field, option in described.items()
+            )
+
+
+def _kinds(annotation: Any) -> list[Any]:
+    """Return the types of a value that is not None, or of the elements of a list."""
+    kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
+    kinds = [kind for kind in kinds if kind is not NoneType]
+    return [get_args(kind)[0] if get_origin(kind) is list else kind for kind in kinds]
+
+
+def _convert(text: str, name: str, kinds: Sequence[Any]) -> Any:
+    """Convert a text to the first type that accepts it; a `Literal` type accepts its words."""
+    for kind in kinds:
+        if text in get_args(kind):
+            return text
+        try:
+            return kind(text)
+        except (TypeError, ValueError):  # a `Literal` cannot be called
+            continue
+    known = [" or ".join(map(str, get_args(kind))) or TYPE_NAMES[kind] for kind in kinds]
+    raise ArgumentError(None, f"{name} is {text!r}: use {', or '.join(known)}")
 
 
 def parse_texels(text: str) -> int | tuple[int, int]:
@@ -40,7 +126,7 @@ def parse_texels(text: str) -> int | tuple[int, int]:
     except ValueError:
         sides = ()
     if len(sides) not in (1, 2) or min(sides) < 1:
-        raise argparse.ArgumentTypeError(
+        raise ArgumentTypeError(
             f"{text!r} is not a number of texels: give 1024, or width and height, 2048x1024"
         )
     return sides[0] if len(sides) == 1 else (sides[0], sides[1])
@@ -52,84 +138,80 @@ def parse_axis(text: str) -> list[float]:
     if name in AXES and len(text) - len(name) <= 1:
         sign = -1.0 if text.startswith("-") else 1.0
         return [sign * (letter == name) for letter in AXES]
-    return parse_vector(text, "x, y, z, --up=-z, or three numbers such as 0,-1,0")
-
-
-def parse_vector(text: str, known: str) -> list[float]:
-    """Convert three numbers separated by commas; the error message lists the `known` forms."""
     try:
         x, y, z = (float(number) for number in text.split(","))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a direction: give {known}") from None
+        raise ArgumentTypeError(
+            f"{text!r} is not a direction: give x, y, z, -z as in --up=-z, or three numbers such as 0,-1,0"
+        ) from None
     return [x, y, z]
 
 
-def output_argument(help: str) -> Argument:
-    """Describe the output of a command that writes one file per mesh."""
-    return value("OUT", f"{help}, or a folder that exists, or - for standard output", Path, required=True)
+def parse_side(text: str) -> list[float] | str:
+    """Convert a direction; keep "back"."""
+    return text if text == "back" else parse_axis(text)
 
 
-def format_argument(suffixes: Iterable[str], default: str) -> Argument:
-    """Describe the format of the files written to a folder or to standard output."""
-    return choice((suffix[1:] for suffix in suffixes), default, "of files in a folder and of standard output")
+def build_method(name: str, **options: Any) -> Method:
+    """Return the method with the given options, of which None and "auto" are the defaults.
+
+    Raises
+    ------
+    ValueError
+        The method does not have one of the options.
+    """
+    method = METHODS[name]
+    known = {field.name for field in fields(method)}  # type: ignore[arg-type]
+    given = {option: value for option, value in options.items() if value not in ("auto", None)}
+    for option in given:
+        if option not in known:
+            raise ValueError(f"--{option} is not an option of the method {name}: leave it out")
+    return method(**given)
 
 
-SHARED: Mapping[str, Argument] = {
-    "mesh": value(
-        "MESH", "files (OBJ, PLY, GLB, STL, ...), patterns in quotes, or - for standard input", nargs="+"
+MethodName = Annotated[str, Option("method", choices=sorted(METHODS))]
+Weight = Annotated[
+    float | None,
+    Option("weight of areas against angles, 0 (angles) to 8 (areas), for isometric; default: 1.5", "W"),
+]
+Boundary = Annotated[BoundaryName, Option("shape of the boundary, for linabf and abf (circles: holes, too)")]
+Corners = Annotated[
+    list[int] | None, Option("vertices at the corners of a rectangle (default: found)", "VERTEX", nargs=4)
+]
+ConeCount = Annotated[
+    Literal["auto"] | int | None,
+    Option("concentrate the curvature at N vertices of each component; auto: choose the number", "N"),
+]
+Units = Annotated[
+    Literal["square", "mesh"] | None,
+    Option(
+        "scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
+        "mesh if the map is written as a surface: GIFTI, .surf, .flat)"
     ),
-    "output": output_argument("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat) file"),
-    "picture": value("OUT.png", "checkerboard picture to write", Path),
-    "method": choice(sorted(METHODS), "linabf"),
-    "weight": value(
-        "W",
-        "weight of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
-        float,
+]
+CHARTS = {
+    "trade": Option("larger: longer seams for less stretch; 0: shortest seams", "TRADE"),
+    "max_stretch": Option("cut charts until their L2 stretch is at most L2", "L2"),
+    "hide": Option(
+        "where seams may lie: the direction in which the back or underside faces (--hide=0,-1,0); or back: "
+        "the side of a head or figure that has no face",
+        "X,Y,Z or back",
+        parse_side,
     ),
-    "boundary": choice(
-        get_args(BoundaryName),
-        "free",
-        "shape of the map's boundary, for linabf and abf (circles: of holes, too)",
-    ),
-    "corners": value(
-        "VERTEX",
-        "boundary vertices at a rectangle's corners (default: where the boundary turns most)",
-        int,
-        nargs=4,
-    ),
-    "cones": value("N", "concentrate the curvature at N vertices of each component; auto: choose the number"),
-    "trade": value(
-        "TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, ChartOptions.trade
-    ),
-    "keep-holes": switch("leave holes uncut"),
-    "repair-overlaps": switch("move overlapping parts apart instead of splitting charts"),
-    "resolution": value(
-        "TEXELS",
+    "keep_holes": Option("leave holes uncut"),
+    "repair_overlaps": Option("move overlapping parts apart instead of splitting charts"),
+}
+PACKING = {
+    "resolution": Option(
         "texels along a page's side, or its width and height (2048x1024); distances between charts are then "
         "counted in texels",
+        "TEXELS",
         parse_texels,
     ),
-    "padding": value("TEXELS", "distance between two charts, with --resolution", float, Packing.padding),
-    "unseen": value(
-        "SHARE",
-        "share of the texel density for charts that no ray from outside reaches, such as cavities",
-        float,
-        Packing.unseen,
+    "padding": Option("distance between two charts, with --resolution", "TEXELS"),
+    "texel_density": Option("texels per unit of length (default: fill the pages)", "TEXELS"),
+    "pages": Option("number of pages, as UDIM tiles (default: 1, or as many as needed)", "N"),
+    "unseen": Option(
+        "share of the texel density for charts that no ray from outside reaches, such as cavities", "SHARE"
     ),
-    "units": choice(
-        ("square", "mesh"),
-        help="scale of a flattened map: the unit square, or the mesh's units of length (default: square; "
-        "mesh if the map is written as a surface: GIFTI, .surf, .flat)",
-    ),
-    "force": switch(
-        "replace existing files that -o does not name: MTL and PNG files beside an OBJ, pictures, "
-        "files in a folder"
-    ),
-    "json": switch("print all figures as JSON, one line per mesh, instead of tables"),
-    "quiet": switch("print no tables and no progress"),
 }
-
-
-def shared_arguments(*names: str) -> Mapping[str, Argument]:
-    """Return the named arguments, in the given order."""
-    return {name: SHARED[name] for name in names}

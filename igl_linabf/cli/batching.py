@@ -1,78 +1,82 @@
 """The command `igl-linabf batch`."""
 
-import argparse
-from typing import Any
+from typing import Annotated, Literal
 
 from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
 from ..flattening import METHODS
 from ..io import SUFFIXES
-from .arguments import choice, shared_arguments, switch, value
-from .commands import Command, ExitCode, build_from_options, parse_auto_or_number
+from .arguments import CHARTS, PACKING, Boundary, ConeCount, Option, Units, output_option
+from .jobs import ExitCode
+
+INPUTS = Option("mesh files, folders of them, globs in quotes, URLs", "IN", nargs="+")
+OUTPUT = output_option("folder for the maps and results.csv; an interrupted batch resumes there")
+HOW = Option("unwrap: with seams; flatten: disks only; cortex: FreeSurfer subjects")
+METHOD = Option("method (default: linabf; isometric for cortices)", choices=sorted(METHODS))
+FORMAT = Option("file format of the maps", choices=[suffix[1:] for suffix in SUFFIXES])
+CONE_ANGLES = Option("cone angles in quarter turns (default: those with the same scale at all cones)")
 
 
-def _batch(options: argparse.Namespace) -> int:
-    names = (
-        *("workers", "scheduler", "how", "method", "format", "memory", "boundary", "units"),
-        *("retry", "force"),
-    )
-    chosen = {name: getattr(options, name) for name in names}
-    cones: Any = parse_auto_or_number("cones", options.cones)
-    if options.cone_angles is not None:
-        if cones is None:
-            raise ValueError("--cone-angles needs cones: give --cones, too")
-        cones = Cones(cones, angles=options.cone_angles)
-    charts, packing = build_from_options(ChartOptions, options), build_from_options(Packing, options)
+def run_batch(
+    inputs: Annotated[list[str], INPUTS],
+    *,
+    output: Annotated[str, OUTPUT],
+    workers: Annotated[int | None, Option("processes on this machine (default: one per core)", "N")] = None,
+    scheduler: Annotated[
+        str | None, Option("use the workers of this Dask scheduler instead", "ADDRESS")
+    ] = None,
+    how: Annotated[Literal["unwrap", "flatten", "cortex"], HOW] = "unwrap",
+    method: Annotated[str | None, METHOD] = None,
+    format: Annotated[str, FORMAT] = "obj",
+    memory: Annotated[str | None, Option("memory limit of one mesh, such as 2GiB", "SIZE")] = None,
+    charts: Annotated[ChartOptions | None, CHARTS],
+    boundary: Boundary = "free",
+    units: Units = None,
+    cones: ConeCount = None,
+    cone_angles: Annotated[Literal["quarter"] | None, CONE_ANGLES] = None,
+    packing: Annotated[Packing | None, PACKING],
+    retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
+    force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
+) -> ExitCode:
+    """Unwrap many files on all cores or a cluster, with Dask; a second run resumes an interrupted one.
+
+    Exit code 1: finished, but some maps are missing or have flips or overlaps; results.csv lists the reasons.
+
+    Examples
+    --------
+    scans/ -o maps/
+    scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB
+    heads/ -o maps/ --how flatten --method abf --boundary circle
+    scans/ -o maps/ --how flatten --units mesh    # in the meshes' units of length
+    bodies/ -o maps/ --cones auto --cone-angles quarter
+    scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart
+    scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps
+    scans/ -o maps/ --max-stretch 1.2 --hide back    # seams at the backs of heads
+    scans/ -o maps/ --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
+    scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities
+    $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject
+    scans/ -o maps/ --retry    # meshes that died before
+    scans/ -o maps/ --force    # replaces maps from other programs
+    scans/ -o maps/ --scheduler tcp://10.0.0.1:8786
+    """
+    if cone_angles is not None and cones is None:
+        raise ValueError("--cone-angles needs cones: give --cones, too")
     done = flatten_files(
-        options.inputs, options.output, charts=charts, cones=cones, packing=packing, **chosen
+        inputs,
+        output,
+        workers=workers,
+        scheduler=scheduler,
+        how=how,
+        method=method,
+        format=format,
+        memory=memory,
+        charts=charts,
+        boundary=boundary,
+        units=units,
+        cones=None if cones is None else Cones(cones, angles=cone_angles),
+        packing=packing,
+        retry=retry,
+        force=force,
     )
     print(done, flush=True)
-    options.on_commit()
     return ExitCode.GOOD if done.good else ExitCode.NOT_VALID
-
-
-BATCH = Command(
-    "batch",
-    _batch,
-    "unwrap many files on all cores or a cluster; a second run resumes an interrupted one",
-    {
-        "inputs": value("IN", "mesh files, folders of them, globs in quotes, URLs", nargs="+"),
-        "folder": value(
-            "OUT", "folder for the maps and results.csv; an interrupted batch resumes there", required=True
-        ),
-        "workers": value("N", "processes on this machine (default: one per core)", int),
-        "scheduler": value("ADDRESS", "use the workers of this Dask scheduler instead"),
-        "how": choice(
-            ("unwrap", "flatten", "cortex"),
-            "unwrap",
-            "unwrap: with seams; flatten: disks only; cortex: FreeSurfer subjects",
-        ),
-        "method": choice(sorted(METHODS), help="method (default: linabf; isometric for cortices)"),
-        "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "file format of the maps"),
-        "memory": value("SIZE", "memory limit of one mesh, such as 2GiB"),
-        **shared_arguments("trade", "keep-holes", "repair-overlaps", "boundary", "units", "cones"),
-        "cone-angles": choice(
-            ("quarter",),
-            help="cone angles in quarter turns (default: those with the same scale at all cones)",
-        ),
-        **shared_arguments("resolution", "padding", "unseen"),
-        "retry": switch("retry meshes that died, ran out of memory or failed before"),
-        "force": switch("replace files in OUT that were not written by a batch"),
-    },
-    "Unwrap many files, with Dask. Exit code 1: finished, but some maps are missing or have flips or "
-    "overlaps; results.csv lists the reasons.",
-    (
-        "scans/ -o maps/",
-        "scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB",
-        "heads/ -o maps/ --how flatten --method abf --boundary circle",
-        "scans/ -o maps/ --how flatten --units mesh    # in the meshes' units of length",
-        "bodies/ -o maps/ --cones auto --cone-angles quarter",
-        "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
-        "scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps",
-        "scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities",
-        "$SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject",
-        "scans/ -o maps/ --retry    # meshes that died before",
-        "scans/ -o maps/ --force    # replaces maps from other programs",
-        "scans/ -o maps/ --scheduler tcp://10.0.0.1:8786",
-    ),
-)

@@ -1,12 +1,11 @@
 """The command `igl-linabf doctor`, and the versions of packages."""
 
-import argparse
 import platform
 from importlib import metadata
 
 from .._core import BUILD
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
-from .commands import Command, ExitCode
+from .jobs import ExitCode
 
 NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
 EXTRAS = {  # optional packages, explained in docs/install.md
@@ -19,7 +18,8 @@ EXTRAS = {  # optional packages, explained in docs/install.md
 }
 
 
-def _doctor(options: argparse.Namespace) -> int:
+def print_versions() -> ExitCode:
+    """Print the installed packages and the libraries of the solvers."""
     print(f"igl-linabf {version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}")
     for name in NEEDED:
         print(f"  {name} {version(name)}")
@@ -40,6 +40,3 @@ def version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
-
-
-DOCTOR = Command("doctor", _doctor, "print the installed packages and the libraries of the solvers", {})

@@ -1,91 +1,188 @@
-"""Run a command on each mesh: expand patterns, read standard input, name the output files."""
+"""Run a command: expand patterns, read standard input, name the output files, report errors."""
 
-import argparse
 import contextlib
 import glob
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
 
 from .._runtime import progress_part, reporting, undo_at_interrupt
-from ..io import MeshFile, check_free, detect_suffix, files_beside, read_file
-from .commands import STDIO, RunFunction, run_and_report
+from ..io import SUFFIXES, MeshFile, check_free, detect_suffix, files_beside, read_file, suffix_of
+from .arguments import Command, Option, bind, output_option
+
+STDIO = Path("-")  # stands for standard input or output
 
 # Shares of the progress bar at the end of each step; a picture may be drawn after the map is written.
 PROGRESS = {"reading": 0.1, "computing": 0.8, "baking": 0.9, "writing": 0.9}
 
 
-def run_each(options: argparse.Namespace, run: RunFunction) -> int:
-    """Run a command on each mesh of `options.mesh`, and return the worst exit code.
+class ExitCode(IntEnum):
+    """Exit codes: all maps are valid, some are not, or an error occurred."""
 
-    An error in one mesh does not stop the run. The command finds one mesh in `options.mesh`, and the paths
-    of its files in `options.output` and `options.picture`. `options.title` is the name of the mesh. Messages
-    about one of several meshes start with `options.prefix`.
-    """
-    names = _expand_patterns(options.mesh)
-    if getattr(options, "output", None) == Path(STDIO) and options.json:
-        raise ValueError("--json and -o - both write to standard output: leave one out")
-    into = {
-        kind: _choose_output_paths(getattr(options, kind), names, suffix)
-        for kind, suffix in (("output", f".{getattr(options, 'format', None) or 'obj'}"), ("picture", ".png"))
-        if getattr(options, kind, None) is not None
+    GOOD = 0
+    NOT_VALID = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of a command: the mesh it reads, the files it writes, and how it reports."""
+
+    given: list[str] | str  # names of meshes, or the name of the only mesh, in the command line
+    output: Path | None = None  # file to write, if any
+    picture: Path | None = None
+    format: str = "obj"  # of standard output
+    force: bool = False  # replace existing files that `output` does not name
+    json: bool = False  # print figures instead of tables
+    quiet: bool = False  # print nothing
+    mesh: Path = STDIO  # file to read
+    title: str = ""  # name of the mesh in messages
+    prefix: str = ""  # beginning of messages about one of several meshes
+    on_commit: Callable[[], object] = lambda: None  # called before the files get their final names
+
+    suffixes: ClassVar[Sequence[str]] = SUFFIXES  # of the output
+
+    @property
+    def target(self) -> Path:
+        """The output file; for standard output, a file name of the same format."""
+        return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
+
+    def read(self, surface: Path | None = None, partial: bool = False) -> MeshFile:
+        """Read the mesh; with `partial`, some corners may lack texture coordinates."""
+        if self.mesh.is_dir():
+            raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
+        with progress_part("reading", PROGRESS["reading"]):
+            return read_file(self.mesh, surface, partial=partial)
+
+
+def output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:
+    """Describe the options of a command that writes one file for each mesh."""
+    return {
+        "output": output_option(f"{formats} file, or a folder that exists, or - for standard output"),
+        "format": Option(
+            "of files in a folder and of standard output", choices=[suffix[1:] for suffix in suffixes]
+        ),
+        "force": FORCE,
     }
-    asked = getattr(options, "output", None)
-    places = (place for places in into.values() for place in places if place != asked)
-    check_free(places, getattr(options, "force", False))
-    code = 0
+
+
+FORCE = Option(
+    "replace existing files that -o does not name: MTL and PNG files beside an OBJ, pictures, "
+    "files in a folder"
+)
+MESHES = {
+    "given": Option(
+        "files (OBJ, PLY, GLB, STL, ...), patterns in quotes, or - for standard input", "MESH", nargs="+"
+    )
+}
+OUTPUT = output_options("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat)", SUFFIXES)
+PICTURE = {"picture": Option("checkerboard picture to write", "OUT.png"), "force": FORCE}
+REPORTS = {
+    "json": Option("print all figures as JSON, one line per mesh, instead of tables"),
+    "quiet": Option("print no tables and no progress"),
+}
+
+
+def run_command(command: Command, values: Mapping[str, Any], on_commit: Callable[[], object]) -> int:
+    """Run a command with the parsed options, on each of its meshes, and return the worst exit code.
+
+    Errors are printed. An error in one mesh does not stop the run.
+    """
+
+    def run() -> int:
+        bound = bind(command, values)
+        if "job" not in bound:
+            return command(**bound)
+        jobs = _plan_jobs(replace(bound.pop("job"), on_commit=on_commit))
+        return max(report_errors(partial(_run_job, partial(command, **bound), job), job) for job in jobs)
+
+    return report_errors(run)
+
+
+def _plan_jobs(job: Job) -> list[Job]:
+    """Return the job of each mesh. Raise if two jobs write the same file, or one replaces a file."""
+    if isinstance(job.given, str):
+        mesh = Path(job.given)
+        jobs = [replace(job, mesh=mesh, title=str(mesh))]
+    else:
+        names = _expand_patterns(job.given)
+        if job.output == STDIO and job.json:
+            raise ValueError("--json and -o - both write to standard output: leave one out")
+        outputs = _choose_paths(job.output, names, f".{job.format}")
+        pictures = _choose_paths(job.picture, names, ".png")
+        jobs = []
+        for name, output, picture in zip(names, outputs, pictures, strict=True):
+            title = "standard input" if name == str(STDIO) else name
+            prefix = f"{title}: " if len(names) > 1 else ""
+            own: dict[str, Any] = {"mesh": Path(name), "output": output, "picture": picture}
+            jobs.append(replace(job, title=title, prefix=prefix, **own))
+        jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]  # Ctrl-C stays enabled
+    paths = (path for one in jobs for path in (one.output, one.picture))
+    check_free((path for path in paths if path is not None and path != job.output), job.force)
+    return jobs
+
+
+def _run_job(command: Command, job: Job) -> int:
+    """Run a command on one mesh, after a check that its files can be written."""
+    for path, suffixes in ((job.output, job.suffixes), (job.picture, (".png",))):
+        if path is None or path == STDIO:
+            continue
+        if suffix_of(path) not in suffixes:
+            raise ValueError(f"{path} does not end in {' or '.join(suffixes)}: give a file name that does")
+        if not os.access(path.parent, os.W_OK):
+            raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
+    if job.picture:
+        from .. import plot  # noqa: F401  # raises with instructions if pyvista is missing
     with contextlib.ExitStack() as stack:
-        for i, name in enumerate(names):
-            last = i == len(names) - 1
-            own = {kind: places[i] for kind, places in into.items()}
-            on_commit = options.on_commit if last else _do_nothing
-            mesh = stack.enter_context(_spool_standard_input()) if name == STDIO else Path(name)
-            title = "standard input" if name == STDIO else name
-            called = {"title": title, "prefix": "" if len(names) == 1 else f"{title}: "}
-            one = argparse.Namespace(
-                **{**vars(options), **own, **called, "mesh": mesh, "on_commit": on_commit}
-            )
-            code = max(code, run_and_report(partial(_run_with_progress, run=run), one))
-    return code
+        if not isinstance(job.given, str):  # a single bar, which ends before anything is printed
+            stack.enter_context(reporting(False if job.quiet or job.json else None))
+        mesh = stack.enter_context(_spool_standard_input()) if job.mesh == STDIO else job.mesh
+        return command(replace(job, mesh=mesh))
 
 
-def _run_with_progress(options: argparse.Namespace, run: RunFunction) -> int:
-    """Run with a single progress bar, which ends before anything is printed."""
-    with reporting(False if options.quiet or options.json else None):
-        return run(options)
+def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
+    """Run a function and return its exit code; print an error as one line that names the mesh."""
+    job = job or Job("")
+    try:
+        return int(run())
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        message = f"{place}{error.strerror or error}"
+        _give_up_stdout()
+    except MemoryError:
+        message = f"{job.title or 'the command'}: not enough memory: decimate the mesh"
+    except (ImportError, ValueError) as error:  # MeshError is a ValueError
+        message = str(error)
+    begin = "" if message.startswith(job.title) else job.prefix
+    print(f"igl-linabf: {begin}{message}", file=sys.stderr)
+    return ExitCode.ERROR
 
 
-def read_given_mesh(options: argparse.Namespace, partial: bool = False) -> MeshFile:
-    """Read the file `options.mesh`; with `partial`, some corners may lack texture coordinates."""
-    if options.mesh.is_dir():
-        raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
-    with progress_part("reading", PROGRESS["reading"]):
-        return read_file(options.mesh, getattr(options, "surface", None), partial=partial)
+def _give_up_stdout() -> None:
+    """Redirect a broken stdout to the null device, so that the exiting process does not flush it again."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def check_companion_files(
-    options: argparse.Namespace, mesh: MeshFile, kinds: Sequence[str] = (), second: bool = False
+    job: Job, mesh: MeshFile, kinds: Sequence[str] = (), pages: int = 1, second: bool = False
 ) -> None:
     """Raise if a file beside the output exists already, or is also the picture of this run.
 
     Called before the computation. `kinds` are the images to write; `second` means second texture coordinates.
     """
-    if options.output == Path(STDIO):
-        return
-    pages = getattr(options, "pages", None) or 1
-    beside = files_beside(options.output, mesh, kinds, pages, second)
-    if options.picture in beside:
-        raise ValueError(
-            f"the picture and the texture would both be written to {options.picture}: name another"
-        )
-    check_free(beside, options.force)
-
-
-def _do_nothing() -> None:
-    """Leave Ctrl-C enabled, because more meshes follow."""
+    beside = files_beside(job.target, mesh, kinds, pages, second) if job.output != STDIO else ()
+    if job.picture in beside:
+        raise ValueError(f"the picture and the texture would both be written to {job.picture}: name another")
+    check_free(beside, job.force)
 
 
 def _expand_patterns(given: Sequence[str]) -> list[str]:
@@ -98,21 +195,21 @@ def _expand_patterns(given: Sequence[str]) -> list[str]:
             if not found:
                 raise ValueError(f"{name}: no file matches this pattern")
         names += found
-    if names.count(STDIO) > 1:
+    if names.count(str(STDIO)) > 1:
         raise ValueError("- is given twice: standard input holds one mesh")
     return names
 
 
-def _choose_output_paths(given: Path, names: Sequence[str], suffix: str) -> list[Path]:
+def _choose_paths(given: Path | None, names: Sequence[str], suffix: str) -> Sequence[Path | None]:
     """Return the output file of each mesh: the given one, or one named after the mesh in a given folder."""
-    if not given.is_dir():
-        if len(names) == 1:
-            return [given]
+    if given is None or not given.is_dir():
+        if given is None or len(names) == 1:
+            return [given] * len(names)
         raise ValueError(
             f"{given} is not a folder, and there are {len(names)} meshes: give an existing folder, or use "
             "igl-linabf batch"
         )
-    places = [given / f"{'stdin' if name == STDIO else Path(name).stem}{suffix}" for name in names]
+    places = [given / f"{'stdin' if name == str(STDIO) else Path(name).stem}{suffix}" for name in names]
     for i, place in enumerate(places):
         if place in places[:i]:
             first = names[places.index(place)]

@@ -1,13 +1,11 @@
 """Output of a command: files are checked before the computation, and renamed only after all are written."""
 
-import argparse
 import contextlib
 import json
 import math
-import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -20,45 +18,31 @@ import numpy as np
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
-from ..io import replacing, suffix_of, write_atomically
-from .commands import STDIO, ExitCode
-from .jobs import PROGRESS
+from ..io import replacing, write_atomically
+from .jobs import PROGRESS, STDIO, ExitCode, Job
 
 OMITTED_FIELDS = {"FTC", "split", "outlines", "sides"}  # fields of results that JSON leaves out
 INDEX_FIELDS = {"flipped", "repaired", "first"}  # arrays that JSON includes
 
 
-def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
-    """Raise if the output files have an unknown suffix or cannot be written."""
-    for path, known in ((mesh, suffixes), (png, (".png",))):
-        if path is None or path == Path(STDIO):
-            continue
-        if suffix_of(path) not in known:
-            raise ValueError(f"{path} does not end in {' or '.join(known)}: give a file name that does")
-        if not os.access(path.parent, os.W_OK):
-            raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
-    if png is not None:
-        from .. import plot  # noqa: F401  # raises with instructions if pyvista is missing
-
-
-def make_writer(options: argparse.Namespace) -> Callable[..., AbstractContextManager[None]]:
+def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
     """Return a function that writes a mesh file.
 
     On standard output, names of other files are relative to the current folder.
     """
-    folder = Path.cwd() if options.output == Path(STDIO) else None
-    return partial(write_atomically, force=options.force, folder=folder)
+    folder = Path.cwd() if job.output == STDIO else None
+    return partial(write_atomically, force=job.force, folder=folder)
 
 
-def report_troubles(options: argparse.Namespace, good: bool, troubles: Iterable[str]) -> int:
+def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
     """Print the troubles of a written map, and return the exit code."""
     for message in troubles:
-        print(f"igl-linabf: {options.prefix}{message}", file=sys.stderr)
+        print(f"igl-linabf: {job.prefix}{message}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
 
 
 def write_outputs(
-    options: argparse.Namespace,
+    job: Job,
     text: str,
     figures: Mapping[str, object],
     pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]] | None = None,
@@ -68,15 +52,15 @@ def write_outputs(
 
     `write(path)` returns a context manager that writes a file, and renames it when the block ends.
     """
-    picture = None if pictured is None else options.picture
-    to_stdout = write is not None and options.output == Path(STDIO)
+    picture = None if pictured is None else job.picture
+    to_stdout = write is not None and job.output == STDIO
     with contextlib.ExitStack() as stack:
         if write is not None:
             with progress_part("writing", PROGRESS["writing"] if picture else 1.0):
                 if to_stdout:
-                    data = _write_to_bytes(options, write)
+                    data = _write_to_bytes(job, write)
                 else:
-                    stack.enter_context(write(options.output))
+                    stack.enter_context(write(job.target))
         if pictured is not None and picture is not None:
             from ..plot import plot_compare
 
@@ -87,23 +71,21 @@ def write_outputs(
             if to_stdout:
                 sys.stdout.flush()
                 sys.stdout.buffer.write(data)
-            if options.json:
-                print(_to_json({"mesh": options.title, **figures}), flush=True)
-            elif not options.quiet:
-                text = f"{options.title}\n{text}\n" if options.prefix else text
+            if job.json:
+                print(_to_json({"mesh": job.title, **figures}), flush=True)
+            elif not job.quiet:
+                text = f"{job.title}\n{text}\n" if job.prefix else text
                 print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
             sys.stdout.flush()
         except OSError as error:
             raise OSError(error.errno, error.strerror, "standard output") from None
-        options.on_commit()
+        job.on_commit()
 
 
-def _write_to_bytes(
-    options: argparse.Namespace, write: Callable[[str | Path], AbstractContextManager[None]]
-) -> bytes:
+def _write_to_bytes(job: Job, write: Callable[[str | Path], AbstractContextManager[None]]) -> bytes:
     """Return the bytes for standard output, in the requested format."""
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
-        path = Path(folder) / f"map.{getattr(options, 'format', None) or 'obj'}"
+        path = Path(folder) / job.target
         with write(path):
             pass
         beside = sorted(other.name for other in path.parent.iterdir() if other != path)

@@ -2,50 +2,38 @@
 
 import argparse
 import contextlib
+import inspect
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NoReturn
 
-from .batching import BATCH
-from .commands import Command, ExitCode, run_and_report
-from .comparing import COMPARE
-from .doctor import DOCTOR, version
-from .flattening import CORTEX, FLATTEN
-from .jobs import run_each
-from .pattern_making import PATTERN
-from .unwrapping import UNWRAP
-from .uv_sets import CHECK, PACK
-from .viewing import VIEW
+import shtab
 
-COMMANDS = (FLATTEN, COMPARE, UNWRAP, CHECK, PACK, PATTERN, CORTEX, VIEW, BATCH, DOCTOR)
+from .arguments import Command, add_options
+from .batching import run_batch
+from .doctor import print_versions, version
+from .flattening import compare_methods, flatten_cortex, flatten_mesh
+from .jobs import ExitCode, run_command
+from .pattern_making import draw_pattern
+from .texture_coordinates import check_coordinates, pack_charts
+from .unwrapping import unwrap_mesh
+from .viewing import view_mesh
+
+COMMANDS: Mapping[str, Command] = {
+    "flatten": flatten_mesh,
+    "compare": compare_methods,
+    "unwrap": unwrap_mesh,
+    "check": check_coordinates,
+    "pack": pack_charts,
+    "pattern": draw_pattern,
+    "cortex": flatten_cortex,
+    "view": view_mesh,
+    "batch": run_batch,
+    "doctor": print_versions,
+}
 EXAMPLES = "examples:"
 SHELLS = ("bash", "zsh", "fish")
-FLAGS = {
-    "subject": ["subject"],
-    "mesh": ["mesh"],
-    "inputs": ["inputs"],
-    "output": ["-o", "--output"],
-    "folder": ["-o", "--output"],
-}
-
-
-class Completion(argparse.Action):
-    """An option that prints a completion script for a shell; the arguments `files` complete paths."""
-
-    def __init__(self, *args: Any, files: Sequence[argparse.Action], **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self.files = files
-
-    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> NoReturn:
-        import shtab
-
-        for argument in self.files:
-            argument.complete = shtab.FILE  # type: ignore[attr-defined]
-        print(shtab.complete(parser, shell=rest[1]))
-        parser.exit()
 
 
 class Parser(argparse.ArgumentParser):
@@ -62,38 +50,36 @@ class Help(argparse.HelpFormatter):
         return text if text.startswith(EXAMPLES) else super()._fill_text(text, width, indent)
 
 
-def _format_examples(command: Command) -> str | None:
-    lines = (f"  igl-linabf {command.name} {example}" for example in command.examples)
-    return "\n".join((EXAMPLES, *lines)) if command.examples else None
-
-
 def command_parser() -> Parser:
-    """Return the parser of the whole command; the parsed options have the chosen function in `run`."""
-    files: list[argparse.Action] = []
+    """Return the parser of the whole command, which parses the options of the functions in `COMMANDS`."""
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
     parser.add_argument("--version", action="version", version=f"igl-linabf {version('igl-linabf')}")
     parser.add_argument(
         "--print-completion",
-        action=Completion,
+        action=shtab.completion_action(),
         choices=SHELLS,
-        files=files,
         help="print a script that makes the shell complete options and files at TAB, and exit",
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in COMMANDS:
+    for name, command in COMMANDS.items():
+        summary, description, examples = read_docstring(command)
+        lines = [EXAMPLES, *(f"  igl-linabf {name} {example}" for example in examples)]
         subparser = commands.add_parser(
-            command.name,
-            help=command.help,
-            description=command.description,
-            epilog=_format_examples(command),
+            name,
+            help=summary,
+            description=description,
+            epilog="\n".join(lines) if examples else None,
             formatter_class=Help,
         )
-        subparser.set_defaults(run=partial(run_each, run=command.run) if command.each else command.run)
-        for name, settings in command.arguments.items():
-            argument = subparser.add_argument(*FLAGS.get(name, [f"--{name}"]), **settings)
-            if argument.type is Path or name in ("mesh", "seams"):
-                files.append(argument)
+        add_options(subparser, command)
     return parser
+
+
+def read_docstring(command: Command) -> tuple[str, str, list[str]]:
+    """Return the line in the list of commands, the description, and the examples from a docstring."""
+    description, _, examples = (inspect.getdoc(command) or "").partition("\n\nExamples\n--------\n")
+    summary = description.partition("\n")[0].rstrip(".")
+    return summary[:1].lower() + summary[1:], description, examples.splitlines()
 
 
 def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], object] = lambda: None) -> int:
@@ -101,12 +87,10 @@ def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], obje
 
     `on_commit` is called after everything is printed and written, before the files get their final names.
     """
-    options = command_parser().parse_args(arguments)
-    options.on_commit = on_commit
-    named = getattr(options, "mesh", getattr(options, "subject", "the batch"))
-    options.title, options.prefix = str(named), ""
+    options = vars(command_parser().parse_args(arguments))
+    command = COMMANDS[options.pop("command")]
     with _print_warnings_on_one_line():
-        return run_and_report(options.run, options)
+        return run_command(command, options, on_commit)
 
 
 @contextlib.contextmanager

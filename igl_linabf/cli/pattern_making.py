@@ -1,20 +1,23 @@
 """The command `igl-linabf pattern`."""
 
-import argparse
 import warnings
+from dataclasses import dataclass
 from functools import partial
+from typing import Annotated
 
 from .._runtime import progress_part
 from ..charts import ChartOptions, unwrap
 from ..errors import OutcomeWarning
-from ..flattening import METHODS
 from ..io import MeshFile
 from ..patterns import DEFAULT_UNITS, PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
-from .arguments import choice, format_argument, output_argument, parse_axis, shared_arguments, value
-from .commands import Command
-from .jobs import PROGRESS, read_given_mesh
-from .outputs import check_outputs, report_troubles, write_outputs
+from .arguments import CHARTS, MethodName, Option, parse_axis
+from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
+from .outputs import report_troubles, write_outputs
 
+OUTPUT = output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXES)
+UNIT = Option(f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})", choices=UNITS)
+GRAIN = Option("direction in space along which the arrows point (default: z)", "AXIS", parse_axis)
+UP = Option("direction in space that points up on the pieces (default: the grain)", "AXIS", parse_axis)
 UNITS_NOTES = {
     "option": "from --units",
     "file": "from its file",
@@ -22,20 +25,49 @@ UNITS_NOTES = {
 }
 
 
-def _pattern(options: argparse.Namespace) -> int:
-    check_outputs(options.output, None, PATTERN_SUFFIXES)
-    mesh = read_given_mesh(options)
+@dataclass(frozen=True)
+class PatternJob(Job):
+    """A job that writes SVG by default."""
+
+    format: str = "svg"
+
+    suffixes = PATTERN_SUFFIXES
+
+
+def draw_pattern(
+    job: Annotated[PatternJob, {**MESHES, **OUTPUT, **REPORTS}],
+    *,
+    units: Annotated[str | None, UNIT] = None,
+    crease: Annotated[float, Option("smallest angle between two faces at a fold line", "DEGREES")] = 30.0,
+    grain: Annotated[list[float] | None, GRAIN] = None,
+    up: Annotated[list[float] | None, UP] = None,
+    paper: Annotated[str, Option("paper size of a PDF", choices=tuple(PAPERS))] = "A4",
+    trade: Annotated[float, CHARTS["trade"]] = ChartOptions.trade,
+    method: MethodName = "isometric",
+) -> ExitCode:
+    """Unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join.
+
+    The table lists the lengths of both sides of each seam.
+
+    Examples
+    --------
+    lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres
+    lampshade.glb -o lampshade.svg    # in metres, like every GLB
+    lampshade.obj -o lampshade.pdf --paper A3 --quiet
+    bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf
+    'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh
+    'parts/*.obj' -o sheets/ --force    # replaces existing sheets
+    """
+    mesh = job.read()
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # reported below
-        atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=options.trade), method=options.method)
-    units, given_by = _find_units(options.units, mesh)
-    pattern = pattern_of(mesh.V, mesh.F, atlas, units, options.crease, options.grain, options.up)
+        atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=trade), method=method)
+    unit, given_by = _find_units(units, mesh)
+    pattern = pattern_of(mesh.V, mesh.F, atlas, unit, crease, grain or parse_axis("z"), up)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     text = f"{pattern} ({UNITS_NOTES[given_by]})"
-    write_outputs(
-        options, text, figures, write=partial(writing_pattern, pattern=pattern, paper=options.paper)
-    )
-    return report_troubles(options, atlas.good, atlas.troubles)
+    write_outputs(job, text, figures, write=partial(writing_pattern, pattern=pattern, paper=paper))
+    return report_troubles(job, atlas.good, atlas.troubles)
 
 
 def _find_units(asked: str | None, mesh: MeshFile) -> tuple[str, str]:
@@ -43,37 +75,3 @@ def _find_units(asked: str | None, mesh: MeshFile) -> tuple[str, str]:
     if asked is not None:
         return asked, "option"
     return (DEFAULT_UNITS, "default") if mesh.units is None else (mesh.units, "file")
-
-
-PATTERN = Command(
-    "pattern",
-    _pattern,
-    "unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join",
-    {
-        **shared_arguments("mesh"),
-        "output": output_argument("SVG, DXF or PDF file (a unit of SVG and DXF is a millimetre)"),
-        "format": format_argument(PATTERN_SUFFIXES, "svg"),
-        "units": choice(
-            UNITS, help=f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})"
-        ),
-        "crease": value("DEGREES", "smallest angle between two faces at a fold line", float, 30.0),
-        "grain": value("AXIS", "direction in space along which the arrows point", parse_axis, "z"),
-        "up": value(
-            "AXIS", "direction in space that points up on the pieces (default: the grain)", parse_axis
-        ),
-        "paper": choice(PAPERS, "A4", "paper size of a PDF"),
-        **shared_arguments("trade"),
-        "method": choice(sorted(METHODS), "isometric"),
-        **shared_arguments("force", "json", "quiet"),
-    },
-    "Draw a pattern at true scale. The table lists the lengths of both sides of each seam.",
-    (
-        "lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres",
-        "lampshade.glb -o lampshade.svg    # in metres, like every GLB",
-        "lampshade.obj -o lampshade.pdf --paper A3 --quiet",
-        "bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf",
-        "'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh",
-        "'parts/*.obj' -o sheets/ --force    # replaces existing sheets",
-    ),
-    each=True,
-)

@@ -59,7 +59,7 @@ def test_existing_files_that_are_not_named_are_refused_before_the_computation(
     def at_work(*_: object, **__: object) -> None:
         raise AssertionError("the work has begun")
 
-    for name in ("unwrapping.unwrap", "pattern_making.unwrap", "flattening.flatten", "comparing.compare"):
+    for name in ("unwrapping.unwrap", "pattern_making.unwrap", "flattening.flatten", "flattening.compare"):
         monkeypatch.setattr(f"igl_linabf.cli.{name}", at_work)
     assert main([*command.split(), *["--quiet"] * ("view" not in command)]) == 2
     message = capsys.readouterr().err

@@ -1,0 +1,98 @@
+"""The commands `igl-linabf check` and `igl-linabf pack`, for the texture coordinates of a mesh."""
+
+import warnings
+from functools import partial
+from typing import Annotated, Any, Literal
+
+from .._runtime import progress_part
+from .._types import FloatArray
+from ..charts import Packing
+from ..errors import MeshError, MeshWarning, stack_level
+from ..io import MeshFile, moves_textures
+from ..surface import Faces
+from ..uv import check_uv, pack
+from .arguments import PACKING, Option
+from .jobs import MESHES, OUTPUT, PROGRESS, REPORTS, ExitCode, Job
+from .outputs import make_writer, report_troubles, write_outputs
+
+MAX_STRETCH = Option("largest L2 stretch, with all charts at one scale", "L2")
+MAX_SPREAD = Option("largest ratio between the texels of two parts of the surface", "RATIO")
+MIN_MARGIN = Option("smallest distance between charts; half of it to the border", "TEXELS")
+
+
+def check_coordinates(
+    job: Annotated[Job, {**MESHES, **REPORTS}],
+    *,
+    resolution: Annotated[int | tuple[int, int] | None, PACKING["resolution"]] = None,
+    max_stretch: Annotated[float | None, MAX_STRETCH] = None,
+    max_spread: Annotated[float | None, MAX_SPREAD] = None,
+    min_margin: Annotated[float | None, MIN_MARGIN] = None,
+) -> ExitCode:
+    """Measure and judge the texture coordinates of a mesh; the exit code is for pipelines.
+
+    Exit code 1: a face is flipped or has no coordinates, charts overlap by accident, or a limit is exceeded.
+    Mirrored and stacked charts, which share their texture, are good.
+
+    Examples
+    --------
+    body.glb
+    body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet
+    'props/*.glb' --json > figures.jsonl    # one line per mesh
+    """
+    mesh, TC, FTC = _read_mesh_with_coordinates(job, partial=True)
+    asked: dict[str, Any] = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
+    if resolution is not None:
+        asked["resolution"] = resolution
+    with progress_part("checking", PROGRESS["computing"]):
+        found = check_uv(mesh.V, mesh.F, TC, FTC, **asked)
+    figures = {"good": found.good, "troubles": found.troubles, "check": found}
+    write_outputs(job, str(found), figures)
+    return report_troubles(job, found.good, found.troubles)
+
+
+SCALE = Option("keep: relative sizes of the charts; even: the same texel density on all")
+
+
+def pack_charts(
+    job: Annotated[Job, {**MESHES, **OUTPUT, **REPORTS}],
+    *,
+    packing: Annotated[Packing, PACKING],
+    no_rotate: Annotated[bool, Option("move and scale charts, but do not rotate them")] = False,
+    scale: Annotated[Literal["keep", "even"], SCALE] = "keep",
+) -> ExitCode:
+    """Repack the charts of a mesh's texture coordinates.
+
+    Charts keep their shapes, and stacked charts stay stacked.
+
+    Examples
+    --------
+    body.obj -o body_2k.obj --resolution 2048 --padding 8
+    table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright
+    body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet
+    scan.glb -o scan_2k.glb --scale even --unseen 0.25    # fewer texels for cavities
+    body.obj -o there/body.obj --force    # replaces there/body.mtl
+    wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square
+    'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line per mesh
+    """
+    mesh, TC, FTC = _read_mesh_with_coordinates(job)
+    with progress_part("packing", PROGRESS["computing"]):
+        packed = pack(mesh.V, mesh.F, TC, FTC, packing, rotate=not no_rotate, scale=scale)
+    write = partial(make_writer(job), mesh=mesh, TC=packed.TC, FTC=packed.FTC)
+    write_outputs(job, str(packed), {"packed": packed}, write=write)
+    return ExitCode.GOOD
+
+
+def _read_mesh_with_coordinates(job: Job, partial: bool = False) -> tuple[MeshFile, FloatArray, Faces]:
+    """Read a mesh and its texture coordinates; with `partial`, corners without coordinates are -1."""
+    mesh = job.read(partial=partial)
+    if mesh.TC is None or mesh.FTC is None:
+        where = "" if partial else " at all corners"
+        raise MeshError(f"{job.title} has no texture coordinates{where}: unwrap it")
+    if moves_textures(mesh):
+        warnings.warn(
+            "materials transform the texture coordinates (KHR_texture_transform): the stored ones are used, "
+            "and sizes in texels may differ; apply the transform first",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    return mesh, mesh.TC, mesh.FTC
