@@ -48,7 +48,7 @@ def our_cells(name: str) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MeshWarning)
         atlas = unwrap(V, F)
-    repairs = ", ".join(f"{repair.kind} {repair.count:,}" for repair in atlas.repairs)
+    repairs = ", ".join(f"{repair.kind} {repair.count:,}" for repair in atlas.report.repairs)
     flips = sum(chart.quality.flips for chart in atlas.charts)
     figures = measure_atlas(len(F), len(atlas.charts), atlas.TC, atlas.FTC)
     return f"{repairs} | {figures} | {flips} | {atlas.quality.stretch_l2:.3g}"

@@ -51,7 +51,7 @@ def make_weave(pixels: int = 64) -> pv.Texture:
 
 def count_threads(atlas: Atlas, reference: Atlas) -> float:
     """Return the number of threads along the longer side of a map, for the thread width of `reference`."""
-    return float(2 / PERIOD * np.ptp(atlas.TC, axis=0).max() * reference.scale / atlas.scale)
+    return float(2 / PERIOD * np.ptp(atlas.TC, axis=0).max() * reference.report.scale / atlas.report.scale)
 
 
 def rotation_error(atlas: Atlas) -> float:
@@ -72,7 +72,7 @@ def find_close_up(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> tuple[np.ndarra
     normal = igl.per_vertex_normals(V, F)
     candidates = np.unique(atlas.seams)
     candidates = candidates[normal[candidates] @ LOOK < -0.8]
-    distance = np.linalg.norm(V[candidates][:, None] - V[atlas.cones], axis=2).min(axis=1)
+    distance = np.linalg.norm(V[candidates][:, None] - V[atlas.report.cones], axis=2).min(axis=1)
     chosen = candidates[np.argmax(distance)]
     return V[chosen], normal[chosen]
 
@@ -85,9 +85,9 @@ if __name__ == "__main__":
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(3, 2), off_screen=True, window_size=[1500, 2100], border=False)
     for column, (name, atlas) in enumerate({"quarter cones": matched, "free boundary": free}.items()):
-        caption = f"{name}: the sides of seams differ by {np.expm1(atlas.seam_mismatch):.1%} in length"
+        caption = f"{name}: the sides of seams differ by {np.expm1(atlas.report.seam_mismatch):.1%} in length"
         caption += f" and {rotation_error(atlas):.2g} degrees\nF/3nt {atlas.quality.angle_distortion:.2e}"
-        caption += f", L2 stretch {atlas.quality.stretch_l2:.3g}, {len(atlas.cones)} cones"
+        caption += f", L2 stretch {atlas.quality.stretch_l2:.3g}, {len(atlas.report.cones)} cones"
         print(caption)
         options = {"texture": make_weave(), "frequency": count_threads(atlas, matched), "plotter": plotter}
         plotter.subplot(0, column)
@@ -103,8 +103,8 @@ if __name__ == "__main__":
         plot_uv(atlas, atlas.FTC, **options)
     if len(sys.argv) == 1:
         assert matched.good
-        assert matched.seam_mismatch < 1e-6 and rotation_error(matched) < 1e-4
-        assert free.seam_mismatch > 0.03 and rotation_error(free) > 20
+        assert matched.report.seam_mismatch < 1e-6 and rotation_error(matched) < 1e-4
+        assert free.report.seam_mismatch > 0.03 and rotation_error(free) > 20
     Path("out").mkdir(exist_ok=True)
     with replacing("out/cones_bunny.png") as temporary:
         plotter.show(screenshot=temporary)

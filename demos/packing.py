@@ -82,15 +82,15 @@ if __name__ == "__main__":
     )
     other = unwrap(*brain, charts=charts, method="isometric", packing=close)
     assert near.good and far.good and other.good
-    assert near.scale > far.scale  # padding takes space
+    assert near.report.scale > far.report.scale  # padding takes space
 
     together = pack_together([near, other], close)
-    assert np.isclose(together[0].scale, together[1].scale)
-    density = 1.4 * together[0].scale * RESOLUTION
+    assert np.isclose(together[0].report.scale, together[1].report.scale)
+    density = 1.4 * together[0].report.scale * RESOLUTION
     dense = pack_together([near, other], replace(close, texel_density=density))
     pages = max(atlas.pages for atlas in dense)
     print(f"{density:.3f} texels per millimetre take {pages} pages")
-    np.testing.assert_allclose([atlas.scale * RESOLUTION for atlas in dense], density)
+    np.testing.assert_allclose([atlas.report.scale * RESOLUTION for atlas in dense], density)
 
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=[1500, 1000], border=False)

@@ -244,7 +244,7 @@ def check_unwrap(disk: Disk) -> str:
         require(bool(np.isfinite(atlas.TC).all()), "TC is NaN")
         require(bool((atlas.TC >= 0).all() and (atlas.TC <= 1).all()), "TC outside the square")
         check_atlas(V, F, atlas)
-        if not atlas.repairs:
+        if not atlas.report.repairs:
             require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC does not match F")
         cleaned = il.clean(V, F)
         solid = atlas.FTC[cleaned.faces]

@@ -133,7 +133,7 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     outcome, message = _classify_atlas(atlas), "; ".join(atlas.troubles)
     row = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
-    TC = atlas.flat / atlas.scale if lies_flat(row.output) else atlas.TC
+    TC = atlas.flat / atlas.report.scale if lies_flat(row.output) else atlas.TC
     return TC, atlas.FTC, _add_quality(row, atlas.quality)
 
 

@@ -39,9 +39,9 @@ class ChartOptions:
         Cut or split charts, also beyond given edges, until the L2 stretch of each is at most this value,
         which is at least 1. By default stretch is only weighed against the length of seams.
     repair_overlaps : bool
-        If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it. The
-        chart's `cost` is the increase of F/3nt. Charts with holes, and charts that this would stretch by more
-        than a fifth, are still split.
+        If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it, and
+        report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts that this
+        would stretch by more than a fifth, are still split.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, for example materials:
         `ChartOptions(labels=mesh.extras.materials[1])`. Within a label, charts are cut as usual.

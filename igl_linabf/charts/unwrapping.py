@@ -27,6 +27,7 @@ from ..surface import (
 from . import constants
 from .atlas import (
     Atlas,
+    AtlasReport,
     Chart,
     atlas_of_given_mesh,
     atlas_of_polygons,
@@ -125,8 +126,8 @@ def unwrap(
     Warns
     -----
     MeshWarning
-        The mesh was repaired; `atlas.repairs` has the details. Or boundary edges coincide, which is common in
-        files at the seams of an older map; charts end there unless `weld=0`.
+        The mesh was repaired; `atlas.report.repairs` has the details. Or boundary edges coincide, which is
+        common in files at the seams of an older map; charts end there unless `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
@@ -194,10 +195,15 @@ def unwrap(
                 atlas = _make_atlas(surface, done, request)
             else:
                 atlas = _pack_with_period(surface, done, request, period)
-    atlas = replace(
-        atlas, max_stretch=asked.max_stretch, given_seams=kept, cost=cost_of(creased, atlas, rules)
+    report = replace(
+        atlas.report,
+        max_stretch=asked.max_stretch,
+        given_seams=kept,
+        cones=made.cones,
+        cone_angles=made.angles,
+        coned=wanted is not None,
     )
-    atlas = replace(atlas, cones=made.cones, cone_angles=made.angles, coned=wanted is not None)
+    atlas = replace(atlas, cost=cost_of(creased, atlas, rules), report=report)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
     if split is not None:
@@ -333,14 +339,16 @@ def _make_atlas(
         FTC=FTC,
         origin=origin,
         chart=label,
+        page=page,
         charts=tuple(charts),
         seams=surface.vertices[seams],
         seam_length=float(lengths(surface.V, seams).sum()),
-        seam_mismatch=mismatch,
-        splits=len(done) - int(surface.label.max() + 1),
         fill=fill_of(placed),
-        page=page,
-        aspect=request.spacing.aspect,
-        scale=abs(placed[0].ratio),
         quality=quality,
+        report=AtlasReport(
+            seam_mismatch=mismatch,
+            n_splits=len(done) - int(surface.label.max() + 1),
+            scale=abs(placed[0].ratio),
+            aspect=request.spacing.aspect,
+        ),
     )

@@ -5,13 +5,14 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from .jobs import PROGRESS, STDIO, ExitCode, Job
 
 OMITTED_FIELDS = {"FTC", "split", "outlines", "sides"}  # fields of results that JSON leaves out
 INDEX_FIELDS = {"flipped", "repaired", "first"}  # arrays that JSON includes
+JSON_KEYS = {"n_splits": "splits", "distortion_increase": "cost"}  # fields that have another key in JSON
 
 
 def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
@@ -106,11 +108,7 @@ def _to_json(figures: Mapping[str, object]) -> str:
 def _to_plain(value: object) -> object:
     """Convert a result to dictionaries, lists, strings and numbers, without the arrays of the map."""
     if is_dataclass(value) and not isinstance(value, type):
-        pairs = (
-            (field.name, getattr(value, field.name))
-            for field in fields(value)
-            if field.name not in OMITTED_FIELDS
-        )
+        pairs = _list_fields(value)
         return {k: _to_plain(v) for k, v in pairs if not isinstance(v, np.ndarray) or k in INDEX_FIELDS}
     if isinstance(value, Mapping):
         return {str(k): _to_plain(v) for k, v in value.items()}
@@ -123,3 +121,12 @@ def _to_plain(value: object) -> object:
     if isinstance(value, np.generic):
         return _to_plain(value.item())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _list_fields(result: Any) -> Iterator[tuple[str, object]]:
+    """Yield the JSON key and the value of each field of a result and of its `report`."""
+    for field in fields(result):
+        if field.name == "report":
+            yield from _list_fields(result.report)
+        elif field.name not in OMITTED_FIELDS:
+            yield JSON_KEYS.get(field.name, field.name), getattr(result, field.name)

@@ -124,7 +124,9 @@ def unwrap_mesh(
         raise MeshError(f"no face of {job.title} has an area, and a picture would be empty: leave it out")
     with progress_part("baking", PROGRESS["baking"]):
         image = bake_images(packing, mesh, atlas, job.target)
-    TC = atlas.flat / atlas.scale if lies_flat(job.target) else atlas.TC  # flat surfaces have the mesh's size
+    TC = (
+        atlas.flat / atlas.report.scale if lies_flat(job.target) else atlas.TC
+    )  # flat surfaces have the mesh's size
     pictured = mesh.V[atlas.origin], atlas.drawn, {method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)

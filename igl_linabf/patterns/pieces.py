@@ -126,7 +126,7 @@ def lay_out(
     """Join, rotate and arrange the pieces; also return the direction of the grain on each piece."""
     cut = _build_cut_surface(V, F, atlas, unit)
     if isinstance(atlas, Atlas):
-        cut = join_pieces(cut, atlas.given_seams)
+        cut = join_pieces(cut, atlas.report.given_seams)
     pointing = find_directions(cut, grain)
     turn = pointing.upright_turn if up is None else 1j * find_directions(cut, up).towards.conj()
     return _rotate_and_pack(cut, turn), pointing.towards * turn
@@ -137,7 +137,7 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
     points = vertex_array(V)
     split: Triangles | None
     if isinstance(atlas, Atlas):
-        TC, FTC, origin, split = atlas.flat, atlas.triangles, atlas.origin, atlas.split
+        TC, FTC, origin, split = atlas.flat, atlas.triangles, atlas.origin, atlas.report.split
         if origin.max() >= len(points):
             raise MeshError(
                 f"the atlas refers to vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
@@ -159,7 +159,7 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
     if not np.abs(area).sum() > 0:
         raise MeshError("uv has no area: pass the map of V and F")
     if (
-        isinstance(atlas, Atlas) and atlas.repairs
+        isinstance(atlas, Atlas) and atlas.report.repairs
     ):  # faces keep their given orientation, even if `unwrap` reversed them
         faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
     flat = flat * np.sqrt(on_surface / np.abs(area).sum())

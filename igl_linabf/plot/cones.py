@@ -40,7 +40,7 @@ def find_seam_sides(atlas: Atlas) -> SeamSides:
     seams = np.sort(atlas.seams, axis=1)
     n = int(max(atlas.origin.max(initial=0), seams.max(initial=0))) + 1
     keys, number = np.unique(seams @ [n, 1], return_inverse=True)
-    arc = _number_arcs(seams, atlas.cones, n)
+    arc = _number_arcs(seams, atlas.report.cones, n)
     corner = atlas.triangles
     F = atlas.origin[corner]
     ends = np.stack((corner, np.roll(corner, -1, axis=1)), axis=-1).reshape(-1, 2)

@@ -78,7 +78,7 @@ def build_scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayL
 
 
 def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
-    given = face_array(F) if atlas.split is None else atlas.split.F
+    given = face_array(F) if atlas.report.split is None else atlas.report.split.F
     if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
         raise MeshError(
             f"the atlas has {len(atlas.FTC)} faces, and F has {len(given)}: pass the unwrapped V and F"
@@ -86,9 +86,9 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
     edges = atlas.seams if seams is None else _find_seam_edges(seams, given, len(points))
     vertices, faces = compact(atlas.drawn, len(atlas.TC))
     at = points[atlas.origin[vertices]]
-    drawn = Scene(at, faces, atlas.flat[vertices], points[edges], period=atlas.period)
-    if len(atlas.cones) and seams is None:
-        drawn = replace(drawn, cones=points[atlas.cones], sides=find_seam_sides(atlas))
+    drawn = Scene(at, faces, atlas.flat[vertices], points[edges], period=atlas.report.period)
+    if len(atlas.report.cones) and seams is None:
+        drawn = replace(drawn, cones=points[atlas.report.cones], sides=find_seam_sides(atlas))
     return drawn
 
 
@@ -101,8 +101,8 @@ def _find_seam_edges(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
 def build_flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     """Build the scene of a map as a surface in the plane z = 0."""
     if isinstance(uv, Atlas):
-        flat = replace(build_flat_scene(uv.flat, uv.drawn), period=uv.period)
-        return replace(flat, sides=find_seam_sides(uv)) if len(uv.cones) else flat
+        flat = replace(build_flat_scene(uv.flat, uv.drawn), period=uv.report.period)
+        return replace(flat, sides=find_seam_sides(uv)) if len(uv.report.cones) else flat
     return build_scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
 

@@ -126,8 +126,8 @@ def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
 def rasterise_pages(atlas: Atlas, size: Size) -> Iterator[tuple[IntArray, Texels]]:
     """Yield the triangles of each page, and the texels that show them, whose faces index these triangles."""
     triangles, chart = atlas.triangles, atlas.chart
-    if atlas.split is not None:
-        chart = chart[atlas.split.face]
+    if atlas.report.split is not None:
+        chart = chart[atlas.report.split.face]
     used = chart >= 0
     page = np.zeros(len(triangles), dtype=np.int64)
     page[used] = atlas.page[chart[used]]

@@ -132,7 +132,11 @@ def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> Float
     bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
     if len(bad):
         raise MeshError(f"faces {some(bad)} have no old texture coordinates: leave them out")
-    place = atlas.split.place if atlas.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
+    place = (
+        atlas.report.split.place
+        if atlas.report.split is not None
+        else np.arange(polygons.sizes.sum()).reshape(-1, 3)
+    )
     if len(place) != len(atlas.triangles):
         raise MeshError(
             f"the atlas has {len(atlas.triangles)} triangles, and F has {len(place)}: pass the unwrapped F"
@@ -170,7 +174,7 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: 
             )
         return np.zeros(n_triangles, dtype=np.int64)
     given = np.asarray(labels)
-    face = np.arange(n_triangles) if atlas.split is None else atlas.split.face
+    face = np.arange(n_triangles) if atlas.report.split is None else atlas.report.split.face
     if given.shape != (int(face.max(initial=-1)) + 1,) or given.dtype.kind not in "iu":
         raise MeshError(f"labels have the shape {given.shape}: pass an integer for each face")
     bad = np.flatnonzero(given >= number)

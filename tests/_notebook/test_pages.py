@@ -77,7 +77,7 @@ def test_an_atlas_shows_each_chart_and_its_repairs() -> None:
     page = parsed(atlas._repr_html_())
     assert len(outlines(page)) == len(atlas.charts)
     text = "".join(page.itertext())
-    assert all(str(repair) in text for repair in atlas.repairs)
+    assert all(str(repair) in text for repair in atlas.report.repairs)
     assert repr(atlas).startswith(f"<Atlas of {len(F)} triangles: {len(atlas.charts)} charts")
 
 

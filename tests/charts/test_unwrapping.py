@@ -270,7 +270,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
         before = len(tried)
         charts = charting.charts_of([dome], none, asked)
         assert len(tried) > before + 1  # the parts were tried
-        assert (max(chart.splits for chart, _ in charts) > 0) == pays
+        assert (max(chart.n_splits for chart, _ in charts) > 0) == pays
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
@@ -364,7 +364,7 @@ def test_the_input_is_checked_once_for_any_number_of_charts(monkeypatch) -> None
     for repair_overlaps in (False, True):
         calls.clear()
         atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=repair_overlaps))
-        assert atlas.splits or repair_overlaps
+        assert atlas.report.n_splits or repair_overlaps
         assert calls == ["vertex_array", "face_array"]
 
 

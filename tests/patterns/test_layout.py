@@ -130,7 +130,8 @@ def test_pieces_are_joined_along_the_longer_edge(tmp_path: Path, wide: float) ->
     F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
     atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
     assert len(atlas.charts) == 2
-    pattern = write_pattern(tmp_path / "p.svg", V, F, replace(atlas, given_seams=atlas.given_seams[:0]))
+    report = replace(atlas.report, given_seams=atlas.report.given_seams[:0])
+    pattern = write_pattern(tmp_path / "p.svg", V, F, replace(atlas, report=report))
     assert pattern.pieces == 1
     assert sum(seam.length for seam in pattern.seams) == pytest.approx(min(wide, 4))
 

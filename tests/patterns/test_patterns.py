@@ -54,7 +54,7 @@ def test_lengths_of_developable_surfaces_are_true(tmp_path: Path, name: str, met
     assert pattern.error < 1e-6
     assert all(abs(seam.change) < 1e-6 for seam in pattern.seams)
     # the outline is as long as the boundary of the surface and both sides of its seams
-    split = unwrap(V, F, method=method, progress=False).split
+    split = unwrap(V, F, method=method, progress=False).report.split
     edges = igl.boundary_facets(split.F)[0]
     rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()
     outline = sum(np.linalg.norm(line - np.roll(line, -1, axis=0), axis=1).sum() for line in pattern.outlines)

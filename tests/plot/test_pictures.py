@@ -318,7 +318,7 @@ def test_cones_are_spheres_and_both_sides_of_a_seam_have_the_same_colour() -> No
     region = pieces.point_data["RegionId"]
     centres = [pieces.points[region == i].mean(axis=0) for i in range(6)]
     assert region.max() == 5
-    assert np.abs(np.sort(centres, axis=0) - np.sort(V[atlas.cones], axis=0)).max() < 1e-3
+    assert np.abs(np.sort(centres, axis=0) - np.sort(V[atlas.report.cones], axis=0)).max() < 1e-3
     plotter = plot_uv(atlas, atlas.FTC, plotter=off_screen())
     sides = plotter.meshes[-1]
     assert sides.n_lines == 2 * len(atlas.seams)

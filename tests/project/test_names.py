@@ -65,7 +65,8 @@ def test_every_name_that_a_script_uses_of_a_module_exists(path: Path) -> None:
     check_names(find_imports(path.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("path", PAGES, ids=label)
+# the changelog also names what earlier versions had
+@pytest.mark.parametrize("path", [path for path in PAGES if path.name != "CHANGELOG.md"], ids=label)
 def test_every_dotted_name_in_backticks_exists(path: Path) -> None:
     names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text(encoding="utf-8"))
     check_names([name for name in names if not FILE.fullmatch(name, name.rindex("."))])

@@ -92,7 +92,7 @@ def test_an_atlas_is_good_and_has_the_figures_of_unwrap() -> None:
     assert found.seam_length == pytest.approx(atlas.seam_length)
     assert found.fill == pytest.approx(atlas.fill)
     assert found.stretch_l2 == pytest.approx(atlas.quality.stretch_l2)
-    assert found.texel_density == pytest.approx(512 * atlas.scale)
+    assert found.texel_density == pytest.approx(512 * atlas.report.scale)
     assert len(np.unique(found.chart)) == found.charts
     assert "<svg" in found._repr_html_()
 

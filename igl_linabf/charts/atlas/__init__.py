@@ -4,7 +4,7 @@ Input: pieces of a surface, each flattened on its own. Output: `Atlas` and `Char
 coordinates, and the atlas of the mesh and the polygons that the caller passed.
 """
 
-from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, Chart
+from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, AtlasReport, Chart
 from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
 from .pieces import flatten_piece, flattening_of_part, open_slivers, scaled_to_surface, uv_of_part
 from .polygons import (

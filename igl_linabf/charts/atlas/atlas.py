@@ -33,11 +33,11 @@ class Chart:
     result : Flattening
         Its flattening before packing. Vertices and faces are numbered within the chart.
     quality : Quality
-    splits : int
+    n_splits : int
         Number of times it was cut after it had been flattened, because of overlaps, flips or stretch.
     overlapping : int
         Number of pairs of its faces that still overlap.
-    cost : float
+    distortion_increase : float
         Increase of F/3nt from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
         Its texel density relative to the atlas: `Packing.unseen` if no ray from outside reaches it, 1
@@ -47,53 +47,31 @@ class Chart:
     faces: IntArray
     result: Flattening
     quality: Quality
-    splits: int
+    n_splits: int
     overlapping: int
-    cost: float
+    distortion_increase: float
     scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Atlas:
-    """The texture coordinates of a surface, in the format of `igl.writeOBJ`.
+@dataclass(frozen=True, eq=False)
+class AtlasReport:
+    """How an atlas was made: repairs, scale, cones and seams.
 
     Attributes
     ----------
-    TC : (#TC, 2) float64
-        Texture coordinates in the unit square. Page k is the square above and right of (k % 10, k // 10), as
-        UDIM tile 1001 + k.
-    FTC : (#F, 3) int64
-        Rows of `TC` at the corners of the faces, in the shape of `F`: (#F, k) for faces with k corners, a
-        tuple of arrays for faces of different sizes.
-    origin : (#TC,) int64
-        The vertex of each texture coordinate.
-    chart : (#F,) int64
-        The chart of each face.
-    charts : tuple of Chart
-    seams : (#E, 2) int64
-        The edges that were cut.
-    seam_length : float
-        Total length of the seams.
     seam_mismatch : float
         The largest `|log(a / b)|` over all seam edges, where a and b are the lengths of the edge's two sides
         in the map. With cones, only rounding errors contribute.
-    splits : int
+    n_splits : int
         Number of charts beyond one per component. Charts are split to remove overlaps and stretch, into the
         panels of hard surfaces, and along given seams.
-    fill : float
-        Share of the pages that the charts cover.
-    quality : Quality
-        Of the whole atlas: angles at all corners, and stretch at the common scale of the charts, ignoring
-        `Chart.scale`. Faces that were set aside do not count.
     repairs : tuple of Repair
         Repairs that `unwrap` made to the mesh; empty if the mesh was clean.
     max_stretch : float or None
         The `max_stretch` that the caller passed.
-    page : (#charts,) int64
-        The page of each chart.
     scale : float
         Page widths per unit of length of V, averaged over a chart of scale 1. Multiply by the page width in
         texels to get the texel density.
@@ -112,24 +90,12 @@ class Atlas:
         The edges that the caller asked to cut; `write_pattern` joins no pieces along them.
     aspect : float
         Height of a page over its width. `TC` is relative to both; `flat` has the true proportions.
-    cost : AtlasCost
-        Its stretch, its seams and the wasted part of its pages, in the unit in which `unwrap` weighs them.
     """
 
-    TC: FloatArray
-    FTC: Any  # IntArray, or a tuple of them
-    origin: IntArray
-    chart: IntArray
-    charts: tuple[Chart, ...]
-    seams: IntArray
-    seam_length: float
-    seam_mismatch: float
-    splits: int
-    fill: float
-    quality: Quality
+    seam_mismatch: float = 0.0
+    n_splits: int = 0
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
-    page: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -138,7 +104,54 @@ class Atlas:
     split: Triangles | None = None
     given_seams: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     aspect: float = 1.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Atlas:
+    """The texture coordinates of a surface, in the format of `igl.writeOBJ`.
+
+    Attributes
+    ----------
+    TC : (#TC, 2) float64
+        Texture coordinates in the unit square. Page k is the square above and right of (k % 10, k // 10), as
+        UDIM tile 1001 + k.
+    FTC : (#F, 3) int64
+        Rows of `TC` at the corners of the faces, in the shape of `F`: (#F, k) for faces with k corners, a
+        tuple of arrays for faces of different sizes.
+    origin : (#TC,) int64
+        The vertex of each texture coordinate.
+    chart : (#F,) int64
+        The chart of each face.
+    page : (#charts,) int64
+        The page of each chart.
+    charts : tuple of Chart
+    seams : (#E, 2) int64
+        The edges that were cut.
+    seam_length : float
+        Total length of the seams.
+    fill : float
+        Share of the pages that the charts cover.
+    quality : Quality
+        Of the whole atlas: angles at all corners, and stretch at the common scale of the charts, ignoring
+        `Chart.scale`. Faces that were set aside do not count.
+    cost : AtlasCost
+        Its stretch, its seams and the wasted part of its pages, in the unit in which `unwrap` weighs them.
+    report : AtlasReport
+        Repairs, scale, cones, and further facts about how it was made.
+    """
+
+    TC: FloatArray
+    FTC: Any  # IntArray, or a tuple of them
+    origin: IntArray
+    chart: IntArray
+    page: IntArray
+    charts: tuple[Chart, ...]
+    seams: IntArray
+    seam_length: float
+    fill: float
+    quality: Quality
     cost: AtlasCost = field(default_factory=AtlasCost)
+    report: AtlasReport = field(default_factory=AtlasReport)
 
     @property
     def pages(self) -> int:
@@ -151,14 +164,14 @@ class Atlas:
 
         The angles of the charts are preserved, also on pages that are not square.
         """
-        return np.asarray(self.TC * [1, self.aspect])
+        return np.asarray(self.TC * [1, self.report.aspect])
 
     @property
     def triangles(self) -> IntArray:
         """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or its polygons split into triangles."""
-        if self.split is None:
+        if self.report.split is None:
             return np.asarray(self.FTC)
-        return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
+        return np.concatenate([np.ravel(row) for row in self.FTC])[self.report.split.place]
 
     @property
     def drawn(self) -> IntArray:
@@ -178,10 +191,10 @@ class Atlas:
         Seams of cones whose sides do not match, and faces that collapsed, are reported as well. A chart is
         stretched beyond use if its L2 stretch exceeds `max_stretch`, or 10 if `max_stretch` is None.
         """
-        said, more = [], "give more cones there" if self.coned else ""
+        said, more = [], "give more cones there" if self.report.coned else ""
         most = UNUSABLE_STRETCH
-        if self.max_stretch is not None:
-            most = self.max_stretch * (1 + STRETCH_ROUNDING)
+        if self.report.max_stretch is not None:
+            most = self.report.max_stretch * (1 + STRETCH_ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:
@@ -199,8 +212,8 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, extend=True, max_stretch or a larger trade")
                 )
-        if self.coned and self.seam_mismatch > MAX_SEAM_MISMATCH:
-            factor = np.exp(min(self.seam_mismatch, np.log(np.finfo(float).max)))
+        if self.report.coned and self.report.seam_mismatch > MAX_SEAM_MISMATCH:
+            factor = np.exp(min(self.report.seam_mismatch, np.log(np.finfo(float).max)))
             said.append(
                 f"the sides of seams do not match: the two sides of an edge differ in length by a factor of "
                 f"up to {factor:.4g}, because no angles were found for which they match: give more cones"
@@ -216,7 +229,7 @@ class Atlas:
     def __repr__(self) -> str:
         troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)
         charts = f"{len(self.charts):,} chart{'s' * (len(self.charts) != 1)}"
-        faces = f"{'triangle' if self.split is None else 'face'}{'s' * (len(self.FTC) != 1)}"
+        faces = f"{'triangle' if self.report.split is None else 'face'}{'s' * (len(self.FTC) != 1)}"
         return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
@@ -228,25 +241,25 @@ class Atlas:
             left_out = (f"{len(rows) - 2 - most:,} more", *[""] * (len(rows[0]) - 1))
             rows = [*rows[: most + 1], left_out, rows[-1]]
         lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:most])]
-        face = slice(None) if self.split is None else self.split.face
+        face = slice(None) if self.report.split is None else self.report.split.face
         picture = map_svg(self.flat, self.triangles, self.chart[face])
         return html_row([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:
-        splits = f"{self.splits} split{'s' * (self.splits != 1)}"
+        splits = f"{self.report.n_splits} split{'s' * (self.report.n_splits != 1)}"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
         matching = []
-        if len(self.cones):
-            number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
-            matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
+        if len(self.report.cones):
+            number = f"{len(self.report.cones)} cone{'s' * (len(self.report.cones) != 1)}"
+            matching = [f"{number}; the sides of seams are equally long to {self.report.seam_mismatch:.0e}"]
         small = [chart.scale for chart in self.charts if chart.scale < 1]
         if small:
             number = f"{len(small):,} chart{'s' * (len(small) != 1)}"
             matching.append(
                 f"{number} that no ray from outside reaches, at {small[0]:.3g} of the texel density"
             )
-        return [filled, str(self.cost), *matching, *map(str, self.repairs)]
+        return [filled, str(self.cost), *matching, *map(str, self.report.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:

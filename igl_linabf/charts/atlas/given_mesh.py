@@ -7,7 +7,7 @@ import numpy as np
 from ..._types import BoolArray, IntArray
 from ...measures import Quality
 from ...surface import Cleaned, seam_mask, times_power_of_two
-from .atlas import Atlas
+from .atlas import Atlas, AtlasReport
 
 NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of an empty mesh
 
@@ -34,11 +34,14 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         chart=chart,
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
-        given_seams=cleaned.origin[atlas.given_seams],
         seam_length=times_power_of_two(atlas.seam_length, -cleaned.power),
-        scale=times_power_of_two(atlas.scale, cleaned.power),
-        cones=cleaned.origin[atlas.cones],
-        repairs=cleaned.repairs,
+        report=replace(
+            atlas.report,
+            given_seams=cleaned.origin[atlas.report.given_seams],
+            scale=times_power_of_two(atlas.report.scale, cleaned.power),
+            cones=cleaned.origin[atlas.report.cones],
+            repairs=cleaned.repairs,
+        ),
     )
 
 
@@ -49,14 +52,13 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
         FTC=np.zeros(F.shape, dtype=np.int64),
         origin=F.ravel()[:1].astype(np.int64),
         chart=np.full(len(F), -1),
+        page=np.zeros(0, dtype=np.int64),
         charts=(),
         seams=np.zeros((0, 2), dtype=np.int64),
         seam_length=0.0,
-        seam_mismatch=0.0,
-        splits=0,
         fill=0.0,
         quality=NO_QUALITY,
-        repairs=cleaned.repairs,
+        report=AtlasReport(repairs=cleaned.repairs),
     )
 
 

@@ -97,5 +97,5 @@ def atlas_of_polygons(atlas: Atlas, split: Triangles) -> Atlas:
         FTC=split.polygons.shape(split.at_corners(atlas.FTC)),
         chart=atlas.chart[first],
         charts=tuple(replace(chart, faces=split.face[chart.faces]) for chart in atlas.charts),
-        split=split,
+        report=replace(atlas.report, split=split),
     )

@@ -46,8 +46,10 @@ class Cones:
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
     >>> atlas = igl_linabf.unwrap(V, F, cones=Cones(4, angles="quarter"))
-    >>> bool(atlas.seam_mismatch < 1e-6), float(atlas.cone_angles.sum() / np.pi)  # 4 x 2 pi, less 4 pi
-    (True, 4.0)
+    >>> bool(atlas.report.seam_mismatch < 1e-6)
+    True
+    >>> float(atlas.report.cone_angles.sum() / np.pi)  # 4 x 2 pi, less 4 pi
+    4.0
     """
 
     at: GivenCones = "auto"

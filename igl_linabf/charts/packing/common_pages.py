@@ -47,7 +47,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     >>> V, F = igl.icosahedron()
     >>> both = [igl_linabf.unwrap(W, F) for W in (2 * V, V)]
     >>> large, small = pack_together(both, igl_linabf.Packing(resolution=512))
-    >>> round(large.scale / small.scale, 9), round(large.fill / small.fill, 6)
+    >>> round(large.report.scale / small.report.scale, 9), round(large.fill / small.fill, 6)
     (1.0, 4.0)
     """
     parted = [_charts_of(atlas) for atlas in atlases]
@@ -71,10 +71,9 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
                 atlas,
                 TC=TC,
                 page=np.array([p.page for p in own], dtype=np.int64),
-                scale=abs(own[0].ratio),
-                aspect=request.spacing.aspect,
                 fill=sum(p.area for p in own) / last,
                 cost=replace(atlas.cost, page=page),
+                report=replace(atlas.report, scale=abs(own[0].ratio), aspect=request.spacing.aspect),
             )
         )
     return made
@@ -85,10 +84,10 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
     n = len(atlas.charts)
     if not n:
         return [], np.zeros(0, dtype=np.int64)
-    if not atlas.scale > 0:
+    if not atlas.report.scale > 0:
         raise MeshError("an atlas has no scale: pass atlases that unwrap returned")
     triangles = atlas.triangles
-    chart = atlas.chart if atlas.split is None else atlas.chart[atlas.split.face]
+    chart = atlas.chart if atlas.report.split is None else atlas.chart[atlas.report.split.face]
     chart_of_row = np.full(len(atlas.TC), -1)
     chart_of_row[triangles] = chart[:, None]
     rows = np.argsort(chart_of_row, kind="stable")
@@ -98,7 +97,7 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
     local[rows] = np.arange(len(rows)) - vertices.repeat(vertices.start[:-1])
     order = np.argsort(chart, kind="stable")
     start = np.searchsorted(chart[order], np.arange(n + 1))
-    z = complex_positions(atlas.flat[rows]) / atlas.scale
+    z = complex_positions(atlas.flat[rows]) / atlas.report.scale
     z -= vertices.repeat(vertices.min(z.real) + 1j * vertices.min(z.imag))
     uv, F = coordinates(z), local[triangles[order]]
     bounds = vertices.start

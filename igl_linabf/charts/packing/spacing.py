@@ -115,7 +115,7 @@ class Packing:
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
     >>> atlas = igl_linabf.unwrap(V, F, packing=Packing(resolution=1024, texel_density=100))
-    >>> round(atlas.scale * 1024, 6), atlas.pages
+    >>> round(atlas.report.scale * 1024, 6), atlas.pages
     (100.0, 1)
     """
 

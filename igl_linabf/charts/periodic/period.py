@@ -56,7 +56,7 @@ def _are_near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
 def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
     """Return the atlas with seams that shift by whole periods; its charts may overlap."""
     if not len(atlas.seams):
-        return replace(atlas, period=period)
+        return replace(atlas, report=replace(atlas.report, period=period))
     shifted = ShiftedMaps.of(surface, atlas.TC, atlas.FTC)
     TC, charts = _shift_charts(shifted, atlas, pieces, period)
     if flips := _describe_new_flips(charts, atlas.charts):
@@ -70,9 +70,8 @@ def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: 
     V = np.concatenate([piece.V for piece in pieces])
     whole = Submesh(V, atlas.FTC, surface.faces, atlas.origin, surface.n_given)
     mismatch = seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
-    return replace(
-        atlas, TC=TC, charts=charts, period=period, seam_mismatch=mismatch, quality=quality_of(whole, TC)
-    )
+    report = replace(atlas.report, period=period, seam_mismatch=mismatch)
+    return replace(atlas, TC=TC, charts=charts, quality=quality_of(whole, TC), report=report)
 
 
 def _shift_charts(

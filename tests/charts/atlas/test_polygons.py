@@ -95,14 +95,14 @@ def test_seams_follow_edges_of_polygons(name: str) -> None:
     V, F = {"rough cube": quads, "torus": torus_of_quads, "dual": dual}[name]()
     atlas = unwrap(V, F, progress=False)
     assert atlas.good
-    assert not atlas.repairs
+    assert not atlas.report.repairs
     assert len(atlas.seams)
     assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
     assert [len(row) for row in atlas.FTC] == [len(row) for row in F]
     assert (atlas.origin[flat(atlas.FTC)] == flat(F)).all()
     assert len(atlas.chart) == len(F)
     # the coordinates at a corner are the same in all triangles of its polygon
-    assert (atlas.origin[atlas.triangles] == atlas.split.F).all()
+    assert (atlas.origin[atlas.triangles] == atlas.report.split.F).all()
     textures = texture_seams(F, atlas.FTC)
     assert set(map(tuple, np.sort(textures, axis=1).tolist())) == set(
         map(tuple, np.sort(atlas.seams, axis=1).tolist())
@@ -118,7 +118,7 @@ def test_overlaps_are_split_along_edges_of_polygons() -> None:
     F = np.column_stack((i, i + 1, i + 3, i + 2))
     atlas = unwrap(V, F, progress=False)
     assert atlas.good
-    assert atlas.splits
+    assert atlas.report.n_splits
     assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
 
 
@@ -194,7 +194,7 @@ def test_polygons_come_back_from_files(tmp_path: Path, suffix: str, name: str) -
     wanted = [{tuple(np.round(p, 5)) for p in V[list(row)].tolist()} for row in F]
     assert [{tuple(np.round(p, 5)) for p in back.V[list(row)].tolist()} for row in back.F] == wanted
     write_file(tmp_path / "again.obj", back, np.zeros((1, 2)), [np.zeros(len(row), int) for row in back.F])
-    assert len(igl.read_triangle_mesh(str(tmp_path / "again.obj"))[1]) == len(atlas.split.F)
+    assert len(igl.read_triangle_mesh(str(tmp_path / "again.obj"))[1]) == len(atlas.report.split.F)
 
 
 def test_repairs_name_polygons() -> None:

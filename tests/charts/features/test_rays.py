@@ -33,7 +33,7 @@ def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
     found = np.array([np.sqrt(np.mean(texels[atlas.chart == k])) for k in range(len(atlas.charts))])
     said = np.array([chart.scale for chart in atlas.charts])
     assert np.allclose(found / found.max(), said, rtol=0.05)
-    assert np.isclose(atlas.scale, found.max(), rtol=0.05)
+    assert np.isclose(atlas.report.scale, found.max(), rtol=0.05)
     assert ("no ray from outside" in str(atlas)) == bool((said < 1).any())
     return said[np.array([atlas.chart[np.flatnonzero(F[:, 0] == corner)[0]] for corner in F[[0, -1], 0]])]
 

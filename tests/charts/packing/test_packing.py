@@ -219,7 +219,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
     atlas = unwrap(V, F, packing=Packing(resolution=128, texel_density=density))
     assert atlas.good
     assert atlas.pages == len(np.unique(np.floor(atlas.TC[atlas.FTC].mean(axis=1)), axis=0)) > 4
-    assert atlas.scale * 128 == pytest.approx(density)
+    assert atlas.report.scale * 128 == pytest.approx(density)
     charts = [(atlas.TC, atlas.FTC[atlas.chart == k]) for k in range(len(atlas.charts))]
     parts = [igl.remove_unreferenced(np.insert(uv, 2, 0.0, axis=1), F)[:2] for uv, F in charts]
     placed = [PackedChart(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]

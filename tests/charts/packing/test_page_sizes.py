@@ -71,11 +71,11 @@ def test_an_atlas_measures_what_lies_in_its_texels(size: Size) -> None:
     check = check_uv(V, F, atlas.TC, atlas.FTC, resolution=size, min_margin=6)
     assert check.good, check.troubles
     assert np.isclose(check.fill, atlas.fill)
-    assert np.isclose(check.texel_density, atlas.scale * size[0], rtol=1e-3)
+    assert np.isclose(check.texel_density, atlas.report.scale * size[0], rtol=1e-3)
     square = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=1024, padding=6))
     assert atlas.fill > 0.7 * square.fill
     again = pack_together([atlas], Packing(resolution=512))[0]
-    assert again.aspect == 1
+    assert again.report.aspect == 1
     assert np.isclose(quality(V[atlas.origin], atlas.FTC, again.TC).stretch_l2, measured.stretch_l2)
 
 
@@ -85,7 +85,7 @@ def test_a_texel_density_and_pages_as_udim_tiles() -> None:
     atlas = unwrap(
         V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=size, texel_density=70)
     )
-    assert np.isclose(atlas.scale * 256, 70)
+    assert np.isclose(atlas.report.scale * 256, 70)
     assert atlas.pages > 1
     tile = np.floor(atlas.TC[atlas.FTC].mean(axis=1))
     assert (tile[:, 0] + 10 * tile[:, 1] == atlas.page[atlas.chart]).all()

@@ -59,7 +59,7 @@ def test_a_nasty_mesh_is_repaired_and_unwrapped_without_loss(name: str) -> None:
     check_atlas(V, F, atlas)
     assert atlas.good
     assert atlas.quality.flips == 0
-    assert [str(r) for r in atlas.repairs] == [str(r) for r in repairs]
+    assert [str(r) for r in atlas.report.repairs] == [str(r) for r in repairs]
     if repairs and repairs[0].kind != "welded":  # loose triangles also form a clean surface
         with pytest.raises(MeshError):
             unwrap(V, F, strict=True)
@@ -88,8 +88,8 @@ def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one
     assert (mixed.origin[mixed.FTC] == other).all()
     assert np.allclose(mixed.TC[mixed.FTC[turned][:, ::-1]], plain.TC[plain.FTC[turned]])
     assert ((signed_areas(mixed) < 0) == turned).all()
-    assert mixed.repairs[0].count == turned.sum()
-    assert mixed.repairs[0].first.tolist() == np.flatnonzero(turned)[:5].tolist()
+    assert mixed.report.repairs[0].count == turned.sum()
+    assert mixed.report.repairs[0].first.tolist() == np.flatnonzero(turned)[:5].tolist()
 
 
 def test_a_one_sided_band_is_cut_once_and_unrolls_nearly_isometrically() -> None:
@@ -97,7 +97,7 @@ def test_a_one_sided_band_is_cut_once_and_unrolls_nearly_isometrically() -> None
     atlas = unwrapped(V, F)
     assert len(atlas.charts) == 1
     assert atlas.quality.stretch_l2 < 1.01
-    torn = next(r for r in atlas.repairs if r.kind == "torn")
+    torn = next(r for r in atlas.report.repairs if r.kind == "torn")
     assert torn.count < 20
 
 
@@ -126,7 +126,7 @@ def test_separate_flat_sides_are_welded_but_separate_curved_sides_are_not() -> N
     side = np.round(normal) @ [1, 2, 3]
     apart = joined(*(igl.remove_unreferenced(V, F[side == k])[:2] for k in np.unique(side)))
     atlas = unwrapped(*apart)
-    assert [repair.kind for repair in atlas.repairs] == ["welded"]
+    assert [repair.kind for repair in atlas.report.repairs] == ["welded"]
     assert len(atlas.charts) == 1
     assert atlas.quality.stretch_l2 == pytest.approx(1)
     turned = apart[1].copy()
@@ -212,7 +212,7 @@ def test_repairs_are_reported_by_one_warning_of_one_line() -> None:
         atlas = unwrap(V, F)
     assert len(said) == 1
     assert "\n" not in str(said[0].message)
-    assert str(atlas.repairs[0]) in str(atlas)
+    assert str(atlas.report.repairs[0]) in str(atlas)
 
 
 def test_clean_meshes_are_returned_unchanged() -> None:
@@ -236,7 +236,7 @@ def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
     assert atlas.good
     assert np.allclose(atlas.TC, plain.TC)
     with np.errstate(over="ignore"):  # overflow gives infinity
-        assert np.isclose(atlas.scale, np.ldexp(plain.scale, -power))
+        assert np.isclose(atlas.report.scale, np.ldexp(plain.report.scale, -power))
         assert np.isclose(atlas.seam_length, np.ldexp(plain.seam_length, power))
     density = 1e-300 if power < 0 else 1e300
     with pytest.warns(MeshWarning), pytest.raises(MeshError, match=r"out of all proportion.*: change"):

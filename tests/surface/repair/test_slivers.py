@@ -150,7 +150,7 @@ def test_a_separate_thin_triangle_becomes_a_chart_of_its_shape(kind: str, method
             assert made.quality.flips == 0
             alone = [chart.quality for chart in made.charts if list(chart.faces) == [len(F) - 1]]
             assert all(own.stretch_l2 < 1.0001 for own in alone)
-            assert alone or made.repairs  # or collapsed, if its height is rounding error
+            assert alone or made.report.repairs  # or collapsed, if its height is rounding error
 
 
 @pytest.mark.parametrize(
