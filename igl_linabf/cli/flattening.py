@@ -14,7 +14,7 @@ from ..flattening import METHODS, Fit, compare, flatten
 from ..io import Patch, check_free, lies_flat, unit_square
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..measures import RINGS, quality, table
+from ..measures import RINGS, format_pair_count, quality, table
 from .arguments import (
     Boundary,
     Corners,
@@ -194,7 +194,8 @@ def flatten_cortex(
     write = partial(writing_hemispheres, flats=flats)
     write_outputs(replace(job, output=output), "\n".join(text), figures, write=write)
     troubles = [
-        f"{flat.hemisphere.name}: {flat.result.message}; {flat.quality.overlaps} pairs of triangles overlap"
+        f"{flat.hemisphere.name}: {flat.result.message}; {format_pair_count(flat.quality.overlaps)} pairs of "
+        "triangles overlap"
         for flat in flats
         if not flat.good
     ]

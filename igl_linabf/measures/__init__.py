@@ -7,5 +7,12 @@ Sander, Snyder, Gortler and Hoppe (2001).
 
 from .distances import RINGS, Distances, check_rings, distance_error
 from .figures import Quality, quality, quality_of, quality_of_each, table
-from .overlapping import overlapping_pairs, overlapping_pairs_of_chart, overlapping_pairs_of_each, overlaps
+from .overlapping import (
+    MAX_PAIRS,
+    format_pair_count,
+    overlapping_pairs,
+    overlapping_pairs_of_chart,
+    overlapping_pairs_of_each,
+    overlaps,
+)
 from .per_triangle import MEASURES, Change, Measure, change_of, distortion

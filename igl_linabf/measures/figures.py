@@ -13,7 +13,7 @@ from .._runtime import aligned
 from .._types import FloatArray
 from ..surface import Ragged, Submesh, of_size_one
 from .distances import Distances, check_rings
-from .overlapping import overlapping_pairs
+from .overlapping import format_pair_count, overlapping_pairs
 from .per_triangle import Change, change_of
 
 
@@ -50,7 +50,8 @@ class Quality:
     flips : int
         Triangles whose area in uv is not positive: flipped (`igl.flipped_triangles`) or collapsed.
     overlaps : int
-        Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`).
+        Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`). They are counted up to 5,000,000
+        per chart; beyond, the number is 5,000,001.
     faces : int
         Number of triangles.
     distance_error : float or None
@@ -125,12 +126,16 @@ def _make_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
     for name, label in ROWS.items():
         values = [getattr(quality, name) for quality in columns.values()]
         if any(v is not None for v in values):
-            cells.append([label, *map(_format_value, values)])
+            cells.append([label, *(_format_value(name, value) for value in values)])
     return cells
 
 
-def _format_value(value: float | None) -> str:
-    return "" if value is None else f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
+def _format_value(name: str, value: float | None) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, int):
+        return format_pair_count(value) if name == "overlaps" else f"{value:,d}"
+    return f"{value:.4g}"
 
 
 def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None) -> Quality:

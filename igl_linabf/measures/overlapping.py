@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._core import boundary_loops, overlapping
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..errors import MeshWarning, stack_level
 from ..surface import (
     Ragged,
     Submesh,
@@ -22,6 +24,12 @@ from ..surface import (
 from .winding import find_open_sides, find_suspect_faces
 
 NO_PAIRS: IntArray = np.zeros((0, 2), dtype=np.int64)
+MAX_PAIRS = 5_000_000  # a longer list is incomplete; n faces that all overlap have n^2 / 2 pairs
+
+
+def format_pair_count(count: int) -> str:
+    """Return the number of overlapping pairs as text, which for an incomplete list is "more than"."""
+    return f"{count:,}" if count <= MAX_PAIRS else f"more than {MAX_PAIRS:,}"
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
@@ -45,12 +53,18 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     Returns
     -------
     pairs : (#P, 2) int64
-        Faces i < j, in lexicographic order; empty for an injective map.
+        Faces i < j, in lexicographic order; empty for an injective map. A list of more than 5,000,000 pairs
+        is incomplete.
 
     Raises
     ------
     MeshError
         The arrays do not fit together, or `uv` is not finite at a vertex of a face.
+
+    Warns
+    -----
+    MeshWarning
+        More than 5,000,000 pairs overlap.
 
     Notes
     -----
@@ -68,7 +82,15 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     array([[0, 2]])
     """
     surface = Submesh.checked(uv, F, 2, "uv")
-    return overlapping_pairs(surface.V, surface.F, between=between)
+    pairs = overlapping_pairs(surface.V, surface.F, between=between)
+    if len(pairs) > MAX_PAIRS:
+        warnings.warn(
+            f"{format_pair_count(len(pairs))} pairs of faces overlap, and the list is incomplete: flatten "
+            "the surface again, or pass fewer faces",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    return pairs
 
 
 def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
@@ -82,7 +104,7 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     index = np.flatnonzero(suspect[chart])
     if np.count_nonzero(suspect) == 1:
         return np.asarray(index[_find_pairs_in_chart(z, F[index])])
-    return np.asarray(index[overlapping(z, F[index], chart[index])])
+    return np.asarray(index[overlapping(z, F[index], chart[index], MAX_PAIRS)])
 
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
@@ -116,7 +138,9 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
         found[asked[0]] = _find_pairs_in_chart(z[own], maps[asked[0]][1])
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
-        pairs = rows[overlapping(z, F[rows], chart[rows])]
+        pairs = rows[overlapping(z, F[rows], chart[rows], MAX_PAIRS)]
+        if len(pairs) > MAX_PAIRS:  # the list may be incomplete for any of the charts
+            return [overlapping_pairs(uv, F) for uv, F in maps]
         of = chart[pairs[:, 0]]
         for i in np.unique(of).tolist():
             found[i] = pairs[of == i] - faces.start[i]
@@ -134,7 +158,7 @@ def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
 
 def _find_all_pairs(z: ComplexArray, F: IntArray) -> IntArray:
     """Find all overlapping pairs, including pairs of faces of different charts."""
-    return overlapping(z, F, np.zeros(len(F), dtype=np.int64))
+    return overlapping(z, F, np.zeros(len(F), dtype=np.int64), MAX_PAIRS)
 
 
 def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:

@@ -12,7 +12,7 @@ from .._runtime import aligned
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
 from ..errors import MeshError, is_number, some
-from ..measures import quality_of
+from ..measures import format_pair_count, quality_of
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
 from .uv_charts import UVCharts
@@ -44,7 +44,8 @@ class UVCheck:
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
         Number of pairs of triangles that overlap by accident, within a chart or between charts that are not
-        stacked.
+        stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001, and only charts with the
+        same triangles count as stacked.
     seams : int
         Number of edges along which the map is cut.
     seam_length : float
@@ -129,7 +130,7 @@ class UVCheck:
                 f"faces {some(self.flipped)} are flipped or collapsed in the map: unwrap their charts again"
             )
         if self.overlaps:
-            pairs = f"{self.overlaps:,} pair{'s' * (self.overlaps > 1)} of triangles"
+            pairs = f"{format_pair_count(self.overlaps)} pair{'s' * (self.overlaps > 1)} of triangles"
             lines.append(
                 f"{pairs} overlap by accident, such as faces {some(self.overlapping[0])}: repack the charts, "
                 "or unwrap charts that overlap themselves"
@@ -152,7 +153,7 @@ class UVCheck:
 
     def __repr__(self) -> str:
         charts = f"{self.charts:,} chart{'s' * (self.charts != 1)}"
-        wrong = f"{self.flips:,} flipped, {self.overlaps:,} overlaps"
+        wrong = f"{self.flips:,} flipped, {format_pair_count(self.overlaps)} overlaps"
         return f"<UVCheck of {self.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
@@ -164,12 +165,13 @@ class UVCheck:
         return html_row([("", picture), ("", html_table(self._rows(), header=False) + troubles)])
 
     def _rows(self) -> list[tuple[str, str]]:
-        values = ((label, getattr(self, name)) for name, label in ROWS.items())
-        return [(label, _format_figure(v)) for label, v in values]
+        return [(label, _format_figure(name, getattr(self, name))) for name, label in ROWS.items()]
 
 
-def _format_figure(value: float | tuple[int, int]) -> str:
+def _format_figure(name: str, value: float | tuple[int, int]) -> str:
     """Format a figure for the table."""
+    if name == "overlaps":
+        return format_pair_count(int(value))
     if isinstance(value, tuple):
         return "x".join(map(str, value))
     return f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from .._core import overlapping
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from ..measures import MAX_PAIRS
 from ..surface import (
     Polygons,
     Triangles,
@@ -160,15 +161,16 @@ class UVCharts:
     def overlaps(self) -> tuple[IntArray, IntArray]:
         """Pairs of triangles (#P, 2) that overlap by accident, and the first chart of each chart's stack.
 
-        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart.
+        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart. If
+        the list of pairs is incomplete, only charts with the same triangles are stacked.
         """
         stack = self._same_triangles
         rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
         z = complex_positions(of_size_one(self.uv))
-        pairs = rows[overlapping(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64))]
+        pairs = rows[overlapping(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), MAX_PAIRS)]
         of = self.chart[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])
-        if not len(between):
+        if not len(between) or len(pairs) > MAX_PAIRS:
             return pairs, stack
         ends, number = np.unique(np.sort(of[between], axis=1), axis=0, return_inverse=True)
         one, other = (shapely.polygons(self.uv[self.upright[pairs[between, k]]]) for k in (0, 1))

@@ -8,9 +8,9 @@ import pytest
 import shapely
 from conftest import DISKS, load, tree_cut
 
-from igl_linabf import MeshError, cut, flatten
+from igl_linabf import MeshError, MeshWarning, cut, flatten, quality
 from igl_linabf.charts import make_bijective, separating_seams
-from igl_linabf.measures import overlaps
+from igl_linabf.measures import overlapping, overlaps
 from igl_linabf.surface import face_components
 
 
@@ -220,3 +220,19 @@ def test_invalid_pairs_are_rejected(pairs: list) -> None:
     V, F, _ = strip()
     with pytest.raises(MeshError, match="pairs"):
         separating_seams(V, F, pairs)
+
+
+def test_a_list_with_too_many_pairs_says_that_there_are_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stacked triangles: two charts, each of which alone has more pairs than the limit."""
+    monkeypatch.setattr(overlapping, "MAX_PAIRS", 50)
+    n = 20
+    F = np.column_stack((np.zeros(n, dtype=np.int64), np.arange(1, 2 * n, 2), np.arange(2, 2 * n + 1, 2)))
+    uv = np.concatenate(([[0.0, 0]], np.tile([[1.0, 0], [0, 1]], (n, 1))))
+    with pytest.warns(MeshWarning, match="more than 50 pairs"):
+        pairs = overlaps(uv, F)
+    assert len(pairs) == 51
+    found = overlapping.overlapping_pairs_of_each([(uv, F), (uv, F), (uv[:7], F[:3])])
+    assert list(map(len, found)) == [51, 51, 3]
+    measured = quality(np.column_stack((uv, np.zeros(len(uv)))), F, uv)
+    assert measured.overlaps == 51 and "more than 50" in str(measured)
+    assert overlapping.format_pair_count(50) == "50"

@@ -130,10 +130,6 @@ def errors(corner, w, d, cot, vertex, wheel):
     return times(projection(w), transposed(corner, cot, vertex, wheel))
 
 
-def conformally(cot, y):
-    return times(conformal(cot), y)
-
-
 def conformal_errors(corner, cot, vertex, wheel):
     """Return K M^T x."""
     return times(conformal(cot), transposed(corner, cot, vertex, wheel))

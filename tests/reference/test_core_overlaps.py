@@ -31,7 +31,7 @@ def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None
         F = rng.integers(n, size=(3 * n, 3))
         F[0], F[-1] = 0, [0, 1, 1]  # a point, a segment
         for chart in (np.zeros(3 * n, dtype=np.int64), rng.integers(-1, 3, size=3 * n)):
-            found = _core.overlapping(z, F, chart)
+            found = _core.overlapping(z, F, chart, 10**6)
             np.testing.assert_array_equal(found, reference.overlapping(z, F, chart))
             number += len(found)
     assert number > 100
@@ -39,9 +39,12 @@ def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None
 
 def test_degenerate_triangles_do_not_overlap() -> None:
     none = np.zeros((0, 3), dtype=np.int64)
-    assert _core.overlapping(np.zeros(0, dtype=complex), none, none[:, 0]).shape == (0, 2)
+    assert _core.overlapping(np.zeros(0, dtype=complex), none, none[:, 0], 9).shape == (0, 2)
     for z in (np.zeros(3, dtype=complex), np.arange(3) + 0j, np.full(3, complex(np.nan, 1))):
-        assert _core.overlapping(z, np.array([[0, 1, 2]] * 20), np.zeros(20, dtype=np.int64)).shape == (0, 2)
+        assert _core.overlapping(z, np.array([[0, 1, 2]] * 20), np.zeros(20, dtype=np.int64), 9).shape == (
+            0,
+            2,
+        )
 
 
 @pytest.mark.parametrize("height", [1e-4, 1.0, 1e4])
@@ -53,7 +56,7 @@ def test_the_least_depth_is_a_millionth_of_the_smaller_height(height, share) -> 
     for one in (unit, unit[[0, 2, 1]]):
         for pair in ((one, other), (other, one), (other[::-1], one)):
             found = _core.overlapping(
-                np.concatenate(pair), np.arange(6).reshape(2, 3), np.zeros(2, dtype=np.int64)
+                np.concatenate(pair), np.arange(6).reshape(2, 3), np.zeros(2, dtype=np.int64), 9
             )
             assert len(found) == _core.lie_over(pair[0][None], pair[1][None]) == (share > 1)
             assert _core.lie_over(np.array(pair), one[None] + 5) == (share > 1)

@@ -14,6 +14,8 @@ from gltf_files import glb
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import write_textured
+from igl_linabf.measures import overlapping
+from igl_linabf.uv_sets import uv_charts
 
 Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
@@ -163,6 +165,14 @@ def test_other_overlapping_charts_are_accidents(given: Map) -> None:
     assert not found.good
     assert {*np.unique(found.chart[found.overlapping])} == {0, 1}
     assert "overlap by accident" in found.troubles[0]
+
+
+def test_more_overlaps_than_are_listed_are_reported_as_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (overlapping, uv_charts):
+        monkeypatch.setattr(module, "MAX_PAIRS", 20)
+    found = check_uv(*several(plane(), moved(plane(), (0.1, 0))))
+    assert found.overlaps == 21
+    assert all("more than 20" in text for text in (found.troubles[0], repr(found), str(found)))
 
 
 def test_a_chart_over_itself_is_an_accident() -> None:

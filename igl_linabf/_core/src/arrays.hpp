@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -21,6 +23,27 @@ constexpr double PI = 3.14159265358979323846;
 #define INDEPENDENT __pragma(loop(ivdep))
 #endif
 
+// SIMD vectorizes a short loop as a whole instead of unrolling it. SUMS_OF vectorizes a loop that adds to the given
+// variables, which changes the order of the additions.
+#define PRAGMA(text) _Pragma(#text)
+#if defined(__clang__) || defined(__GNUC__)
+#define SIMD PRAGMA(omp simd)
+#define SUMS_OF(...) PRAGMA(omp simd reduction(+ : __VA_ARGS__))
+#else
+#define SIMD INDEPENDENT
+#define SUMS_OF(...) INDEPENDENT
+#endif
+
+// In a checked build, throw if an index is out of range.
+#ifdef CHECKED
+inline void check_index(Index i, Index size) {
+    if (std::uint64_t(i) >= std::uint64_t(size))
+        throw std::out_of_range("index " + std::to_string(i) + " of an array of " + std::to_string(size));
+}
+#else
+inline void check_index(Index, Index) {}
+#endif
+
 // A non-owning view of a one-dimensional array.
 template <class T>
 struct View {
@@ -35,11 +58,28 @@ struct View {
     template <class U, class = std::enable_if_t<std::is_same_v<const U, T>>>
     View(const View<U>& v) : data(v.data), size(v.size) {}
 
-    T& operator[](Index i) const { return data[i]; }
+    T& operator[](Index i) const {
+        check_index(i, size);
+        return data[i];
+    }
     T* begin() const { return data; }
     T* end() const { return data + size; }
-    View part(Index first, Index last) const { return {data + first, last - first}; }
+    View part(Index first, Index last) const {
+        check_index(first, size + 1), check_index(last - first, size - first + 1);
+        return {data + first, last - first};
+    }
 };
+
+#ifdef CHECKED
+template <class T>
+struct Row : View<T> {
+    using View<T>::View;
+    operator T*() const { return this->data; }
+};
+#else
+template <class T>
+using Row = T*;
+#endif
 
 // A non-owning view of a two-dimensional array in row-major order.
 template <class T>
@@ -47,7 +87,14 @@ struct Matrix {
     T* data = nullptr;
     Index rows = 0, columns = 0;
 
-    T* operator[](Index i) const { return data + i * columns; }
+    Row<T> operator[](Index i) const {
+        check_index(i, rows);
+#ifdef CHECKED
+        return {data + i * columns, columns};
+#else
+        return data + i * columns;
+#endif
+    }
     operator Matrix<const T>() const { return {data, rows, columns}; }
 };
 
@@ -64,7 +111,10 @@ class Array {
 
     T* data() const { return storage.get(); }
     Index size() const { return rows * columns; }
-    T& operator[](Index i) const { return storage[i]; }
+    T& operator[](Index i) const {
+        check_index(i, size());
+        return storage[i];
+    }
     View<T> view() const { return {storage.get(), size()}; }
     Matrix<T> matrix() const { return {storage.get(), rows, columns}; }
 };

@@ -4,12 +4,15 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include <complex>
 
 #include "arrays.hpp"
+#include "shapes.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -45,11 +48,16 @@ template <class A>
 struct Argument {
     using Type = A;
     static A in(const A& a) { return a; }
+    static void check(const A& a, ShapeRules::Call& shapes) {
+        if constexpr (std::is_integral_v<A>) shapes.check({Index(a)});
+        else shapes.check({});
+    }
 };
 template <class T>
 struct Argument<View<T>> {
     using Type = In<T, std::conditional_t<NUMBERS_PER_ITEM<T> == 1, nb::ndim<1>, nb::shape<-1, NUMBERS_PER_ITEM<T>>>>;
     static View<T> in(const Type& a) { return {reinterpret_cast<T*>(a.data()), Index(a.shape(0))}; }
+    static void check(const Type& a, ShapeRules::Call& shapes) { shapes.check({Index(a.shape(0))}); }
 };
 template <class T>
 struct Argument<Matrix<T>> {
@@ -57,22 +65,27 @@ struct Argument<Matrix<T>> {
     static Matrix<T> in(const Type& a) {
         return {reinterpret_cast<T*>(a.data()), Index(a.shape(0)), Index(a.shape(1))};
     }
+    static void check(const Type& a, ShapeRules::Call& shapes) {
+        shapes.check({Index(a.shape(0)), Index(a.shape(1))});
+    }
 };
 template <class T>
 struct Argument<std::array<View<T>, 3>> {
     using One = Argument<View<T>>;
     using Type = std::array<typename One::Type, 3>;
     static std::array<View<T>, 3> in(const Type& a) { return {One::in(a[0]), One::in(a[1]), One::in(a[2])}; }
+    static void check(const Type&, ShapeRules::Call& shapes) { shapes.check({}); }
 };
 
 // Results. The NumPy array takes ownership of the container.
 template <class Owner, class... Shape>
 auto to_numpy(Owner&& a, Shape... shape) {
     using N = Number<std::remove_pointer_t<decltype(a.data())>>;
-    auto* const owner = new Owner(std::move(a));
-    nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>> made(
-        reinterpret_cast<N*>(owner->data()), {std::size_t(shape)...},
-        nb::capsule(owner, [](void* p) noexcept { delete static_cast<Owner*>(p); }));
+    auto owner = std::make_unique<Owner>(std::move(a));
+    N* const data = reinterpret_cast<N*>(owner->data());
+    const nb::capsule capsule(owner.get(), [](void* p) noexcept { delete static_cast<Owner*>(p); });
+    owner.release();
+    nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>> made(data, {std::size_t(shape)...}, capsule);
     if constexpr (std::is_same_v<N, Index>) // NumPy has two 64-bit integer types, and one is not printed as int64
         return nb::object(nb::cast(std::move(made)).attr("view")(nb::module_::import_("numpy").attr("int64")));
     else return made;
@@ -137,9 +150,12 @@ auto without_gil(const Loops& loops) {
     return loops();
 }
 
+// Bind a function of views; `shapes` are the `ShapeRules` of its arguments.
 template <class R, class... A>
-auto wrap(R (*loops)(A...)) {
-    return [loops](const typename Argument<A>::Type&... a) {
+auto wrap(R (*loops)(A...), const char* shapes) {
+    return [loops, rules = ShapeRules(shapes, sizeof...(A))](const typename Argument<A>::Type&... a) {
+        ShapeRules::Call call(rules);
+        (Argument<A>::check(a, call), ...);
         const auto run = [&] { return loops(Argument<A>::in(a)...); };
         if constexpr (std::is_void_v<R>) without_gil(run);
         else return to_result(without_gil(run));

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 #ifdef __linux__
@@ -27,6 +28,13 @@ inline int count_cores() {
     return known > 0 ? known : 1;
 }
 
+// Threads that are joined at the end of their scope, because the destructor of a running thread ends the process.
+struct JoiningThreads : std::vector<std::thread> {
+    ~JoiningThreads() {
+        for (auto& thread : *this) thread.join();
+    }
+};
+
 // Call work(k) for all k < count in parallel. The first exception is rethrown after all threads have finished.
 template <class Work>
 void parallel_for(Index count, const Work& work) {
@@ -42,14 +50,17 @@ void parallel_for(Index count, const Work& work) {
                 if (!error) error = std::current_exception();
             }
     };
-    std::vector<std::thread> others;
-    const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
-    try {
-        for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
-    } catch (const std::system_error&) {  // no more threads are available: continue with the started ones
+    {
+        const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
+        JoiningThreads others;
+        try {
+            if (threads > 1) others.reserve(threads - 1);  // so that only the start of a thread can fail
+            for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
+        } catch (const std::system_error&) {  // no more threads are available: continue with the started ones
+        } catch (const std::bad_alloc&) {     // nor memory for their stacks
+        }
+        run_tasks();
     }
-    run_tasks();
-    for (auto& other : others) other.join();
     if (error) std::rethrow_exception(error);
 }
 

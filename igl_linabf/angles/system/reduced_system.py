@@ -67,10 +67,6 @@ class System:
         """Return K M^T x, (3, #F), for the multipliers of each vertex, (#V, 2)."""
         return _core.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
 
-    def apply_conformal_metric(self, y: FloatArray) -> FloatArray:
-        """Return K y, (3, #F) angles that sum to zero in each triangle."""
-        return _core.conformally(self.cot, y)
-
     def projection(self, faces: IntArray) -> FloatArray:
         """Return P_t of some faces, (#faces, 3, 3)."""
         # near an angle of pi, computing w - w^2 / d would leave only rounding errors

@@ -12,7 +12,7 @@ from ..._runtime import aligned
 from ..._types import FloatArray, IntArray
 from ...errors import some
 from ...flattening import Flattening
-from ...measures import Quality
+from ...measures import Quality, format_pair_count
 from ...surface import Repair, Triangles, distinct_corners
 from ..cost import AtlasCost
 
@@ -205,7 +205,7 @@ class Atlas:
                 help_ = more or "give more seams there, or a larger trade"
                 said.append(f"{where} has flipped faces, {flipped}: {help_}")
             elif chart.overlapping:
-                pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
+                pairs = f"{format_pair_count(chart.overlapping)} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
             else:
                 said.append(
@@ -263,8 +263,8 @@ class Atlas:
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
-            figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips), str(overlapping))
-            return (name, f"{faces:,}", *figures, *rest)
+            figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips))
+            return (name, f"{faces:,}", *figures, format_pair_count(overlapping), *rest)
 
         rows: list[tuple[str, ...]] = [
             ("chart", "faces", "F/3nt", "L2 stretch", "flips", "overlaps", "holes", "outcome")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from conftest import bumps
 from high_curvature import rings
+from reference import angles as reference
 
 from igl_linabf.angles import (
     AngleProblem,
@@ -203,7 +204,7 @@ def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> 
     lin = linearise(state.problem, state.at, reuse=state.lin)
     z = np.random.default_rng(1).normal(size=2 * constraints.n + border.rows.size)
     z[2 * constraints.wheels + 1 : 2 * constraints.n : 2] = 0.0
-    e = system.apply_conformal_metric(system.at_corners(lin.at_corners(z)))
+    e = reference.times(reference.conformal(system.cot), system.at_corners(lin.at_corners(z)))
     r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     inverse = laplacian_inverse(system, constraints.pattern.analysis(Solvers()), system.laplacian())
     solved, _ = border.preconditioner(system, inverse.solve, None)

@@ -6,7 +6,10 @@ namespace angles {
 
 constexpr double SYMMETRIC_MOMENT = 1e-9;  // relative moment below which a map counts as symmetric
 
-inline Complex place(Values uv, Index v) { return {uv.data[2 * v], uv.data[2 * v + 1]}; }
+inline Complex place(Values uv, Index v) {
+    check_index(v, uv.rows);
+    return {uv.data[2 * v], uv.data[2 * v + 1]};
+}
 
 // Return twice the signed area of each face; positive unless the face is flipped or collapsed.
 inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) {

@@ -12,7 +12,7 @@ inline Array<double> block_dots(View<const Index> start, View<const double> a, V
         const double *u = a.data + start[k], *v = b.data + start[k];
         made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
-            for (Index i = first; i < last; ++i) total += u[i] * v[i];
+            SUMS_OF(total) for (Index i = first; i < last; ++i) total += u[i] * v[i];
             return total;
         });
     }
@@ -30,7 +30,7 @@ inline Array<double> block_step(View<const Index> start, View<const double> rho,
         double *to = x.data + start[k], *left = r.data + start[k];
         made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
-            INDEPENDENT for (Index i = first; i < last; ++i) {
+            SUMS_OF(total) for (Index i = first; i < last; ++i) {
                 to[i] += along * u[i];
                 const double rest = left[i] - along * v[i];
                 left[i] = rest;
@@ -115,6 +115,7 @@ Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, Vie
 template <class I>
 Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Matrix<const double> block,
                                   Matrix<const double> C, Index first, Index last) {
+    if (first < 0 || last < first || indptr.size <= last) throw std::invalid_argument("the rows are out of range");
     const Index k = C.columns;
     Grid<double> made = zeros<Grid<double>>(last - first, 4 * k);
     for (Index i = first; i < last; ++i)

@@ -65,7 +65,6 @@ Made zeros(Shape... shape) {
 
 // Sum the values that have the same index, for each index 0 .. n - 1.
 inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
-    if (index.size != values.size) throw std::invalid_argument("sum_by: as many values as indices are needed");
     Array<double> made = zeros(n);
     for (Index i = 0; i < index.size; ++i) {
         if (std::uint64_t(index[i]) >= std::uint64_t(n)) throw std::invalid_argument("sum_by: an index is not below n");
@@ -77,7 +76,10 @@ inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
 struct Point {
     double x, y, z;
 };
-inline Point point(Values V, Index v) { return {V.data[3 * v], V.data[3 * v + 1], V.data[3 * v + 2]}; }
+inline Point point(Values V, Index v) {
+    check_index(v, V.rows);
+    return {V.data[3 * v], V.data[3 * v + 1], V.data[3 * v + 2]};
+}
 inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
@@ -280,12 +282,6 @@ inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Number
 inline Grid<double> projected(Values w, Numbers d, Values y) {
     return tabulate_corners(w.columns,
                             [w = Rows(w), d, y = Rows(y)](Index t) { return project_triangle(w[t], d[t], y[t]); });
-}
-
-// Return K y, (3, #F).
-inline Grid<double> conformally(Values cot, Values y) {
-    return tabulate_corners(cot.columns,
-                            [cot = Rows(cot), y = Rows(y)](Index t) { return apply_cotangent_matrix(cot[t], y[t]); });
 }
 
 // Return P M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints.

@@ -76,68 +76,69 @@ class Symbolic {
 };
 
 class Factor {
-    const Symbolic& of;
+    std::shared_ptr<const Symbolic> of;
     Array<double> values;
 
     Array<double> take_spare() const {
-        const std::lock_guard held(of.spare_mutex);
-        return of.spare.data() ? std::move(of.spare) : Array<double>(of.a.value_start.back());
+        const std::lock_guard held(of->spare_mutex);
+        return of->spare.data() ? std::move(of->spare) : Array<double>(of->a.value_start.back());
     }
 
     // Call work(supernodes, root) for each subtree in parallel.
     template <class Work>
     void for_each_subtree(const Work& work) const {
-        parallel_for(Index(of.parts.subtrees.size()), [&](Index k) {
-            work(of.parts.subtrees[k], of.parts.subtrees[k].back());
+        parallel_for(Index(of->parts.subtrees.size()), [&](Index k) {
+            work(of->parts.subtrees[k], of->parts.subtrees[k].back());
         });
     }
 
     // Solve for S right-hand sides, the columns k to k + S - 1 of B, which has `sides` columns.
     template <int S>
     void solve_sides(const double* B, Index sides, Index k, double* X) const {
-        Array<double> x(of.a.n, S), left(of.parts.rows.back(), S);
+        Array<double> x(of->a.n, S), left(of->parts.rows.back(), S);
         std::fill_n(x.data(), x.size(), 0.0);
         const auto down = [&](const std::vector<Index>& which, Index root) {
-            solve_lower<S>(values.data(), of.a, of.parts, which, root, B + k, sides, left.data(), x.data());
+            solve_lower<S>(values.data(), of->a, of->parts, which, root, B + k, sides, left.data(), x.data());
         };
         const auto up = [&](const std::vector<Index>& which, Index root) {
-            solve_upper<S>(values.data(), of.a, of.parts, which, root, x.data(), X + k, sides);
+            solve_upper<S>(values.data(), of->a, of->parts, which, root, x.data(), X + k, sides);
         };
         for_each_subtree(down);
-        down(of.parts.rest, -1);
-        up(of.parts.rest, -1);
+        down(of->parts.rest, -1);
+        up(of->parts.rest, -1);
         for_each_subtree(up);
     }
 
   public:
     Index bad_row = -1;  // row of the first pivot that is not positive and finite
 
-    Factor(const Symbolic& symbolic, View<const double> data) : of(symbolic), values(take_spare()) {
-        Array<double> left(of.parts.left.back());
-        std::vector<Index> bad(of.parts.subtrees.size() + 1, -1);
+    Factor(std::shared_ptr<const Symbolic> symbolic, View<const double> data)
+        : of(std::move(symbolic)), values(take_spare()) {
+        Array<double> left(of->parts.left.back());
+        std::vector<Index> bad(of->parts.subtrees.size() + 1, -1);
         const auto work = [&](const std::vector<Index>& which, Index root) {
-            bad[root < 0 ? bad.size() - 1 : of.parts.number[root]] =
-                factor_supernodes(data, of.a, of.parts, which, root, values.data(), left.data());
+            bad[root < 0 ? bad.size() - 1 : of->parts.number[root]] =
+                factor_supernodes(data, of->a, of->parts, which, root, values.data(), left.data());
         };
         const auto found = [](Index place) { return place >= 0; };
         for_each_subtree(work);
-        if (std::none_of(bad.begin(), bad.end(), found)) work(of.parts.rest, -1);
+        if (std::none_of(bad.begin(), bad.end(), found)) work(of->parts.rest, -1);
         const auto first = std::find_if(bad.begin(), bad.end(), found);
-        if (first != bad.end()) bad_row = of.a.order[*first];
+        if (first != bad.end()) bad_row = of->a.order[*first];
     }
 
     Factor(const Factor&) = delete;
 
     ~Factor() {
-        const std::lock_guard held(of.spare_mutex);
-        of.spare = std::move(values);
+        const std::lock_guard held(of->spare_mutex);
+        of->spare = std::move(values);
     }
 
-    Index rows() const { return of.a.n; }
+    Index rows() const { return of->a.n; }
 
     // Return X, (n, sides), such that A X = B; both are in row-major order.
     Array<double> solve(const double* B, Index sides) const {
-        Array<double> X(of.a.n, sides);
+        Array<double> X(of->a.n, sides);
         Index k = 0;
         for (; sides - k >= 8; k += 8) solve_sides<8>(B, sides, k, X.data());
         for (; sides - k >= 4; k += 4) solve_sides<4>(B, sides, k, X.data());

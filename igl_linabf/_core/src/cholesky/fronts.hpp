@@ -43,10 +43,10 @@ inline void rank_update(const double* X, Index size, Index p, Index last, double
             const double d0 = x0[j + 3], d1 = x1[j + 3], d2 = x2[j + 3], d3 = x3[j + 3];
             INDEPENDENT for (Index i = begin; i < step; ++i) {
                 const double u = x0[i], v = x1[i], w = x2[i], z = x3[i];
-                y0[i] -= a0 * u + a1 * v + a2 * w + a3 * z;
-                y1[i] -= b0 * u + b1 * v + b2 * w + b3 * z;
-                y2[i] -= c0 * u + c1 * v + c2 * w + c3 * z;
-                y3[i] -= d0 * u + d1 * v + d2 * w + d3 * z;
+                y0[i] = y0[i] - a0 * u - a1 * v - a2 * w - a3 * z;
+                y1[i] = y1[i] - b0 * u - b1 * v - b2 * w - b3 * z;
+                y2[i] = y2[i] - c0 * u - c1 * v - c2 * w - c3 * z;
+                y3[i] = y3[i] - d0 * u - d1 * v - d2 * w - d3 * z;
             }
         }
         for (; k < last; ++k) {
@@ -66,7 +66,8 @@ inline void rank_update(const double* X, Index size, Index p, Index last, double
         for (Index k = p; k < fours; k += 4) {
             const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
             const double a0 = x0[j], a1 = x1[j], a2 = x2[j], a3 = x3[j];
-            INDEPENDENT for (Index i = j; i < step; ++i) y0[i] -= a0 * x0[i] + a1 * x1[i] + a2 * x2[i] + a3 * x3[i];
+            INDEPENDENT for (Index i = j; i < step; ++i)
+                y0[i] = y0[i] - a0 * x0[i] - a1 * x1[i] - a2 * x2[i] - a3 * x3[i];
         }
     }
 }

@@ -59,7 +59,14 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
             }
             INDEPENDENT for (Index i = 4; i < size - j; ++i) {
                 const double e = l0[i], r = l1[i], t = l2[i], d = l3[i];
-                for (int c = 0; c < S; ++c) yj[i * S + c] -= e * f0[c] + r * f1[c] + t * f2[c] + d * f3[c];
+                double* const own = yj + i * S;
+                const auto subtract = [=, &f0, &f1, &f2, &f3](int c) {
+                    own[c] = own[c] - e * f0[c] - r * f1[c] - t * f2[c] - d * f3[c];
+                };
+                if constexpr (S < 4)
+                    for (int c = 0; c < S; ++c) subtract(c);
+                else
+                    SIMD for (int c = 0; c < S; ++c) subtract(c);
             }
         }
         for (Index i = 0; i < width; ++i)
@@ -100,20 +107,29 @@ void solve_upper(const double* values, const Supernodes& a, const TreePartition&
         while (j >= 4) {
             j -= 4, l0 -= 4 * (size - j);
             const double *l1 = l0 + size - j, *l2 = l1 + size - j, *l3 = l2 + size - j;
-            double f0[S] = {}, f1[S] = {}, f2[S] = {}, f3[S] = {};
-            for (Index i = 4; i < size - j; ++i) {
-                const double e = l0[i], r = l1[i], t = l2[i], d = l3[i];
+            double f[4][S] = {};
+            if constexpr (S < 4) {
                 for (int c = 0; c < S; ++c) {
-                    const double p = at(j + i, c);
-                    f0[c] += e * p, f1[c] += r * p, f2[c] += t * p, f3[c] += d * p;
+                    const double* const y = &at(j, c);
+                    double p = 0, q = 0, r = 0, t = 0;
+                    SUMS_OF(p, q, r, t) for (Index i = 4; i < size - j; ++i)
+                        p += l0[i] * y[i], q += l1[i] * y[i], r += l2[i] * y[i], t += l3[i] * y[i];
+                    f[0][c] = p, f[1][c] = q, f[2][c] = r, f[3][c] = t;
+                }
+            } else {
+                for (Index i = 4; i < size - j; ++i) {
+                    const double e = l0[i], r = l1[i], t = l2[i], d = l3[i];
+                    const double* const y = &at(j + i, 0);
+                    SIMD for (int c = 0; c < S; ++c)
+                        f[0][c] += e * y[c], f[1][c] += r * y[c], f[2][c] += t * y[c], f[3][c] += d * y[c];
                 }
             }
             for (int c = 0; c < S; ++c) {
                 double &y0 = at(j, c), &y1 = at(j + 1, c), &y2 = at(j + 2, c), &y3 = at(j + 3, c);
-                y3 = (y3 - f3[c]) * l3[3];
-                y2 = (y2 - f2[c] - l2[3] * y3) * l2[2];
-                y1 = (y1 - f1[c] - l1[2] * y2 - l1[3] * y3) * l1[1];
-                y0 = (y0 - f0[c] - l0[1] * y1 - l0[2] * y2 - l0[3] * y3) * l0[0];
+                y3 = (y3 - f[3][c]) * l3[3];
+                y2 = (y2 - f[2][c] - l2[3] * y3) * l2[2];
+                y1 = (y1 - f[1][c] - l1[2] * y2 - l1[3] * y3) * l1[1];
+                y0 = (y0 - f[0][c] - l0[1] * y1 - l0[2] * y2 - l0[3] * y3) * l0[0];
             }
         }
         while (j > 0) {

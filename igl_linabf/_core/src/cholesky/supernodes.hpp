@@ -2,6 +2,7 @@
 //
 // A supernode is a range of consecutive columns of the factor that have the same rows below them.
 #pragma once
+#include <limits>
 #include <queue>
 
 #include "elimination_tree.hpp"
@@ -148,6 +149,8 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
     for (Index s = 0; s < number; ++s) {
         a.below_start.push_back(a.below_start[s] + size[s] - a.width(s));
         a.value_start.push_back(a.value_start[s] + count_values(a.width(s), size[s]));
+        if (double(a.width(s)) * double(size[s]) > double(std::numeric_limits<Place>::max()))
+            throw std::invalid_argument("too many entries in a front");
         a.entry_start.push_back(columns.begin[a.start[s + 1]]);
         a.front = std::max(a.front, size[s]);
         for (Index j = a.start[s]; j < a.start[s + 1]; ++j) of[j] = Place(s);

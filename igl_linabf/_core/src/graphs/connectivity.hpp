@@ -1,14 +1,25 @@
 // Edges of triangles, boundary loops, connected components, and sparsity patterns over graphs.
 #pragma once
+#include <limits>
+
 #include "../lists.hpp"
 #include "../threads.hpp"
 
 namespace graphs {
 
-// Pack two integers into one that sorts by the first. They must be below 2^31 and 2^32.
-inline Index pack_pair(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
+// A pair of integers below 2^31 and 2^32 is packed into one integer, which sorts by the first.
+constexpr Index UPPER_END = Index(1) << 31, LOWER_END = Index(1) << 32;
 inline Index upper(Index pair) { return pair >> 32; }
-inline Index lower(Index pair) { return pair & 0xffffffff; }
+inline Index lower(Index pair) { return pair & (LOWER_END - 1); }
+
+// Build lists of pairs for n nodes: visit(put) calls put(node, upper, lower) with upper < n and lower < lower_end.
+template <class Visit>
+Lists build_pair_lists(Index n, Index lower_end, const Visit& visit) {
+    if (n > UPPER_END || lower_end > LOWER_END) throw std::invalid_argument("more than 2^31 nodes or 2^32 edges");
+    return build_lists(n, [&](const auto& put) {
+        visit([&](Index node, Index upper, Index lower) { put(node, upper << 32 | lower); });
+    });
+}
 
 // Sort the packed pairs of each node. Returns the cumulative number of distinct first integers per node, (n + 1,).
 inline std::vector<Index> sort_lists(const Lists& lists) {
@@ -39,11 +50,11 @@ struct Edges {
 // triangle t. The edges are sound if none has more than two half-edges, or two half-edges of the same direction.
 inline Edges undirected(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
-    const Lists at = build_lists(n, [&](const auto& put) {  // higher end, half-edge, and whether it starts there
+    const Lists at = build_pair_lists(n, 6 * m, [&](const auto& put) {  // higher end; half-edge, and whether it starts there
         for (Index t = 0; t < m; ++t)
             for (Index k = 0; k < 3; ++k) {
                 const Index tail = corner[(k + 1) % 3][t], head = corner[(k + 2) % 3][t];
-                put(std::min(tail, head), pack_pair(std::max(tail, head), 2 * (k * m + t) + (head < tail)));
+                put(std::min(tail, head), std::max(tail, head), 2 * (k * m + t) + (head < tail));
             }
     });
     const std::vector<Index> first = sort_lists(at);
@@ -78,9 +89,8 @@ struct InEdges {
 
 // Sort sides by edge. Returns the sorted sides, and the first position and the number of sides of each edge.
 inline InEdges in_edges(View<const Index> tail, View<const Index> head, Index n) {
-    const Lists at = build_lists(n, [&](const auto& put) {
-        for (Index h = 0; h < tail.size; ++h)
-            put(std::min(tail[h], head[h]), pack_pair(std::max(tail[h], head[h]), h));
+    const Lists at = build_pair_lists(n, tail.size, [&](const auto& put) {
+        for (Index h = 0; h < tail.size; ++h) put(std::min(tail[h], head[h]), std::max(tail[h], head[h]), h);
     });
     const Index size = sort_lists(at)[n];
     InEdges made{Array<Index>(tail.size), Array<Index>(size), full<Index>(size, 0)};
@@ -121,10 +131,10 @@ struct Entries {
 // and at edges between two rows. Also return the position of the entry of each edge, or -1 if it does not join two
 // rows.
 inline Entries entries(Matrix<const Index> ends, Index n) {
-    const Lists at = build_lists(n, [&](const auto& put) {
+    const Lists at = build_pair_lists(n, ends.columns, [&](const auto& put) {
         for (Index e = 0; e < ends.columns; ++e) {
             const Index low = std::min(ends[0][e], ends[1][e]), high = std::max(ends[0][e], ends[1][e]);
-            if (low >= 0 && low != high) put(low, pack_pair(high, e));
+            if (low >= 0 && low != high) put(low, high, e);
         }
     });
     const std::vector<Index> before = sort_lists(at);
@@ -148,10 +158,10 @@ struct Neighbours {
 
 // Return the neighbours of each node in CSR, ascending, and the first of the shortest edges to each neighbour.
 inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> length, Index n) {
-    const Lists at = build_lists(n, [&](const auto& put) {
+    const Lists at = build_pair_lists(n, ends.rows, [&](const auto& put) {
         for (Index e = 0; e < ends.rows; ++e) {
             const Index i = ends[e][0], j = ends[e][1];
-            if (i != j) put(i, pack_pair(j, e)), put(j, pack_pair(i, e));
+            if (i != j) put(i, j, e), put(j, i, e);
         }
     });
     const std::vector<Index> before = sort_lists(at);
@@ -234,6 +244,7 @@ inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const 
 // Return true if every face can be reached from face 0 across edges.
 inline bool is_connected(Matrix<const Index> sides, Index m) {
     if (m == 0) return true;
+    if (m >= std::numeric_limits<int>::max()) throw std::invalid_argument("too many faces");
     const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // h % m, but faster
     std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // face across each half-edge, or m
     for (Index e = 0; e < sides.columns; ++e)

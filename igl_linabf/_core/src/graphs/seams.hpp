@@ -156,6 +156,7 @@ struct Opened {
 // the holes; its number of independent cycles; and the numbers of faces of the resulting pieces, ascending.
 inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam, Index holes,
                      Index n, Index n_faces) {
+    if (holes > n) throw std::invalid_argument("more holes than nodes");
     std::vector<char> on(ends.rows), on_seam(n);
     std::fill_n(on_seam.begin(), holes, true);
     Opened made{holes, 0, {n_faces}};

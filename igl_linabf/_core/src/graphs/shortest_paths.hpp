@@ -244,6 +244,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
                                             Index copies) {
     const Graph<Index> graph{indptr, indices, length};
     const Index n = graph.nodes(), all = copies - 1;
+    if (copies < 1 || copies & all) throw std::invalid_argument("the number of copies is not a power of two");
     Search search(copies * n, n);
     const auto& distance = search.distance;
     std::vector<char> begun(copies);  // initialize copies on first use, because most are never reached

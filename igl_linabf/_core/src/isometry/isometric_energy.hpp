@@ -109,8 +109,6 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gra
 // to corner k to entry across[k], or transposed to entry ~across[k].
 inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
-    if (rows.rows != 6 * ranks || rows.columns != m || own.rows != 3 || across.rows != 3 || across.columns != m)
-        throw std::invalid_argument("six rows a rank, and three places a triangle are needed");
     Grid<double> made = angles::zeros<Grid<double>>(entries, 4);
     for (Index t = 0; t < m; ++t) {
         double block[6][4] = {};  // blocks of the three corners, then of the three sides

@@ -49,14 +49,16 @@ class BoxTree {
     }
 
     // Find overlapping pairs of a triangle of a leaf and a later triangle of node `at`, which has the triangles `begin`
-    // to `begin + size - 1`.
-    void search(Index leaf, Index at, Index begin, Index size, std::vector<std::array<Index, 2>>& found) const {
+    // to `begin + size - 1`, until more than `limit` pairs are found.
+    void search(Index leaf, Index at, Index begin, Index size, Index limit,
+                std::vector<std::array<Index, 2>>& found) const {
         const Index first = (leaf - leaves) * LEAF_SIZE, n = Index(triangle.size());
         const Index last = std::min(first + LEAF_SIZE, n);
         if (begin >= end[last - 1] || begin + size <= first || !node[at].intersects(node[leaf])) return;
+        if (Index(found.size()) > limit) return;
         if (at < leaves) {
-            search(leaf, 2 * at, begin, size / 2, found);
-            return search(leaf, 2 * at + 1, begin + size / 2, size / 2, found);
+            search(leaf, 2 * at, begin, size / 2, limit, found);
+            return search(leaf, 2 * at + 1, begin + size / 2, size / 2, limit, found);
         }
         for (Index i = first; i < last; ++i)
             for (Index j = std::max(i + 1, begin); j < std::min(begin + LEAF_SIZE, end[i]); ++j)
@@ -78,20 +80,23 @@ class BoxTree {
         for (Index k = 2 * leaves; --k > 1;) node[k / 2].add(node[k]);
     }
 
-    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order.
-    std::vector<std::array<Index, 2>> pairs() const {
+    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order, or `limit` + 1 pairs if
+    // there are more than `limit`.
+    std::vector<std::array<Index, 2>> pairs(Index limit) const {
         std::vector<std::array<Index, 2>> found;
         for (Index first = 0; first < Index(triangle.size()); first += LEAF_SIZE)
-            search(leaves + first / LEAF_SIZE, 1, 0, leaves * LEAF_SIZE, found);
+            search(leaves + first / LEAF_SIZE, 1, 0, leaves * LEAF_SIZE, limit, found);
+        if (Index(found.size()) > limit) found.resize(limit + 1);
         std::sort(found.begin(), found.end());
         return found;
     }
 };
 
-// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order.
+// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order. If there
+// are more than `limit`, return only `limit` + 1 of them: a map that is collapsed onto itself has #F^2 / 2 pairs.
 inline std::vector<std::array<Index, 2>> overlapping(View<const Complex> z, Matrix<const Index> F,
-                                                     View<const Index> chart) {
-    return BoxTree(z, F, chart).pairs();
+                                                     View<const Index> chart, Index limit) {
+    return BoxTree(z, F, chart).pairs(limit);
 }
 
 // Return true if one of the triangles `some`, (#S, 3), overlaps another one, or one of the triangles `others`, (#O, 3).
