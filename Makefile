@@ -7,7 +7,7 @@ BIN = .venv/Scripts
 endif
 PY = $(BIN)/python
 
-CORE_TESTS = $(addprefix tests/,reference _core linalg measures charts/packing)
+CORE_TESTS = $(addprefix tests/,reference _core/test_hazards.py _core/test_threads.py linalg measures charts/packing)
 
 demo: .venv/ready
 	$(PY) demos/cortex.py
@@ -35,9 +35,9 @@ pytest: .venv/ready
 mutants: .venv/ready
 	$(PY) scripts/mutants.py $(ROOM)
 
-# the core, built with AddressSanitizer and UBSan
+# the core, built with AddressSanitizer and UBSan, and then with ThreadSanitizer
 sanitize: .venv/ready
-	$(PY) scripts/sanitize.py $(CORE_TESTS)
+	$(PY) scripts/sanitize.py -m "not slow" $(CORE_TESTS)
 
 docs: .venv/ready
 	$(PY) -m sphinx -W --keep-going -n -b html docs docs/_build/html

@@ -1,36 +1,101 @@
-"""Run tests of the core with AddressSanitizer and UBSan: `make sanitize`, on Linux.
+"""Run tests of the core with AddressSanitizer and UBSan, and then with ThreadSanitizer: `make sanitize`, on Linux.
 
-The core is built with both sanitizers in the separate environment `.venv/sanitize`, which shares the packages
-of `.venv`. The tests end at the first finding.
+The core is built twice, each time in a separate environment in `.venv` that shares the packages of `.venv`. Both
+builds also check the indices of arrays. The tests end at the first finding.
 """
 
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
 import sysconfig
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDER = ROOT / ".venv" / "sanitize"
-PYTHON = FOLDER / "bin" / "python"
-BUILD = (
-    *("--no-build-isolation", "--no-deps", "-C", "build-dir=build/sanitize"),
-    *("-C", "cmake.define.SANITIZE=ON", "-C", "cmake.build-type=Debug"),
+# libstdc++ must be loaded before the first exception, so that a sanitizer can intercept it
+STANDARD_LIBRARY = "libstdc++.so.6"
+
+
+@dataclass(frozen=True)
+class Sanitizer:
+    """A build of the core, and how tests are run with it.
+
+    Attributes
+    ----------
+    name : str
+    flags : str
+        The value of -fsanitize.
+    runtimes : list of str
+        Libraries of the compiler, which are loaded before Python.
+    environment : dict
+    tests : list of str
+        Arguments of pytest.
+    """
+
+    name: str
+    flags: str
+    runtimes: list[str]
+    environment: dict[str, str]
+    tests: list[str] = field(default_factory=list)
+
+    @property
+    def python(self) -> Path:
+        return ROOT / ".venv" / f"sanitize-{self.name}" / "bin" / "python"
+
+    def build(self) -> None:
+        """Create the environment, and build the core with the sanitizer."""
+        folder = self.python.parent.parent
+        if not self.python.exists():
+            subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+        (packages,) = folder.glob("lib/python3*/site-packages")
+        (packages / "packages_of_venv.pth").write_text(sysconfig.get_path("purelib") + "\n")
+        settings = {
+            "build-dir": f"build/sanitize-{self.name}",
+            "cmake.define.SANITIZE": self.flags,
+            "cmake.define.CHECKED": "ON",
+            "cmake.build-type": "Debug",
+        }
+        options = [part for name, value in settings.items() for part in ("-C", f"{name}={value}")]
+        pip = [self.python, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
+        command = [*pip, "--no-build-isolation", "--no-deps", *options, "-e", ROOT]
+        subprocess.run(command, check=True, cwd=ROOT)
+
+    def run(self) -> int:
+        """Run the tests; return the exit code of pytest."""
+        runtimes = map(find_runtime, [*self.runtimes, STANDARD_LIBRARY])
+        environment = {
+            **os.environ,
+            "LD_PRELOAD": " ".join(runtimes),
+            "PYTHONMALLOC": "malloc",  # separate blocks, so that overruns are detected
+            **self.environment,
+        }
+        # ThreadSanitizer needs the addresses of a process without randomization
+        fixed = ["setarch", platform.machine(), "-R"] if self.name == "threads" else []
+        command = [*fixed, self.python, "-m", "pytest", "-p", "no:cacheprovider", *self.tests]
+        return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+
+
+SANITIZERS = (
+    Sanitizer(
+        "addresses",
+        "address,undefined,float-cast-overflow",
+        ["libasan.so", "libubsan.so"],
+        {
+            "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1",  # Python leaks at exit
+            "UBSAN_OPTIONS": "print_stacktrace=1",
+        },
+    ),
+    Sanitizer(
+        "threads",
+        "thread",
+        ["libtsan.so"],
+        {"TSAN_OPTIONS": "halt_on_error=1:exitcode=66", "OMP_NUM_THREADS": "4"},
+        ["tests/_core/test_threads.py"],
+    ),
 )
-# libstdc++ must be loaded before the first exception, so that the sanitizer can intercept it
-RUNTIMES = ("libasan.so", "libubsan.so", "libstdc++.so.6")
-
-
-def build() -> None:
-    """Create the environment, and build the core with the sanitizers."""
-    if not PYTHON.exists():
-        subprocess.run([sys.executable, "-m", "venv", "--without-pip", FOLDER], check=True)
-    (folder,) = FOLDER.glob("lib/python3*/site-packages")
-    (folder / "packages_of_venv.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    pip = [PYTHON, "-m", "pip", "install", "-q", "--disable-pip-version-check"]
-    subprocess.run([*pip, *BUILD, "-e", ROOT], check=True, cwd=ROOT)
 
 
 def find_runtime(name: str) -> str:
@@ -41,20 +106,17 @@ def find_runtime(name: str) -> str:
     return os.path.realpath(found.stdout.strip())
 
 
-def main() -> int:
+def main(tests: list[str]) -> int:
     if not sys.platform.startswith("linux"):
         raise SystemExit("sanitize: preloading the runtimes of the sanitizers of GCC works on Linux only")
-    build()
-    environment = {
-        **os.environ,
-        "LD_PRELOAD": " ".join(map(find_runtime, RUNTIMES)),
-        "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1",  # Python leaks at exit
-        "UBSAN_OPTIONS": "print_stacktrace=1",
-        "PYTHONMALLOC": "malloc",  # separate blocks, so that overruns are detected
-    }
-    command = [PYTHON, "-m", "pytest", "-p", "no:cacheprovider", *sys.argv[1:]]
-    return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+    for sanitizer in SANITIZERS:
+        print(f"sanitize: {sanitizer.flags}", flush=True)
+        sanitizer.build()
+        code = sanitizer.run() if sanitizer.tests else replace(sanitizer, tests=tests).run()
+        if code:
+            return code
+    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -77,4 +77,4 @@ def rescale_triangles(
     Also return a mask of the triangles that cannot have such sides. Their angles are meaningless.
     """
     # each side is scaled by exp(-u / 2) of its opposite vertex, up to a common factor of the triangle
-    return _core.rescaled(topology.corner, length, np.exp(-log_scale / 2))
+    return _core.rescaled_angles(topology.corner, length, np.exp(-log_scale / 2))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._core import behind_least_cut
+from .._core import minimum_cut_side
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .features import CreasedSurface
@@ -42,7 +42,7 @@ def sides_of_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) -
     # capacities are integers, in units of a millionth of the dearest edge
     dearest = max(float(price.max()), np.finfo(float).tiny)
     capacity = np.maximum(np.rint(price[apart] / dearest * (1 << 20)).astype(np.int64), 1)
-    behind = behind_least_cut(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
+    behind = minimum_cut_side(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
     return np.asarray(behind[node])
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._core import centred
+from .._core import normalize_maps
 from .._runtime import stopwatch, timed
 from .._types import BoolArray, FloatArray, IntArray
 from ..angles import (
@@ -90,7 +90,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         z, solver = harmonic(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
         areas = signed_double_areas(z, topology.corner)
         scale = np.abs(areas)
-        z = centred(z, topology.corner, scale, disks.area, vertices.start, faces.start)
+        z = normalize_maps(z, topology.corner, scale, disks.area, vertices.start, faces.start)
         scale /= disks.double_area
     good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # `flatten` warns of caps

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import products
+from .._core import side_products
 from .._runtime import Progress, advance, in_threads, progress_part, reporting, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
@@ -110,7 +110,7 @@ def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening 
     index, V, F, uv = zip(*valid, strict=True)
     vertices, faces = (Ragged.of_sizes([len(array) for array in arrays]) for arrays in (V, F))
     corner = np.ascontiguousarray(np.concatenate(F).T) + faces.repeat(vertices.start[:-1])
-    area, _, _ = products(np.concatenate(V), corner)
+    area, _, _ = side_products(np.concatenate(V), corner)
     flat = signed_double_areas(complex_positions(np.concatenate(uv)), corner)
     stretched = np.array(index)[least_stretch(area, flat, faces) > MOST_STRETCH]
     if len(stretched):

@@ -43,7 +43,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     free, circle = np.isnan(asked), 0 in constraints.circles
     if not circle:
         turning = np.where(free, turning, np.pi - asked)
-    z, gaps = _core.developed_loops(start, turning, log_ratio, free if free.any() else ~free)
+    z, gaps = _core.develop_loops(start, turning, log_ratio, free if free.any() else ~free)
     if circle:
         z = np.exp(1j * np.append(0.0, np.cumsum(central_angles(log_ratio))[:-1]))
     return Boundary(vertices, z, gaps)

@@ -64,5 +64,5 @@ def place_triangles(boundary: Boundary, at: Iterate, topology: Topology) -> Comp
     twin = np.full(at.cot.size, -1)
     inside = other >= 0
     twin[one[inside]], twin[other[inside]] = other[inside], one[inside]
-    made, misfit = _core.developed(z, known, one[~inside], twin, topology.corner, at.cot)
+    made, misfit = _core.develop_triangles(z, known, one[~inside], twin, topology.corner, at.cot)
     return made if misfit <= FLAT_RESIDUAL else None

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from .._core import boundary_loops, overlapping
+from .._core import boundary_loops, find_overlaps
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..surface import (
@@ -104,7 +104,7 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     index = np.flatnonzero(suspect[chart])
     if np.count_nonzero(suspect) == 1:
         return np.asarray(index[_find_pairs_in_chart(z, F[index])])
-    return np.asarray(index[overlapping(z, F[index], chart[index], MAX_PAIRS)])
+    return np.asarray(index[find_overlaps(z, F[index], chart[index], MAX_PAIRS)])
 
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
@@ -138,7 +138,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
         found[asked[0]] = _find_pairs_in_chart(z[own], maps[asked[0]][1])
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
-        pairs = rows[overlapping(z, F[rows], chart[rows], MAX_PAIRS)]
+        pairs = rows[find_overlaps(z, F[rows], chart[rows], MAX_PAIRS)]
         if len(pairs) > MAX_PAIRS:  # the list may be incomplete for any of the charts
             return [overlapping_pairs(uv, F) for uv, F in maps]
         of = chart[pairs[:, 0]]
@@ -158,7 +158,7 @@ def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
 
 def _find_all_pairs(z: ComplexArray, F: IntArray) -> IntArray:
     """Find all overlapping pairs, including pairs of faces of different charts."""
-    return overlapping(z, F, np.zeros(len(F), dtype=np.int64), MAX_PAIRS)
+    return find_overlaps(z, F, np.zeros(len(F), dtype=np.int64), MAX_PAIRS)
 
 
 def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import changes
+from .._core import triangle_changes
 from .._types import BoolArray, FloatArray
 from ..surface import Ragged, Submesh, of_size_one
 
@@ -154,7 +154,7 @@ def change_of(surface: Submesh, map_: FloatArray, parts: Ragged | None = None) -
     map_ = of_size_one(map_)
     corner = np.ascontiguousarray(surface.F.T)
     double_area, dot = surface.measured
-    angle, error, signed, major, minor, sides = changes(surface.V, map_, corner, double_area, dot)
+    angle, error, signed, major, minor, sides = triangle_changes(surface.V, map_, corner, double_area, dot)
     scale: float | FloatArray
     if parts is None:
         scale = float(np.abs(signed).sum() / double_area.sum())

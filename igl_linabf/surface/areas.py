@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._core import products
+from .._core import side_products
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
@@ -24,7 +24,7 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
             f"the largest coordinate is {largest:.1e} (vertex {vertices[i]}), outside "
             f"{SMALLEST_COORDINATE:g} .. {LARGEST_COORDINATE:g}, where areas can be computed: scale the mesh"
         )
-    double_area, dot, least = products(V, corner)
+    double_area, dot, least = side_products(V, corner)
     bad = np.flatnonzero(~(double_area > least))
     if len(bad):
         raise MeshError(
@@ -42,5 +42,5 @@ def without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
     """
     if not len(F):
         return np.zeros(0, dtype=np.int64)
-    double_area, _, least = products(V, np.ascontiguousarray(F.T))
+    double_area, _, least = side_products(V, np.ascontiguousarray(F.T))
     return np.flatnonzero(~(double_area > times * least))

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._core import boundary_loops, connected_labels, products, undirected
+from .._core import boundary_loops, connected_labels, find_edges, side_products
 from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .ragged import Ragged
@@ -86,7 +86,7 @@ def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
-    double_area, dot, least = products(V, corner)
+    double_area, dot, least = side_products(V, corner)
     thin = ~(double_area > least)
     topology, sound = _build_topology(corner, vertices, faces)
     good = sound & ~faces.any(thin)
@@ -98,7 +98,7 @@ def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
 def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topology | None, BoolArray]:
     """Build the connectivity if all meshes are disks, otherwise return None; also mark the possible disks."""
     n, m = int(vertices.start[-1]), corner.shape[1]
-    edges, sides, sound = undirected(corner, n)
+    edges, sides, sound = find_edges(corner, n)
     of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # sorted by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:

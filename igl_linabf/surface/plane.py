@@ -114,8 +114,8 @@ def mapped_direction(
 
 
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
-    """Scale the map to `area`, center it and rotate it to its principal axes, see `_core.centred`."""
+    """Scale the map to `area`, center it and rotate it to its principal axes, see `_core.normalize_maps`."""
     corner = topology.corner
     double = np.abs(signed_double_areas(z, corner))
     ends = np.array([0, len(z)]), np.array([0, len(double)])
-    return _core.centred(z, corner, double, np.array([area]), *ends)
+    return _core.normalize_maps(z, corner, double, np.array([area]), *ends)

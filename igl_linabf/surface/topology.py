@@ -12,13 +12,13 @@ import numpy as np
 from .._core import (
     NEXT,
     PREV,
-    at_edges,
     boundary_loops,
     connected_labels,
-    fans_around,
+    count_fans,
+    edge_sums,
+    find_edges,
     is_connected,
     sum_by,
-    undirected,
 )
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
@@ -117,7 +117,7 @@ class Topology:
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum values of half-edges, (3, #F), over the two sides of each edge."""
-        return at_edges(values, self.sides)
+        return edge_sums(values, self.sides)
 
     @cached_property
     def inside(self) -> IntArray:
@@ -183,7 +183,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     """
     made = sound_topology(F, vertices)
     if made is None:
-        raise _nonmanifold_error(F, undirected(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
+        raise _nonmanifold_error(F, find_edges(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
     return made
 
 
@@ -191,7 +191,7 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
     """Same as `topology_of`, but return None if an edge has more than two or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
-    edges, sides, sound = undirected(corner, n)
+    edges, sides, sound = find_edges(corner, n)
     if not sound:
         return None
     tail, head = edges[sides[1] < 0].T
@@ -311,7 +311,7 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
 
 def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     """Raise a `MeshError` if the faces around a vertex form more than one edge-connected fan."""
-    number = fans_around(F.T, sides, len(vertices))
+    number = count_fans(F.T, sides, len(vertices))
     bad = np.flatnonzero(number > 1)
     if len(bad):
         raise MeshError(

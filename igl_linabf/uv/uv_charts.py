@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from .._core import overlapping
+from .._core import find_overlaps
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..measures import MAX_PAIRS
@@ -167,7 +167,7 @@ class UVCharts:
         stack = self._same_triangles
         rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
         z = complex_positions(of_size_one(self.uv))
-        pairs = rows[overlapping(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), MAX_PAIRS)]
+        pairs = rows[find_overlaps(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), MAX_PAIRS)]
         of = self.chart[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])
         if not len(between) or len(pairs) > MAX_PAIRS:

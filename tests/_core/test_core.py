@@ -133,7 +133,7 @@ def _split(arguments: str) -> list[str]:
 def test_output_arguments_are_never_copied() -> None:
     start, a = np.array([0, 2, 4]), np.arange(4.0)
     with pytest.raises(TypeError):
-        _core.block_turn(start, np.ones(2), a, np.zeros(4, dtype=np.float32))
+        _core.cg_direction(start, np.ones(2), a, np.zeros(4, dtype=np.float32))
 
 
 def test_importing_the_package_loads_no_core_and_flattening_loads_one() -> None:
@@ -151,6 +151,6 @@ def test_faces_of_any_integer_type_reach_the_core() -> None:
 
 
 def test_integer_results_have_dtype_int64() -> None:
-    order, _, _ = _core.in_edges(np.array([0, 1]), np.array([1, 0]), 2)
+    order, _, _ = _core.group_sides(np.array([0, 1]), np.array([1, 0]), 2)
     assert order.dtype.char == np.arange(1).dtype.char  # the other 64-bit integer type would print its name
     assert repr(order) == "array([0, 1])"

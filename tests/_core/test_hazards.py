@@ -80,9 +80,9 @@ def test_more_nodes_than_a_packed_pair_can_store_are_refused() -> None:
     corner, none = np.array([[0], [1], [2]]), np.zeros(0, dtype=np.int64)
     n = 2**31 + 1
     for call in (
-        lambda: _core.undirected(corner, n),
-        lambda: _core.in_edges(none, none, n),
-        lambda: _core.entries(np.zeros((2, 0), dtype=np.int64), n),
+        lambda: _core.find_edges(corner, n),
+        lambda: _core.group_sides(none, none, n),
+        lambda: _core.symmetric_pattern(np.zeros((2, 0), dtype=np.int64), n),
         lambda: _core.shortest_pairs(np.zeros((0, 2), dtype=np.int64), np.zeros(0), n),
     ):
         with pytest.raises(ValueError, match="nodes"):
@@ -100,21 +100,21 @@ def make_calls() -> dict[str, tuple[tuple[object, ...], list[int]]]:
     """Return arguments of functions that fit, and which of them must have the length of others."""
     V, F = bumps(60)
     corner, n = np.ascontiguousarray(F.T), len(V)
-    edges, sides, _ = _core.undirected(corner, n)
-    double_area, dot, _ = _core.products(V, corner)
+    edges, sides, _ = _core.find_edges(corner, n)
+    double_area, dot, _ = _core.side_products(V, corner)
     angle = np.arctan2(double_area, dot)
     indptr, indices, edge = _core.shortest_pairs(edges, np.ones(len(edges)), n)
     length, mask, price = np.ones(len(edge)), np.ones(n, dtype=bool), np.ones(len(edges))
     x, y, plane, z = V[:, 0].copy(), V[:, 1].copy(), V[:, :2].copy(), V[:, 0] + 1j * V[:, 1]
     line = np.ones((1, 2))
     return {
-        "products": ((V, corner), [1]),
-        "fans_around": ((corner, sides, n), [0, 1]),
+        "side_products": ((V, corner), [1]),
+        "count_fans": ((corner, sides, n), [0, 1]),
         "angle_sums": ((corner, angle, 1 / np.tan(angle), n), [0, 1, 2]),
         "errors": ((corner, angle, double_area, angle, x, y), [0, 1, 2, 3, 4, 5]),
-        "at_edges": ((angle, sides), [0]),
+        "edge_sums": ((angle, sides), [0]),
         "nearest_sources": ((indptr, indices, length, np.array([0]), mask, 9.0), [0, 1, 2, 4]),
-        "behind_least_cut": ((edges, price.astype(np.int64), n, 0, n - 1), [0, 1]),
+        "minimum_cut_side": ((edges, price.astype(np.int64), n, 0, n - 1), [0, 1]),
         "block_dots": ((np.array([0, n]), x, y), [1, 2]),
         "isometric_energy": ((corner, angle + 0j, double_area, z, 1.0), [0, 1, 2]),
         "divisions": ((plane, edges, price, mask, line, line[0, :1], np.ones((2, 4))), [0, 1, 2, 3, 4, 5, 6]),
@@ -135,7 +135,7 @@ def test_integers_out_of_range_are_refused() -> None:
     edges, capacity = np.array([[0, 1]]), np.ones(1, dtype=np.int64)
     for n, source, sink in ((2, 0, 2), (2, -1, 1), (-1, 0, 0)):
         with pytest.raises(ValueError, match="of the core is"):
-            _core.behind_least_cut(edges, capacity, n, source, sink)
+            _core.minimum_cut_side(edges, capacity, n, source, sink)
 
 
 @pytest.mark.skipif(not _core.CHECKED, reason="`make sanitize` runs this test")
@@ -144,9 +144,9 @@ def test_a_checked_build_rejects_indices_out_of_range(bad: int) -> None:
     V, index = np.ones((3, 3)), np.array([0, 1, bad])
     corner, z = index[:, None].copy(), np.ones(3, dtype=complex)
     for call in (
-        lambda: _core.products(V, corner),
+        lambda: _core.side_products(V, corner),
         lambda: _core.lengths(V, index[None, 1:].copy()),
-        lambda: _core.undirected(corner, 3),
+        lambda: _core.find_edges(corner, 3),
         lambda: _core.signed_double_areas(z, corner),
         lambda: _core.boundary_loops(index, index, 3),
         lambda: _core.narrowest_turns(z, np.array([0, bad])),
@@ -159,7 +159,7 @@ def test_a_checked_build_rejects_indices_out_of_range(bad: int) -> None:
 def test_a_list_of_pairs_beyond_the_limit_has_one_pair_more() -> None:
     n = 3_000
     z, F = np.tile([0, 1, 1j], n), np.arange(3 * n).reshape(n, 3)
-    pairs = _core.overlapping(z, F, np.zeros(n, dtype=np.int64), 1_000)
+    pairs = _core.find_overlaps(z, F, np.zeros(n, dtype=np.int64), 1_000)
     assert pairs.shape == (1_001, 2) and (pairs[:, 0] < pairs[:, 1]).all()
     assert all(a < b for a, b in pairwise(map(tuple, pairs.tolist())))
-    assert len(_core.overlapping(z[:30], F[:10], np.zeros(10, dtype=np.int64), 45)) == 45
+    assert len(_core.find_overlaps(z[:30], F[:10], np.zeros(10, dtype=np.int64), 45)) == 45

@@ -16,7 +16,7 @@ def sum_by(index, values, n):
 # --- triangles in space
 
 
-def products(V, corner):
+def side_products(V, corner):
     """Compute twice the areas, the scalar products of sides at corners, and the rounding errors of areas."""
     at = V[corner]
     side = at[PREV] - at[NEXT]
@@ -54,7 +54,7 @@ def cotangents(alpha):
         return 1 / np.tan(alpha)
 
 
-def rescaled(corner, length, factor):
+def rescaled_angles(corner, length, factor):
     """Compute the angles after sides are multiplied by factors; mark triangles that cannot exist."""
     side = length * factor[corner]
     side /= side.max(axis=0)
@@ -121,7 +121,7 @@ def transposed(corner, cot, vertex, wheel):
     return (parts[0].T @ vertex + parts[1].T @ wheel).reshape(3, -1)
 
 
-def projected(w, d, y):
+def project_errors(w, d, y):
     return times(projection(w), y)
 
 
@@ -179,7 +179,7 @@ def signed_double_areas(z, corner):
     return ((b - a).conj() * (c - a)).imag
 
 
-def changes(V, uv, corner, double_area, dot):
+def triangle_changes(V, uv, corner, double_area, dot):
     """Compute angles, their changes by the map, signed double areas, singular values, and length ratios."""
     z, at = (uv @ [1, 1j])[corner], V[corner]
     right, left = z[NEXT] - z, z[PREV] - z
@@ -195,7 +195,7 @@ def changes(V, uv, corner, double_area, dot):
     return angle, np.arctan2(np.abs(cross.imag), cross.real) - angle, cross[0].imag, major, minor, ratio
 
 
-def centred(z, corner, double_area, area):
+def normalize_maps(z, corner, double_area, area):
     """Scale a map to an area, with centroid 0, principal axes along x and y, and a positive third moment."""
     at, share = z[corner], double_area / double_area.sum()
     z = z - share @ at.mean(axis=0)
@@ -206,7 +206,7 @@ def centred(z, corner, double_area, area):
     return z * np.sqrt(2 * area / double_area.sum()) * np.sign(share @ x**3)
 
 
-def developed(z, known, start, twin, corner, cot):
+def develop_triangles(z, known, start, twin, corner, cot):
     """Place apexes of known sides by cotangents in breadth-first order; also return the largest misfit."""
     m = corner.shape[1]
     z, known, seen, worst = z.copy(), known.copy(), np.zeros(m, dtype=bool), 0.0
@@ -247,7 +247,7 @@ def developed_loop(turning, log_ratio, movable):
     return np.append(0, np.cumsum(edge * (1 + mu @ u))[:-1]), abs(gap)
 
 
-def lay_out_loops(loops, turning, log_ratio):
+def loop_gaps(loops, turning, log_ratio):
     """Return the gaps of closed loops of vertices, and their derivatives, one loop after another."""
     gaps, q = [], [np.empty(0, np.complex128)]
     for loop in loops:

@@ -7,16 +7,16 @@ from scipy.sparse import csgraph
 NEXT, PREV = [1, 2, 0], [2, 0, 1]
 
 
-def in_edges(tail, head, n):
+def group_sides(tail, head, n):
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
     order = np.argsort(key, kind="stable")
     _, begin, count = np.unique(key[order], return_index=True, return_counts=True)
     return order, begin, count
 
 
-def undirected(corner, n):
+def find_edges(corner, n):
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
-    order, begin, count = in_edges(tail, head, n)
+    order, begin, count = group_sides(tail, head, n)
     first, second = order[begin], order[np.minimum(begin + 1, len(order) - 1)]
     same_way = tail[first] == tail[second]
     sides = np.stack((first, np.where((count > 1) & ~same_way, second, -1)))
@@ -31,7 +31,7 @@ def used_vertices(F, n):
     return used, bool(sound.all())
 
 
-def entries(ends, n):
+def symmetric_pattern(ends, n):
     low, high = ends.min(axis=0), ends.max(axis=0)
     pairs = np.flatnonzero((low >= 0) & (low != high))
     rows, slot = np.arange(n), np.full(ends.shape[1], -1)
@@ -84,7 +84,7 @@ def is_connected(sides, n_faces):
     return connected_labels(sides[:, sides[1] >= 0].T % n_faces, n_faces).max() == 0
 
 
-def fans_around(corner, sides, n):
+def count_fans(corner, sides, n):
     m = corner.shape[1]
     a, b = sides[:, sides[1] >= 0]
     # half-edge (k, t) begins at corner k + 1 and ends at k + 2; across an edge, its end meets the other start
@@ -105,7 +105,7 @@ def shortest_pairs(ends, length, n):
     return np.searchsorted(key, n * np.arange(n + 1)), key % n, edge[order][first]
 
 
-def far_apart(indptr, indices, order, hops, closed):
+def choose_distant_nodes(indptr, indices, order, hops, closed):
     n, start = len(indptr) - 1, indptr[:-1]
     rank = np.zeros(n, dtype=np.int32)
     rank[order] = np.arange(len(order), 0, -1)
@@ -152,11 +152,11 @@ def nearest_sources(indptr, indices, length, sources, open_, limit):
     return distance, before, source
 
 
-def ways_towards(indptr, indices, length, source, open_, position, targets, share, limit):
+def goal_directed_search(indptr, indices, length, source, open_, position, targets, share, limit):
     return nearest_sources(indptr, indices, length, np.array([source]), open_, limit)[:2]
 
 
-def nodes_on_paths(before, ends):
+def path_nodes(before, ends):
     found = {}
     for node in ends.tolist():
         while before[node] >= 0 and node not in found:
@@ -165,7 +165,7 @@ def nodes_on_paths(before, ends):
     return np.array([*found], dtype=np.int64)
 
 
-def way_of_fewest(indptr, indices, sources, ends):
+def breadth_first_path(indptr, indices, sources, ends):
     n, source = len(indptr) - 1, np.flatnonzero(sources)
     pattern = np.append(indices, source), np.append(indptr, len(indices) + len(source))
     graph = sparse.csr_array((np.ones(len(pattern[0])), *pattern), shape=(n + 1, n + 1))
@@ -177,7 +177,7 @@ def way_of_fewest(indptr, indices, sources, ends):
     return np.array(way, dtype=np.int64)
 
 
-def without_leaves(ends, kept):
+def prune_leaves(ends, kept):
     left = np.ones(len(ends), dtype=bool)
     while True:
         loose = (np.bincount(ends[left].ravel(), minlength=len(kept)) == 1) & ~kept
@@ -199,7 +199,7 @@ def shortest_odd_walk(indptr, indices, length, flip, start, copies):
     return np.array(walk, dtype=np.int64)
 
 
-def meeting(indptr, indices, length, sources, open_, limit):
+def steiner_paths(indptr, indices, length, sources, open_, limit):
     searches = []
     for own in sources:
         passed = open_.copy()
@@ -217,7 +217,7 @@ def meeting(indptr, indices, length, sources, open_, limit):
     return np.array(nodes, dtype=np.int64), np.array(start)
 
 
-def arcs_between(ends, joint):
+def split_arcs(ends, joint):
     steps = {}
     for edge, (i, j) in enumerate(ends.tolist()):
         steps.setdefault(i, []).append((edge, j))
@@ -239,7 +239,7 @@ def arcs_between(ends, joint):
     return np.array(edges, np.int64), np.array(nodes, np.int64), np.array(start)
 
 
-def opened(ends, faces, seam, holes, n, n_faces):
+def cut_topology(ends, faces, seam, holes, n, n_faces):
     on = np.zeros(n, dtype=bool)
     on[:holes], on[ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
@@ -252,7 +252,7 @@ def opened(ends, faces, seam, holes, n, n_faces):
     return number, cycles, np.sort(np.bincount(connected_labels(sides, n_faces)))
 
 
-def behind_least_cut(ends, capacity, n, source, sink):
+def minimum_cut_side(ends, capacity, n, source, sink):
     values, (tail, head) = np.tile(capacity, 2), np.concatenate((ends, ends[:, ::-1])).T
     graph = sparse.csr_array((values, (tail, head)), shape=(n, n))
     graph.data = np.minimum(graph.data, np.iinfo(np.int32).max)

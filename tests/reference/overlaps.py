@@ -32,7 +32,7 @@ def overlap_of(one, other, least):
     return not separates(one, other) and not separates(other, one)
 
 
-def overlapping(z, F, chart):
+def find_overlaps(z, F, chart):
     """Return pairs of faces i < j of a chart that overlap by more than a millionth of the smaller height."""
     triangle, height, rounding = upright(z[F])
     solid = np.flatnonzero(height > rounding)

@@ -91,7 +91,7 @@ def place_masks(side, most, spans, cells):
     return places, np.array([extent for _, extent in pages])
 
 
-def on_shelves(sizes, taken):
+def pack_shelves(sizes, taken):
     """Place as many rectangles as fit into each gap between occupied cells of a shelf; return the corners."""
     side, places, first, bottom = len(taken), [], 0, 0.0
     while first < len(sizes) and bottom + sizes[first, 1] <= side:

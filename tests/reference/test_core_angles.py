@@ -58,22 +58,22 @@ def arguments(g):
     edge = one[~joined]
     return {
         "sum_by": (g.corner.ravel(), g.e.ravel(), g.n),
-        "products": (g.V, g.corner),
+        "side_products": (g.V, g.corner),
         "normals": (g.V, g.corner),
         "dihedrals": (g.V, g.corner, inside, core.normals(g.V, g.corner)),
         "lengths": (g.V, g.edges),
         "cotangents": (beyond,),
-        "rescaled": (g.corner, length, factor),
+        "rescaled_angles": (g.corner, length, factor),
         "angle_sums": (g.corner, g.alpha, huge, g.n),
         "limit_step": (g.alpha, g.e, 0.7),
         "row_sums": (g.corner, g.cot, g.e, g.n),
-        "projected": (g.w, g.d, g.e),
+        "project_errors": (g.w, g.d, g.e),
         "errors": (g.corner, g.w, g.d, g.cot, *g.x),
         "conformal_errors": (g.corner, g.cot, *g.x),
         "disparity": (np.delete(g.w, 3, axis=1), np.delete(g.d, 3), np.delete(g.cot, 3, axis=1)),
         "signed_double_areas": (g.z, g.corner),
-        "changes": (g.V, g.V[:, 1:] + g.x.T / 9, g.corner, g.mesh.double_area, g.mesh.dot),
-        "developed": (g.z, ~g.interior, edge, twin, g.corner, g.cot),
+        "triangle_changes": (g.V, g.V[:, 1:] + g.x.T / 9, g.corner, g.mesh.double_area, g.mesh.dot),
+        "develop_triangles": (g.z, ~g.interior, edge, twin, g.corner, g.cot),
     }
 
 
@@ -89,10 +89,10 @@ def test_the_core_agrees_with_the_formulas_of_the_paper(name, given):
 def test_the_angle_at_a_side_without_length_is_zero(given):
     uv = given.V[:, :2].copy()
     uv[given.corner[1, 5]] = uv[given.corner[0, 5]]
-    changed = core.changes(given.V, uv, given.corner, given.mesh.double_area, given.mesh.dot)
+    changed = core.triangle_changes(given.V, uv, given.corner, given.mesh.double_area, given.mesh.dot)
     np.testing.assert_allclose((changed[0] + changed[1])[:2, 5], 0, atol=1e-12)
     uv[given.corner[2, 5]] = uv[given.corner[0, 5]]
-    changed = core.changes(given.V, uv, given.corner, given.mesh.double_area, given.mesh.dot)
+    changed = core.triangle_changes(given.V, uv, given.corner, given.mesh.double_area, given.mesh.dot)
     assert changed[2][5] == changed[3][5] == changed[4][5] == 0
 
 
@@ -103,7 +103,9 @@ def test_the_core_agrees_with_the_reference_for_collapsed_triangles(given):
     assert np.isfinite(total).all() and np.abs(log_ratio).max() < 1e-9
     corner = np.zeros((3, 2), dtype=np.int64)
     assert not core.normals(given.V, corner).any()
-    alpha, bad = core.rescaled(given.corner[:, :2], np.array([[1.0, 3], [1, 1], [1, 1]]), np.ones(given.n))
+    alpha, bad = core.rescaled_angles(
+        given.corner[:, :2], np.array([[1.0, 3], [1, 1], [1, 1]]), np.ones(given.n)
+    )
     assert bad.tolist() == [False, True]
     np.testing.assert_allclose(alpha[:, 0], np.pi / 3)
 
@@ -113,7 +115,7 @@ def test_the_core_agrees_with_the_reference_for_collapsed_triangles(given):
 def test_system_blocks_agree_with_the_reduced_system(kind, wheels, given):
     g, n = given, 21
     ends = g.merged[g.edges.T]
-    indptr, indices, slot = core.entries(ends, n)
+    indptr, indices, slot = core.symmetric_pattern(ends, n)
     block = core.system_blocks(
         indptr.astype(kind),
         indices.astype(kind),
@@ -138,7 +140,7 @@ def test_system_blocks_agree_with_the_reduced_system(kind, wheels, given):
     made = core.block_product(indptr.astype(kind), indices.astype(kind), block, x.ravel())
     same(made.reshape(n, 2), np.einsum("abij,jb->ia", S, x))
     C, upper = g.rng.normal(size=(n, 3)), half.transpose(2, 0, 1, 3).reshape(n, 4, n)
-    made = core.products_of_entries(indptr.astype(kind), indices.astype(kind), block, C, 5, 17)
+    made = core.entry_products(indptr.astype(kind), indices.astype(kind), block, C, 5, 17)
     same(made, (upper @ C)[5:17].reshape(12, 12))
 
 
@@ -155,32 +157,32 @@ def test_edge_weights_agree_with_element_matrices(given):
         same(half[k], -K[:, i, j])
     joined = g.sides[1] >= 0
     flat = half.ravel()
-    same(core.at_edges(half, g.sides), flat[g.sides[0]] + np.where(joined, flat[g.sides[1]], 0))
+    same(core.edge_sums(half, g.sides), flat[g.sides[0]] + np.where(joined, flat[g.sides[1]], 0))
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
 def test_entries_agree_with_the_laplacian(kind, given):
     g, n = given, 21
     ends, weight = g.merged[g.edges.T], g.rng.normal(size=len(g.edges))
-    indptr, indices, slot = core.entries(ends, n)
+    indptr, indices, slot = core.symmetric_pattern(ends, n)
     data = core.laplacian_entries(indptr.astype(kind), slot, ends, weight)
     upper = sparse.csr_array((data, indices, indptr), shape=(n, n)).toarray()
     L = reference.laplacian(ends, weight, n)
     same(upper, np.triu(L))
     x = g.rng.normal(size=(n, 2))
-    same(core.product_with_pairs(indptr.astype(kind), indices.astype(kind), data, x), L @ x)
+    same(core.symmetric_product(indptr.astype(kind), indices.astype(kind), data, x), L @ x)
     fixed = np.where(g.merged < 0, g.z, 0)
     expected = np.zeros(n + 1, dtype=complex)
     for (i, j), (a, b), w in zip(ends.T, g.edges, weight, strict=True):
         expected[i] += w * fixed[b]
         expected[j] += w * fixed[a]
-    made = core.pulled(ends, g.edges, weight, fixed, n)
+    made = core.fixed_vertex_terms(ends, g.edges, weight, fixed, n)
     same(made, np.column_stack((expected.real, expected.imag))[:n])
 
 
 def test_selected_rows_agree_with_the_matrix(given):
     g = given
-    indptr, indices, _ = core.entries(g.pattern.ends, g.pattern.n)
+    indptr, indices, _ = core.symmetric_pattern(g.pattern.ends, g.pattern.n)
     n, rng = g.pattern.n, np.random.default_rng(2)
     block = rng.normal(size=(len(indices), 4))
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).tocsr()
@@ -191,17 +193,17 @@ def test_selected_rows_agree_with_the_matrix(given):
         start, column, place = core.block_rows(indptr.astype(kind), indices.astype(kind), number)
         assert all((np.diff(column[i:j]) > 0).all() for i, j in itertools.pairwise(start))
         of = np.repeat(some, np.diff(start))
-        own = core.blocks_of_rows(block, column, place, of)
+        own = core.gather_row_blocks(block, column, place, of)
         rows = sparse.bsr_array(
             (own.reshape(-1, 2, 2), column, start), shape=(2 * len(some), 2 * n)
         ).toarray()
         both = (2 * some[:, None] + np.arange(2)).ravel()
         same(rows, whole[both].toarray())
     x, r, z = rng.normal(size=len(both)), rng.normal(size=2 * n + 3), rng.normal(size=2 * n)
-    made = core.without_rows(start, column, own, x, r)
+    made = core.subtract_rows(start, column, own, x, r)
     same(made[: 2 * n], r[: 2 * n] - rows.T @ x)
     assert (made[2 * n :] == r[2 * n :]).all()
-    same(core.left_at_rows(start, column, own, some, r, z), r[both] - rows @ z)
+    same(core.row_residual(start, column, own, some, r, z), r[both] - rows @ z)
 
 
 @pytest.mark.parametrize("turn", [0.3, 2.0, -1.4])
@@ -212,17 +214,19 @@ def test_maps_are_centred_by_their_moments(turn, given):
     z = np.concatenate((z, 5 * np.conj(z)))  # two concatenated maps
     corner, double = np.hstack((g.corner, g.corner + g.n)), np.tile(g.mesh.double_area, 2)
     area, ends = np.array([1.0, 3.0]), (np.array([0, g.n, 2 * g.n]), np.array([0, m, 2 * m]))
-    made = core.centred(z, corner, double, area, *ends)
+    made = core.normalize_maps(z, corner, double, area, *ends)
     for k in range(2):
         own = slice(k * g.n, (k + 1) * g.n)
-        same(made[own], reference.centred(z[own], g.corner, g.mesh.double_area, area[k]))
+        same(made[own], reference.normalize_maps(z[own], g.corner, g.mesh.double_area, area[k]))
 
 
 def test_the_rotation_of_a_symmetric_map_does_not_depend_on_rounding():
     square, corner = np.array([0, 1, 1 + 1j, 1j]), np.array([[0, 0], [1, 2], [2, 3]])
     ends = np.array([0, 4]), np.array([0, 2])
     made = [
-        core.centred((square - 0.5 - 0.5j) * (1 + 1e-14j * k), corner, np.ones(2), np.array([1.0]), *ends)
+        core.normalize_maps(
+            (square - 0.5 - 0.5j) * (1 + 1e-14j * k), corner, np.ones(2), np.array([1.0]), *ends
+        )
         for k in range(3)
     ]
     for other in made:
@@ -243,14 +247,14 @@ def test_conjugate_gradient_steps_are_taken_block_by_block(size):
     np.testing.assert_allclose(core.block_dots(start, p, q), dots(p, q), atol=1e-11 * size)
     gone, left, turned = x.copy(), r.copy(), p.copy()
     along = np.repeat(np.divide(share, dots(p, q), out=np.zeros(4), where=dots(p, q) != 0), np.diff(start))
-    square = core.block_step(start, share, p, q, gone, left)
+    square = core.cg_step(start, share, p, q, gone, left)
     same(gone, x + along * p)
     same(left, r - along * q)
     same(square, dots(left, left))
-    core.block_turn(start, share, np.array([1, 2, 0, 0.0]), q, turned)
+    core.cg_direction(start, share, np.array([1, 2, 0, 0.0]), q, turned)
     same(turned, q + each * p)
     with pytest.raises(TypeError):  # the function would write to a copy
-        core.block_turn(start, share, share, q, turned.astype(np.float32))
+        core.cg_direction(start, share, share, q, turned.astype(np.float32))
 
 
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
@@ -259,9 +263,7 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
     found = set()
     for threads in ("1", "2", "5", "0", "all"):  # invalid values select the number of cores
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        found.add(
-            (*core.block_dots(start, a, b), *core.block_step(start, np.ones(1), b, a, b.copy(), a.copy()))
-        )
+        found.add((*core.block_dots(start, a, b), *core.cg_step(start, np.ones(1), b, a, b.copy(), a.copy())))
     assert len(found) == 1
 
 
@@ -270,7 +272,7 @@ def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads
     """From 250,000 rows on, threads share the rows, and rows contribute to both halves of the result."""
     rng, n = np.random.default_rng(0), 250_001
     ends = np.stack((rng.integers(n, size=n), rng.integers(n, size=n)))
-    indptr, indices, _ = core.entries(ends, n)
+    indptr, indices, _ = core.symmetric_pattern(ends, n)
     pattern = indptr.astype(kind), indices.astype(kind)
     block, data = rng.normal(size=(len(indices), 4)), rng.normal(size=len(indices))
     x = rng.normal(size=2 * n)
@@ -279,7 +281,7 @@ def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads
     pairs, made = x.reshape(n, 2), []
     for threads in ("1", "2"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        made.append((core.block_product(*pattern, block, x), core.product_with_pairs(*pattern, data, pairs)))
+        made.append((core.block_product(*pattern, block, x), core.symmetric_product(*pattern, data, pairs)))
     same(made[0], (upper @ x + upper.T @ x, one @ pairs + sparse.triu(one, 1).T @ pairs))
     for a, b in zip(*made, strict=True):
         np.testing.assert_array_equal(a, b)
@@ -336,8 +338,8 @@ def test_loops_follow_their_turning_and_scale():
     loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
     turning, log_ratio = rng.normal(size=(2, n)) / 3
     log_ratio[5] = 800.0  # exp overflows
-    made = core.lay_out_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
-    for a, b in zip(made, reference.lay_out_loops(loops, turning, log_ratio), strict=True):
+    made = core.loop_gaps(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
+    for a, b in zip(made, reference.loop_gaps(loops, turning, log_ratio), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
 
 
@@ -348,7 +350,7 @@ def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
     turning, log_ratio = rng.normal(size=(2, start[-1])) / 3
     movable = np.arange(start[-1]) % 30 >= prescribed
     movable |= not movable.any()
-    z, gaps = core.developed_loops(start, turning, log_ratio, movable)
+    z, gaps = core.develop_loops(start, turning, log_ratio, movable)
     for i, gap in enumerate(gaps):
         own = slice(start[i], start[i + 1])
         if movable[own].any():
@@ -360,5 +362,5 @@ def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
 @pytest.mark.parametrize("ratio", [800.0, 2000.0])  # exp overflows, and some edges have no length
 def test_an_outer_loop_with_vanishing_edges_is_laid_out(ratio):
     log_ratio = np.array([0.0, ratio, 0.0, 0.1, 0.0])
-    z, gaps = core.developed_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))
+    z, gaps = core.develop_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))
     assert np.isfinite(z).all() and 0 < gaps[0] <= 1

@@ -36,22 +36,26 @@ def cases():
     half = np.append(np.arange(len(t.edges) // 2), 3)
     faces = t.sides.T % m
     return {
-        "undirected": [(t.corner, t.n)],
-        "in_edges": [(*t.edges[rng.integers(len(t.edges), size=900)].T, t.n), (*count, 5), (NONE, NONE, 0)],
+        "find_edges": [(t.corner, t.n)],
+        "group_sides": [
+            (*t.edges[rng.integers(len(t.edges), size=900)].T, t.n),
+            (*count, 5),
+            (NONE, NONE, 0),
+        ],
         "used_vertices": [(t.corner.T - 3, t.n), (t.corner.T, t.n), (t.corner.T % 9, 7)],
-        "entries": [(t.edges.T, t.n), (few.T, 21), (few.T - 1, 20), (count, 5), (NO_PAIRS.T, 3)],
+        "symmetric_pattern": [(t.edges.T, t.n), (few.T, 21), (few.T - 1, 20), (count, 5), (NO_PAIRS.T, 3)],
         "boundary_loops": [(*t.edges[t.sides[1] < 0].T, t.n), (np.array([1, 1]), np.array([0, 2]), 3)],
         "cycles": [(order,), (np.arange(3),), (NONE,)],
         "connected_labels": [(t.edges[::3], t.n), (count.T, 7), (NO_PAIRS, 3)],
         "spanning_forest": [(few, rng.permutation(len(few))[::2], t.n), (count.T, np.arange(40), 5)],
         "is_connected": [(t.sides, m), (t.sides[:, ::2], m), (t.sides[:, :0], 1)],
-        "fans_around": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
+        "count_fans": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
         "shortest_pairs": [
             (t.edges, length, t.n),
             (few + 3, rng.permutation(len(few)) * 1.0, 24),
             (count.T, rng.integers(2, size=40) * 1.0, 5),  # edges of equal length and self-loops
         ],
-        "far_apart": [
+        "choose_distant_nodes": [
             (*graph, order, hops, np.arange(t.n) % 9 == 4) for graph in (ways[:2], wide) for hops in (0, 1, 2)
         ],
         "forest_parents": [(tree, t.n), (NO_PAIRS, 3)],
@@ -60,23 +64,23 @@ def cases():
             for graph in (ways[:2], wide)
             for sources, limit in (([3, 9, 9], 20.0), ([3, 9, 9], np.inf), ([7], 20.0), ([], 20.0))
         ],
-        "ways_towards": [
+        "goal_directed_search": [
             (*ways, 3, np.arange(t.n) % 7 > 0, mesh.V, mesh.V[:0], 0.0, limit) for limit in (20.0, np.inf)
         ],
-        "meeting": [
+        "steiner_paths": [
             (*ways, (np.array([3, 9, 9]), t.edges[40], np.array([t.n - 9])), np.arange(t.n) % 7 > 0, limit)
             for limit in (30.0, 1.0)
         ],
-        "nodes_on_paths": [(before, t.edges[9]), (before, np.arange(t.n)), (before, NONE)],
-        "way_of_fewest": [
+        "path_nodes": [(before, t.edges[9]), (before, np.arange(t.n)), (before, NONE)],
+        "breadth_first_path": [
             (*wide, np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
             (*wide, np.arange(t.n) == 3, np.zeros(t.n, dtype=bool)),
         ],
-        "without_leaves": [
+        "prune_leaves": [
             (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
             (tree, np.zeros(t.n, dtype=bool)),
         ],
-        "arcs_between": [
+        "split_arcs": [
             (some, np.bincount(some.ravel(), minlength=t.n) != 2)
             for some in (
                 t.edges[::2],
@@ -84,7 +88,7 @@ def cases():
                 NO_PAIRS,
             )  # the second consists of closed arcs
         ],
-        "opened": [
+        "cut_topology": [
             (t.edges, faces, half, 5, t.n, m),
             (t.edges, faces, half[:20], 0, t.n, m),
             (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
@@ -99,7 +103,7 @@ def cases():
             (t.edges, faces, NONE, 3, t.n, m),
             (*around_a_torus(), 0, 36, 72),  # a cycle that does not separate the surface
         ],
-        "behind_least_cut": [
+        "minimum_cut_side": [
             (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
             (t.edges[:5], np.ones(5, dtype=np.int64), t.n, 3, t.n - 9),
         ],
@@ -111,7 +115,7 @@ def around_a_torus():
     i, j = np.divmod(np.arange(36), 6)
     a, b, c, d = 6 * i + j, (i + 1) % 6 * 6 + j, (i + 1) % 6 * 6 + (j + 1) % 6, 6 * i + (j + 1) % 6
     corner = np.concatenate((np.stack((a, b, c)), np.stack((a, c, d))), axis=1)
-    edges, sides, _ = _core.undirected(corner, 36)
+    edges, sides, _ = _core.find_edges(corner, 36)
     return edges, sides.T % 72, np.flatnonzero((edges < 6).all(axis=1))
 
 
@@ -136,7 +140,7 @@ def test_edges_with_three_sides_or_two_sides_of_the_same_direction_are_not_sound
     book = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]]).T
     turned = np.array([[0, 1, 2], [0, 1, 3]]).T
     for corner, sound in ((book[:, :2], True), (book, False), (turned, False), (book[:, :0], True)):
-        edges, sides, found = _core.undirected(corner, 5)
+        edges, sides, found = _core.find_edges(corner, 5)
         every = np.sort(corner[[[1, 2], [2, 0], [0, 1]]].transpose(0, 2, 1).reshape(-1, 2), axis=1)
         assert found == sound and sides.shape == (2, len(edges))
         np.testing.assert_array_equal(np.sort(edges, axis=1), np.unique(every, axis=0))
@@ -149,11 +153,11 @@ def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
     found = []
     for cores in ("1", "3"):
         monkeypatch.setenv("OMP_NUM_THREADS", cores)
-        found.append(_core.undirected(corner, n))
-    for one, other, expected in zip(*found, reference.undirected(corner, n), strict=True):
+        found.append(_core.find_edges(corner, n))
+    for one, other, expected in zip(*found, reference.find_edges(corner, n), strict=True):
         np.testing.assert_array_equal(one, other)
         assert np.shape(one) == np.shape(expected)
-    assert found[0][2] and np.array_equal(found[0][1], reference.undirected(corner, n)[1])
+    assert found[0][2] and np.array_equal(found[0][1], reference.find_edges(corner, n)[1])
 
 
 def steps(walk, n):
@@ -208,13 +212,13 @@ def test_there_is_no_walk_if_a_curve_cannot_be_crossed_an_odd_number_of_times():
 def test_nodes_too_far_from_the_targets_are_omitted_from_paths_towards_them():
     mesh, t, _, ways = mesh_and_graph()
     open_, position = np.arange(t.n) % 7 > 0, mesh.V
-    whole, _ = _core.ways_towards(*ways, 3, open_, position, position[:0], 0.0, 20.0)
+    whole, _ = _core.goal_directed_search(*ways, 3, open_, position, position[:0], 0.0, 20.0)
     share = 0.5 * (
         ways[2].min() / np.ptp(position, axis=0).max()
     )  # a valid lower bound, even for the shortest edge
     end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
     for most in (whole[end], whole[end] / 2):
-        part, before = _core.ways_towards(*ways, 3, open_, position, position[[end]], share, most)
+        part, before = _core.goal_directed_search(*ways, 3, open_, position, position[[end]], share, most)
         assert np.array_equal(part[np.isfinite(part)], whole[np.isfinite(part)])
         assert np.isinf(part).sum() > np.isinf(whole).sum()
         assert (part[end] == whole[end]) == (most == whole[end])
@@ -229,7 +233,7 @@ def test_the_steiner_point_minimizes_the_total_length(seed):
     length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length
     open_ = rng.random(n) > rng.choice([0.0, 0.3, 0.6])
     sets = tuple(rng.choice(n, rng.choice([1, 1, 2, 20]), replace=False) for _ in range(3))
-    expected, start = reference.meeting(indptr, indices, length, sets, open_, 1e9)
+    expected, start = reference.steiner_paths(indptr, indices, length, sets, open_, 1e9)
     total = sum(
         reference.nearest_sources(indptr, indices, length, own, open_ | np.isin(np.arange(n), own), 1e9)[0]
         for own in sets
@@ -237,7 +241,7 @@ def test_the_steiner_point_minimizes_the_total_length(seed):
     assert len(expected) == 0 or total[expected[0]] == total.min()
     for share in (0.9, 1.0, 1.1, 3.0):
         limit = share * float(total.min()) if len(expected) else 1e9
-        nodes, start = _core.meeting(indptr, indices, length, sets, open_, limit)
+        nodes, start = _core.steiner_paths(indptr, indices, length, sets, open_, limit)
         if not len(expected) or share < 1:
             assert not len(nodes)
             continue

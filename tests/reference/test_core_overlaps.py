@@ -31,17 +31,17 @@ def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None
         F = rng.integers(n, size=(3 * n, 3))
         F[0], F[-1] = 0, [0, 1, 1]  # a point, a segment
         for chart in (np.zeros(3 * n, dtype=np.int64), rng.integers(-1, 3, size=3 * n)):
-            found = _core.overlapping(z, F, chart, 10**6)
-            np.testing.assert_array_equal(found, reference.overlapping(z, F, chart))
+            found = _core.find_overlaps(z, F, chart, 10**6)
+            np.testing.assert_array_equal(found, reference.find_overlaps(z, F, chart))
             number += len(found)
     assert number > 100
 
 
 def test_degenerate_triangles_do_not_overlap() -> None:
     none = np.zeros((0, 3), dtype=np.int64)
-    assert _core.overlapping(np.zeros(0, dtype=complex), none, none[:, 0], 9).shape == (0, 2)
+    assert _core.find_overlaps(np.zeros(0, dtype=complex), none, none[:, 0], 9).shape == (0, 2)
     for z in (np.zeros(3, dtype=complex), np.arange(3) + 0j, np.full(3, complex(np.nan, 1))):
-        assert _core.overlapping(z, np.array([[0, 1, 2]] * 20), np.zeros(20, dtype=np.int64), 9).shape == (
+        assert _core.find_overlaps(z, np.array([[0, 1, 2]] * 20), np.zeros(20, dtype=np.int64), 9).shape == (
             0,
             2,
         )
@@ -55,11 +55,11 @@ def test_the_least_depth_is_a_millionth_of_the_smaller_height(height, share) -> 
     other = tip + height * np.array([-1 - 1j, 1 - 1j, 0])
     for one in (unit, unit[[0, 2, 1]]):
         for pair in ((one, other), (other, one), (other[::-1], one)):
-            found = _core.overlapping(
+            found = _core.find_overlaps(
                 np.concatenate(pair), np.arange(6).reshape(2, 3), np.zeros(2, dtype=np.int64), 9
             )
-            assert len(found) == _core.lie_over(pair[0][None], pair[1][None]) == (share > 1)
-            assert _core.lie_over(np.array(pair), one[None] + 5) == (share > 1)
+            assert len(found) == _core.has_overlap(pair[0][None], pair[1][None]) == (share > 1)
+            assert _core.has_overlap(np.array(pair), one[None] + 5) == (share > 1)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -71,15 +71,15 @@ def test_lie_over_agrees_with_overlapping_pairs(kind) -> None:
         if k % 3 == 0:
             triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # small triangles, which may not overlap
             triangle += np.where(np.arange(n + m) < n, np.arange(n + m), 0)[:, None]
-        pairs = reference.overlapping(
+        pairs = reference.find_overlaps(
             triangle.ravel(), np.arange(3 * (n + m)).reshape(-1, 3), np.zeros(n + m)
         )
         over = bool((pairs[:, 0] < n).any())
-        assert _core.lie_over(triangle[:n], triangle[n:]) == over
+        assert _core.has_overlap(triangle[:n], triangle[n:]) == over
         seen.add(over)
     assert True in seen
     nothing = np.zeros((0, 3), dtype=complex)
-    assert not _core.lie_over(nothing, triangle) and not _core.lie_over(nothing, nothing)
+    assert not _core.has_overlap(nothing, triangle) and not _core.has_overlap(nothing, nothing)
 
 
 def faces_beside(edges, m):

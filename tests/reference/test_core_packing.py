@@ -119,7 +119,7 @@ def test_placed_charts_occupy_disjoint_cells(side):
         high, wide = shapes[k]
         expected[page, y : y + high, x : x + wide] += cells[k]
     assert expected.max() == 1
-    np.testing.assert_array_equal(_core.taken_cells(side, places, blocks, begin), expected > 0)
+    np.testing.assert_array_equal(_core.occupied_cells(side, places, blocks, begin), expected > 0)
 
 
 @pytest.mark.parametrize("widest", [6, 60, 200])  # some are wider than a page
@@ -128,9 +128,9 @@ def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
     places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
     sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
     sizes = sizes[np.argsort(-sizes[:, 1])]
-    pages = _core.taken_cells(48, places, blocks, begin)
+    pages = _core.occupied_cells(48, places, blocks, begin)
     for taken in (*pages, np.zeros((48, 48), dtype=bool), np.ones((9, 9), dtype=bool)):
-        made, expected = _core.on_shelves(sizes, taken), reference.on_shelves(sizes, taken)
+        made, expected = _core.pack_shelves(sizes, taken), reference.pack_shelves(sizes, taken)
         np.testing.assert_allclose(made, expected, atol=1e-11)
 
 

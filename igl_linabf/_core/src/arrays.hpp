@@ -72,13 +72,13 @@ struct View {
 
 #ifdef CHECKED
 template <class T>
-struct Row : View<T> {
+struct MatrixRow : View<T> {
     using View<T>::View;
     operator T*() const { return this->data; }
 };
 #else
 template <class T>
-using Row = T*;
+using MatrixRow = T*;
 #endif
 
 // A non-owning view of a two-dimensional array in row-major order.
@@ -87,7 +87,7 @@ struct Matrix {
     T* data = nullptr;
     Index rows = 0, columns = 0;
 
-    Row<T> operator[](Index i) const {
+    MatrixRow<T> operator[](Index i) const {
         check_index(i, rows);
 #ifdef CHECKED
         return {data + i * columns, columns};
@@ -133,9 +133,9 @@ struct Squares : Array<T> {
 
 template <class T>
 Array<T> full(Index size, T value) {
-    Array<T> made(size);
-    std::fill_n(made.data(), size, value);
-    return made;
+    Array<T> result(size);
+    std::fill_n(result.data(), size, value);
+    return result;
 }
 
 // A complex number or a point in the plane, with the memory layout of std::complex, which some compilers fail to keep

@@ -15,13 +15,13 @@ struct Lists {
 // Build the lists of n nodes. visit(put) must call put(node, item) for each item; it is called twice.
 template <class Visit>
 Lists build_lists(Index n, const Visit& visit) {
-    Lists made{std::vector<Index>(n + 2), {}};
-    Index* begin = made.begin.data();
+    Lists result{std::vector<Index>(n + 2), {}};
+    Index* begin = result.begin.data();
     visit([=](Index node, Index) { ++begin[node + 2]; });
     std::partial_sum(begin, begin + n + 2, begin);
-    made.items = Array<Index>(begin[n + 1]);
-    visit([begin, items = made.items.data()](Index node, Index item) { items[begin[node + 1]++] = item; });
-    return made;
+    result.items = Array<Index>(begin[n + 1]);
+    visit([begin, items = result.items.data()](Index node, Index item) { items[begin[node + 1]++] = item; });
+    return result;
 }
 
 // A union-find data structure with path halving. The root of each set is its first node.

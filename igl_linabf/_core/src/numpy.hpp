@@ -20,29 +20,29 @@ using namespace nb::literals;
 // The element type of the NumPy array for a view of T: T itself if it is a number. A struct becomes a row of indices.
 template <class T>
 struct Items {
-    using Number = std::conditional_t<std::is_arithmetic_v<T>, T, Index>;
+    using Scalar = std::conditional_t<std::is_arithmetic_v<T>, T, Index>;
 };
 template <class T>
 struct Items<const T> {
-    using Number = const typename Items<T>::Number;
+    using Scalar = const typename Items<T>::Scalar;
 };
 template <class T, std::size_t N>
 struct Items<std::array<T, N>> {
-    using Number = T;
+    using Scalar = T;
 };
 template <>
 struct Items<Complex> {
-    using Number = std::complex<double>;
+    using Scalar = std::complex<double>;
 };
 template <class T>
-using Number = typename Items<T>::Number;
+using Scalar = typename Items<T>::Scalar;
 template <class T>
-constexpr std::size_t NUMBERS_PER_ITEM = sizeof(T) / sizeof(Number<T>);
+constexpr std::size_t SCALARS_PER_ITEM = sizeof(T) / sizeof(Scalar<T>);
 
 // Arguments. nanobind converts an array with another type or layout to a copy. Arguments that are written to therefore
 // need .noconvert().
 template <class T, class Shape>
-using In = nb::ndarray<Number<T>, Shape, nb::c_contig, nb::device::cpu>;
+using In = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
 
 template <class A>
 struct Argument {
@@ -55,7 +55,7 @@ struct Argument {
 };
 template <class T>
 struct Argument<View<T>> {
-    using Type = In<T, std::conditional_t<NUMBERS_PER_ITEM<T> == 1, nb::ndim<1>, nb::shape<-1, NUMBERS_PER_ITEM<T>>>>;
+    using Type = In<T, std::conditional_t<SCALARS_PER_ITEM<T> == 1, nb::ndim<1>, nb::shape<-1, SCALARS_PER_ITEM<T>>>>;
     static View<T> in(const Type& a) { return {reinterpret_cast<T*>(a.data()), Index(a.shape(0))}; }
     static void check(const Type& a, ShapeRules::Call& shapes) { shapes.check({Index(a.shape(0))}); }
 };
@@ -80,15 +80,15 @@ struct Argument<std::array<View<T>, 3>> {
 // Results. The NumPy array takes ownership of the container.
 template <class Owner, class... Shape>
 auto to_numpy(Owner&& a, Shape... shape) {
-    using N = Number<std::remove_pointer_t<decltype(a.data())>>;
+    using N = Scalar<std::remove_pointer_t<decltype(a.data())>>;
     auto owner = std::make_unique<Owner>(std::move(a));
     N* const data = reinterpret_cast<N*>(owner->data());
     const nb::capsule capsule(owner.get(), [](void* p) noexcept { delete static_cast<Owner*>(p); });
     owner.release();
-    nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>> made(data, {std::size_t(shape)...}, capsule);
+    nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>> result(data, {std::size_t(shape)...}, capsule);
     if constexpr (std::is_same_v<N, Index>) // NumPy has two 64-bit integer types, and one is not printed as int64
-        return nb::object(nb::cast(std::move(made)).attr("view")(nb::module_::import_("numpy").attr("int64")));
-    else return made;
+        return nb::object(nb::cast(std::move(result)).attr("view")(nb::module_::import_("numpy").attr("int64")));
+    else return result;
 }
 
 template <class T, class = std::enable_if_t<std::is_arithmetic_v<T>>>
@@ -109,8 +109,8 @@ auto to_result(Squares<T>&& a) {
 }
 template <class T>
 auto to_result(std::vector<T>&& v) {
-    if constexpr (NUMBERS_PER_ITEM<T> == 1) return to_numpy(std::move(v), v.size());
-    else return to_numpy(std::move(v), v.size(), NUMBERS_PER_ITEM<T>);
+    if constexpr (SCALARS_PER_ITEM<T> == 1) return to_numpy(std::move(v), v.size());
+    else return to_numpy(std::move(v), v.size(), SCALARS_PER_ITEM<T>);
 }
 inline auto to_result(std::vector<std::vector<Index>>&& lists) { return std::move(lists); }
 template <class... T>

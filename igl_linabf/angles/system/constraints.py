@@ -103,7 +103,7 @@ def holonomy_residual(
         return HolonomyResidual(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
     loops = Ragged.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
-    gap, q = _core.lay_out_loops(site[: loops.start[-1]], loops.start, turning, log_ratio)
+    gap, q = _core.loop_gaps(site[: loops.start[-1]], loops.start, turning, log_ratio)
     constrained = np.ones((len(holes) + len(paths), 2), dtype=bool)
     if paths:
         assert fan_sums is not None

@@ -46,7 +46,7 @@ class Symmetric:
         made = np.zeros((k, 4 * k))
         for first in range(0, n, PRODUCT_ROWS):
             last = min(first + PRODUCT_ROWS, n)
-            made += C[first:last].T @ _core.products_of_entries(*self.blocks, C, first, last)
+            made += C[first:last].T @ _core.entry_products(*self.blocks, C, first, last)
         return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
     def values(self) -> FloatArray:
@@ -108,7 +108,7 @@ class Pattern:
         self._analyses: dict[tuple[Solvers, int], Analysis] = {}
         self.n, self.topology, self.row = n, topology, row
         # the lower triangle in CSC order is the upper one in CSR order
-        indptr, indices, self.slot = _core.entries(self.ends, n)
+        indptr, indices, self.slot = _core.symmetric_pattern(self.ends, n)
         small = 8 * len(indices) < np.iinfo(np.int32).max
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
@@ -155,7 +155,7 @@ class Pattern:
 
         z contains the complex positions of the fixed vertices, and zeros for free vertices.
         """
-        return _core.pulled(self.ends, self.topology.edges, weight, z, self.n)
+        return _core.fixed_vertex_terms(self.ends, self.topology.edges, weight, z, self.n)
 
     def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Sum `values` over their `rows`, ignoring row -1."""
@@ -195,7 +195,7 @@ class RowSubset:
     def of(self, matrix: Symmetric) -> SubsetBlocks:
         """Return the blocks of `matrix` in these rows."""
         return SubsetBlocks(
-            self, _core.blocks_of_rows(matrix.blocks[2], self.column, self._place, self._pair)
+            self, _core.gather_row_blocks(matrix.blocks[2], self.column, self._place, self._pair)
         )
 
 
@@ -218,8 +218,8 @@ class SubsetBlocks:
 
     def subtract_transposed(self, r: FloatArray, x: FloatArray) -> FloatArray:
         """Return r - R^T x; r may have additional entries."""
-        return _core.without_rows(self.rows.start, self.rows.column, self.block, x, r)
+        return _core.subtract_rows(self.rows.start, self.rows.column, self.block, x, r)
 
     def residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
         """Return r - R z in these rows."""
-        return _core.left_at_rows(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)
+        return _core.row_residual(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

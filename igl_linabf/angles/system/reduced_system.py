@@ -61,7 +61,7 @@ class System:
 
     def project(self, y: FloatArray) -> FloatArray:
         """Return P y, (3, #F) angles that sum to zero in each triangle."""
-        return _core.projected(self.w, self.d, y)
+        return _core.project_errors(self.w, self.d, y)
 
     def conformal_errors(self, x: FloatArray) -> FloatArray:
         """Return K M^T x, (3, #F), for the multipliers of each vertex, (#V, 2)."""

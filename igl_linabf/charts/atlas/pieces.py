@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from ..._core import products
+from ..._core import side_products
 from ..._runtime import advance
 from ..._types import FloatArray
 from ...errors import MeshError, some
@@ -33,7 +33,7 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
         return made
     corners = np.stack([pieces[i].V[pieces[i].F[0]] for i in alone])
     corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
-    double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
+    double, dot, _ = side_products(corners.reshape(3 * len(alone), -1), corner)
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     rounding = LONE_ROUNDING * np.abs(corners).max(axis=(1, 2))
     height = np.maximum(MIN_LONE_HEIGHT * longest, rounding)

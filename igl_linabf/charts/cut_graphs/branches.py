@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..._core import arcs_between
+from ..._core import split_arcs
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
@@ -158,7 +158,7 @@ def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) 
     joint[: graph.n_holes] = True
     if fixed:
         joint[list(fixed)] = True
-    edges, nodes, start = arcs_between(ends, joint)
+    edges, nodes, start = split_arcs(ends, joint)
     return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._core import far_apart, spanning_forest
+from ..._core import choose_distant_nodes, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from .closed_surface import ClosedSurface
@@ -161,7 +161,7 @@ def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     excluded = np.zeros(graph.n, dtype=bool)
     excluded[holes] = True
     matrix = graph.adjacency[0]
-    is_root = far_apart(matrix.indptr, matrix.indices, order, hops, excluded)
+    is_root = choose_distant_nodes(matrix.indptr, matrix.indices, order, hops, excluded)
     is_root[holes] = False
     distance, before, root = graph.shortest_paths(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..._core import meeting, nearest_sources, nodes_on_paths, opened, shortest_pairs, spanning_forest
-from ..._core import without_leaves as without_leaf_edges
+from ..._core import cut_topology, nearest_sources, path_nodes, shortest_pairs, spanning_forest, steiner_paths
+from ..._core import prune_leaves
 from ..._types import BoolArray, FloatArray, IntArray
 
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
@@ -76,7 +76,7 @@ class SurfaceGraph:
 
     def path_edges(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
         """Return the edges on the shortest paths from the nodes `ends` to their sources, each once."""
-        nodes = nodes_on_paths(before, np.asarray(ends, dtype=np.int64))
+        nodes = path_nodes(before, np.asarray(ends, dtype=np.int64))
         return self.edges_between(nodes, before[nodes])
 
     def steiner_tree(
@@ -90,7 +90,7 @@ class SurfaceGraph:
         if avoid is not None:
             is_open[avoid] = False
         matrix = self.adjacency[0]
-        nodes, start = meeting(matrix.indptr, matrix.indices, matrix.data, terminals, is_open, limit)
+        nodes, start = steiner_paths(matrix.indptr, matrix.indices, matrix.data, terminals, is_open, limit)
         if not len(nodes):
             return -1, nodes
         on = np.ones(len(nodes), dtype=bool)
@@ -132,7 +132,7 @@ class SurfaceGraph:
         sizes : (#pieces,) int64
             The number of faces of each piece of the surface cut along the seam, ascending.
         """
-        return opened(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
+        return cut_topology(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
 
     def topology_of(self, seam: IntArray) -> SeamTopology:
         """Return the numbers of components and cycles of the seam with the holes, and of pieces.
@@ -147,7 +147,7 @@ def prune_stubs(graph: SurfaceGraph, seam: IntArray, tips: IntArray) -> IntArray
     """Remove the arcs that end at a leaf, repeatedly. Leaves in `tips` are kept."""
     kept = np.zeros(graph.n, dtype=bool)
     kept[tips] = True
-    return seam[without_leaf_edges(graph.ends[seam], kept)]
+    return seam[prune_leaves(graph.ends[seam], kept)]
 
 
 def join_terminals(graph: SurfaceGraph, seam: IntArray, others: IntArray | None = None) -> IntArray:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..._core import entries, laplacian_entries
+from ..._core import laplacian_entries, symmetric_pattern
 from ..._types import BoolArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
 from .constants import MAX_BOND_WEIGHT
@@ -108,7 +108,7 @@ class SurfaceLaplacian:
 
     def _matrix(self, weight: FloatArray) -> sparse.csc_array:
         bonds, shape = np.ascontiguousarray(self.bonds.T), (self.n, self.n)
-        indptr, indices, slot = entries(bonds, self.n)
+        indptr, indices, slot = symmetric_pattern(bonds, self.n)
         return sparse.csc_array(
             (laplacian_entries(indptr, slot, bonds, weight), indices, indptr), shape=shape
         )

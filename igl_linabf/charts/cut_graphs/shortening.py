@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core import lengths, meeting, ways_towards
+from ..._core import goal_directed_search, lengths, steiner_paths
 from ..._types import BoolArray, IntArray
 from .branches import (
     ArcArrays,
@@ -96,7 +96,7 @@ class _Corridor:
         is_open[source] = True
         aim = self._position[[target] if self._nodes[target] >= self.graph.n_holes else []]
         rest = self._position, aim, self._share, limit * (1 + 1e-9)
-        _, before = ways_towards(matrix.indptr, matrix.indices, matrix.data, source, is_open, *rest)
+        _, before = goal_directed_search(matrix.indptr, matrix.indices, matrix.data, source, is_open, *rest)
         nodes, at = [target], int(before[target])
         while at >= 0:
             nodes.append(at)
@@ -110,7 +110,7 @@ class _Corridor:
         `limit`.
         """
         matrix, terminals = self._matrix, (tips[:1], tips[1:2], tips[2:])
-        nodes, start = meeting(matrix.indptr, matrix.indices, matrix.data, terminals, ~blocked, limit)
+        nodes, start = steiner_paths(matrix.indptr, matrix.indices, matrix.data, terminals, ~blocked, limit)
         return [self._nodes[nodes[i:j]] for i, j in pairwise(start.tolist())]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..._core import dihedrals, entries, lengths, normals, product_with_pairs
+from ..._core import dihedrals, lengths, normals, symmetric_pattern, symmetric_product
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 from . import constants
@@ -29,7 +29,7 @@ class Smoothing:
 
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray) -> None:
         n = len(component.V)
-        indptr, indices, _ = entries(edges.T, n)
+        indptr, indices, _ = symmetric_pattern(edges.T, n)
         self._matrix = indptr, indices, np.ones(len(indices))  # the upper triangle; the diagonal is one, too
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
@@ -42,7 +42,7 @@ class Smoothing:
         """Return the values of the vertices, (#V,) or (#V, 2), after a number of averages."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
-            pairs = product_with_pairs(*self._matrix, pairs) / self._number[:, None]
+            pairs = symmetric_product(*self._matrix, pairs) / self._number[:, None]
         return pairs if values.ndim > 1 else np.ascontiguousarray(pairs[:, 0])
 
 

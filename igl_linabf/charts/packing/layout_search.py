@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..._core import on_shelves
+from ..._core import pack_shelves
 from ..._types import ComplexArray, FloatArray, IntArray
 from .constants import (
     COARSE_TURNS,
@@ -447,7 +447,7 @@ def _place_on_pages(
         if page == pages:
             return None
         is_new = page >= len(taken)
-        places = on_shelves(boxes[first:], np.zeros((inner, inner), dtype=bool) if is_new else taken[page])
+        places = pack_shelves(boxes[first:], np.zeros((inner, inner), dtype=bool) if is_new else taken[page])
         if is_new and not len(places):
             return None
         on = slice(first, first + len(places))

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core import place_masks, rasterize, taken_cells
+from ..._core import occupied_cells, place_masks, rasterize
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged
 
@@ -129,7 +129,7 @@ class ChartMasks:
 
     def find_taken_cells(self, side: int, places: IntArray) -> BoolArray:
         """Return a mask of the cells, (#pages, side, side), that charts at these places take."""
-        return taken_cells(side, places, self.blocks, self.start)
+        return occupied_cells(side, places, self.blocks, self.start)
 
 
 def outlines(

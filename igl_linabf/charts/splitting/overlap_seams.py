@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._core import overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
+from ..._core import breadth_first_path, overlap_sheets, shortest_odd_walk, shortest_pairs
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
@@ -247,7 +247,7 @@ class _Dual(NamedTuple):
 
     def crossed(self, one: BoolArray, other: BoolArray) -> IntArray:
         """The edges that a way from one sheet to another crosses, both masks of faces."""
-        way = way_of_fewest(self.begin, self.neighbour, one, other)
+        way = breadth_first_path(self.begin, self.neighbour, one, other)
         at, of = self._around(way[:-1])
         return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])
 

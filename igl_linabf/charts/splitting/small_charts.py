@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._core import lie_over
+from ..._core import has_overlap
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
@@ -157,7 +157,7 @@ class _Host:
         if not double_area.min() > 0:
             return False
         own = z[piece.F] * self._unit
-        if lie_over(own, self._in_chart):
+        if has_overlap(own, self._in_chart):
             return False
         changed = change_of(piece, coordinates(z))
         own_area = float(changed.double_area.sum())

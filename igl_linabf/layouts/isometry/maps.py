@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..._core import centred
+from ..._core import normalize_maps
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
@@ -86,7 +86,7 @@ def isometric_together(
     z, steps, stalled = _lower_energy(energy, z, Hessians(corner, len(z), solvers), tol)
     value = energy.of_charts(z)
     double = np.abs(signed_double_areas(z, corner))
-    z = centred(z, corner, double, disks.area, vertices.start, faces.start)
+    z = normalize_maps(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
     return z, value, steps, sound & stalled
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._core import entries, outer_products, undirected
+from ..._core import find_edges, outer_products, symmetric_pattern
 from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
@@ -67,8 +67,8 @@ class Hessians:
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
-        ends, sides, _ = undirected(corner, n)
-        indptr, indices, slot = entries(np.ascontiguousarray(ends.T), n)
+        ends, sides, _ = find_edges(corner, n)
+        indptr, indices, slot = symmetric_pattern(np.ascontiguousarray(ends.T), n)
         self._across = np.empty(corner.shape, dtype=np.int64)
         for side in sides:
             self._across.ravel()[side[side >= 0]] = slot[side >= 0]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._core import connected_labels, fans_around, undirected
+from ..._core import connected_labels, count_fans, find_edges
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ..arrays import compact
@@ -75,13 +75,13 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
             raise MeshError("no face has three vertices that stay: leave in more")
         vertices, faces = compact(F[rows], len(kept))
         corner = np.ascontiguousarray(faces.T)
-        _, sides, sound = undirected(corner, len(vertices))
+        _, sides, sound = find_edges(corner, len(vertices))
         if not sound:
             topology_of(faces, vertices)  # raises
         label = connected_labels((sides[:, sides[1] >= 0] % len(faces)).T, len(faces))
         largest = label == np.bincount(label).argmax()
         if largest.all():
-            narrow = vertices[fans_around(corner, sides, len(vertices)) > 1]
+            narrow = vertices[count_fans(corner, sides, len(vertices)) > 1]
             if not len(narrow):
                 break
             pinched.append(narrow)

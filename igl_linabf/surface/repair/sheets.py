@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..._core import in_edges
+from ..._core import group_sides
 from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, triangle_numbers
@@ -94,7 +94,7 @@ class _Edges:
 
     @classmethod
     def of(cls, F: IntArray, n: int) -> "_Edges":
-        return cls(*in_edges(*_side_ends(F), n))
+        return cls(*group_sides(*_side_ends(F), n))
 
     def two(self) -> tuple[IntArray, IntArray]:
         """Return both sides of each edge that has exactly two."""
@@ -288,7 +288,7 @@ def _find_coincident_sides(
     the sides to examine; any other side is joined to the only other side at its edge.
     """
     tail, head = _side_ends(F)
-    order, begin, count = in_edges(tail[loose], head[loose], int(F.max()) + 1)
+    order, begin, count = group_sides(tail[loose], head[loose], int(F.max()) + 1)
     order = loose[order]
     two = begin[count == 2]
     a, b = order[two], order[two + 1]

@@ -36,9 +36,9 @@ inline double inverse_length(Complex edge) {  // 0 for an edge without length in
 //
 // The difference of the angle sum from 2 pi is distributed equally over the `movable` angles. The gap is closed by the
 // smallest change of lengths, min sum delta^2 / l, with delta = l Re(conj(edge) mu) and a 2 by 2 system for mu.
-inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Index> start, View<const double> turning,
-                                                                 View<const double> log_ratio,
-                                                                 View<const bool> movable) {
+inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index> start, View<const double> turning,
+                                                               View<const double> log_ratio,
+                                                               View<const bool> movable) {
     Array<Complex> z(turning.size);
     Array<double> gaps(start.size - 1);
     for (Index i = 0; i < gaps.size(); ++i) {
@@ -71,9 +71,9 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
 // to log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop minus the
 // mean of these vectors, averaged over all choices of the start vertex. First, the excess of turning is distributed
 // equally over the vertices.
-inline std::tuple<Array<Complex>, Array<Complex>> lay_out_loops(View<const Index> vertex, View<const Index> start,
-                                                              View<const double> turning,
-                                                              View<const double> log_ratio) {
+inline std::tuple<Array<Complex>, Array<Complex>> loop_gaps(View<const Index> vertex, View<const Index> start,
+                                                            View<const double> turning,
+                                                            View<const double> log_ratio) {
     Array<Complex> gap(start.size - 1), q(vertex.size);
     for (Index i = 0; i < gap.size(); ++i) {
         const Index first = start[i], n = start[i + 1] - first;

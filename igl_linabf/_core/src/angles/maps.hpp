@@ -6,14 +6,14 @@ namespace angles {
 
 constexpr double SYMMETRIC_MOMENT = 1e-9;  // relative moment below which a map counts as symmetric
 
-inline Complex place(Values uv, Index v) {
+inline Complex map_point(Values uv, Index v) {
     check_index(v, uv.rows);
     return {uv.data[2 * v], uv.data[2 * v + 1]};
 }
 
 // Return twice the signed area of each face; positive unless the face is flipped or collapsed.
 inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) {
-    return tabulate(corner.columns, [z, at = Rows(corner)](Index t) {
+    return tabulate(corner.columns, [z, at = CornerRows(corner)](Index t) {
         const auto [i, j, k] = at[t];
         return cross(z[j] - z[i], z[k] - z[i]);
     });
@@ -26,10 +26,10 @@ inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) 
 // vertex_start[i + 1] - 1, and likewise its faces. The longer principal axis becomes the x axis, in the direction for
 // which the third moment is positive. For symmetric maps, whose axes or direction would depend on rounding, a rule that
 // is robust to rounding decides.
-inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
-                               View<const Index> vertex_start, View<const Index> face_start) {
-    Array<Complex> made(z.size);
-    const Rows at(corner);
+inline Array<Complex> normalize_maps(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
+                                     View<const Index> vertex_start, View<const Index> face_start) {
+    Array<Complex> result(z.size);
+    const CornerRows at(corner);
     const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // arbitrary; maps are not usually aligned to it
     for (Index i = 0; i < area.size; ++i) {
         const Index first = face_start[i], last = face_start[i + 1];
@@ -59,29 +59,31 @@ inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers dou
         const double least_third = SYMMETRIC_MOMENT * total * std::pow(size / total, 1.5);
         if (!(std::abs(third) > least_third)) third = times(turn, beside_axes).x;
         turn = (third < 0 ? -1 : 1) * std::sqrt(2 * area[i] / total) * turn;
-        for (Index v = vertex_start[i]; v < vertex_start[i + 1]; ++v) made[v] = times(z[v] - centroid, turn);
+        for (Index v = vertex_start[i]; v < vertex_start[i + 1]; ++v) result[v] = times(z[v] - centroid, turn);
     }
-    return made;
+    return result;
 }
 
-using Changes = std::tuple<Grid<double>, Grid<double>, Array<double>, Array<double>, Array<double>, Grid<double>>;
+using TriangleChanges =
+    std::tuple<Grid<double>, Grid<double>, Array<double>, Array<double>, Array<double>, Grid<double>>;
 
 // Measure the change of each triangle by a flat map `uv`: the angles in space; the angles in the map minus those in
 // space; twice the signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths.
-inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area, Values products) {
+inline TriangleChanges triangle_changes(Values V, Values uv, Corners corner, Numbers double_area, Values products) {
     const Index m = corner.columns;
     Grid<double> angle(3, m), more(3, m), sides(3, m);
     Array<double> signed_double_area(m), major(m), minor(m);
     parallel_for_pieces(m, [&](Index first, Index last) {
-        const Rows at(corner);
-        const Rows in_space(angle.matrix()), error(more.matrix()), ratio(sides.matrix());
+        const CornerRows at(corner);
+        const CornerRows in_space(angle.matrix()), error(more.matrix()), ratio(sides.matrix());
         double *signed_area = signed_double_area.data(), *larger = major.data(), *smaller = minor.data();
         INDEPENDENT for (Index t = first; t < last; ++t) {
             const auto [i, j, k] = at[t];
             const double x = products[0][t], y = products[1][t], z = products[2][t];
             const double area = double_area[t];
             const Point A = point(V, i), B = point(V, j), C = point(V, k), p = C - B, q = A - C, r = B - A;
-            const Complex a = place(uv, i), b = place(uv, j), c = place(uv, k), u = c - b, v = a - c, w = b - a;
+            const Complex a = map_point(uv, i), b = map_point(uv, j), c = map_point(uv, k);
+            const Complex u = c - b, v = a - c, w = b - a;
             const double length = std::sqrt(dot(r, r)), signed_double = cross(v, w);
             const Triple own{arctangent(area, x), arctangent(area, y), arctangent(area, z)};
             in_space.set(t, own);
@@ -108,9 +110,9 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
 // Also return the misfit: the largest distance between a placed vertex and the position that another triangle implies
 // for it, relative to the shortest side of that triangle. Sides are propagated by angles rather than computed from
 // positions, whose errors would grow from triangle to triangle.
-inline std::tuple<Array<Complex>, double> developed(View<const Complex> z, View<const bool> known,
+inline std::tuple<Array<Complex>, double> develop_triangles(View<const Complex> z, View<const bool> known,
                                                     View<const Index> start, View<const Index> twin, Corners corner,
-                                                    Values cot) {
+                                                            Values cot) {
     struct Side {
         Index half_edge;
         Complex along;

@@ -6,7 +6,7 @@ namespace angles {
 
 // Return w_i w_j / d at the corner k opposite to i and j: y^T P y is the sum of this times (y_i - y_j)^2 over pairs.
 inline Grid<double> pair_weights(Values w, Numbers d) {
-    return tabulate_corners(w.columns, [w = Rows(w), d](Index t) {
+    return tabulate_corners(w.columns, [w = CornerRows(w), d](Index t) {
         const auto [a, b, c] = w[t];
         return Triple{b * c / d[t], c * a / d[t], a * b / d[t]};
     });
@@ -15,7 +15,7 @@ inline Grid<double> pair_weights(Values w, Numbers d) {
 // Return the weight of each half-edge in the Laplacian sum_t s_t K_t, where s = 2 sqrt(w0 w1 w2 / d) is the geometric
 // mean of the two eigenvalue ratios of P and K.
 inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
-    return tabulate_corners(w.columns, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+    return tabulate_corners(w.columns, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
         const double half = std::sqrt(a * b * c / d[t]);
         return Triple{cot.a[t] * half, cot.b[t] * half, cot.c[t] * half};
@@ -25,7 +25,7 @@ inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
 // Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0,
 // tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
 inline Array<double> disparity(Values w, Numbers d, Values cot) {
-    return tabulate(d.size, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+    return tabulate(d.size, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
         const auto [x, y, z] = cot[t];
         const double pa = b * c / d[t], pb = c * a / d[t], pc = a * b / d[t];
@@ -37,7 +37,7 @@ inline Array<double> disparity(Values w, Numbers d, Values cot) {
 }
 
 // Sum values of half-edges, (3, #F), over the two half-edges `sides` of each edge, (2, #E), -1 for a missing one.
-inline Array<double> at_edges(Values values, Matrix<const Index> sides) {
+inline Array<double> edge_sums(Values values, Matrix<const Index> sides) {
     const double* value = values.data;
     return tabulate(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
         return value[one[e]] + (other[e] >= 0 ? value[other[e]] : 0.0);
@@ -49,37 +49,37 @@ inline Array<double> at_edges(Values values, Matrix<const Index> sides) {
 template <class I>
 Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends,
                                 Numbers weight) {
-    Array<double> made = zeros(indptr[indptr.size - 1]);
+    Array<double> result = zeros(indptr[indptr.size - 1]);
     for (Index e = 0; e < ends.columns; ++e) {
         const Index i = ends[0][e], j = ends[1][e];
         if (i == j) continue;
-        if (i >= 0) made[indptr[i]] += weight[e];
-        if (j >= 0) made[indptr[j]] += weight[e];
-        if (slot[e] >= 0) made[slot[e]] -= weight[e];
+        if (i >= 0) result[indptr[i]] += weight[e];
+        if (j >= 0) result[indptr[j]] += weight[e];
+        if (slot[e] >= 0) result[slot[e]] -= weight[e];
     }
-    return made;
+    return result;
 }
 
 // Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over the edges to them.
-inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight, View<const Complex> z,
-                           Index n) {
-    Grid<double> made = zeros<Grid<double>>(n, 2);
+inline Grid<double> fixed_vertex_terms(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight,
+                                       View<const Complex> z, Index n) {
+    Grid<double> result = zeros<Grid<double>>(n, 2);
     for (Index e = 0; e < ends.columns; ++e)
         for (Index s = 0; s < 2; ++s) {
             const Index i = ends[s][e];
             if (i < 0) continue;
             const Complex fixed = z[edges[e][1 - s]];
-            made[2 * i] += weight[e] * fixed.x, made[2 * i + 1] += weight[e] * fixed.y;
+            result[2 * i] += weight[e] * fixed.x, result[2 * i + 1] += weight[e] * fixed.y;
         }
-    return made;
+    return result;
 }
 
 // A 2 by 2 block of S with the entries (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel).
-struct Block {
+struct SystemBlock {
     double vv = 0, vw = 0, wv = 0, ww = 0;
 
-    void operator+=(Block b) { vv += b.vv, vw += b.vw, wv += b.wv, ww += b.ww; }
-    Block transposed() const { return {vv, wv, vw, ww}; }
+    void operator+=(SystemBlock b) { vv += b.vv, vw += b.vw, wv += b.wv, ww += b.ww; }
+    SystemBlock transposed() const { return {vv, wv, vw, ww}; }
 };
 
 // The contributions of triangles to S.
@@ -88,7 +88,7 @@ struct TriangleBlocks {
     Numbers d;
 
     // Return the block between the tail and the head of the half-edge opposite to corner k of triangle t.
-    Block side_block(Index k, Index t) const {
+    SystemBlock side_block(Index k, Index t) const {
         const Index i = (k + 1) % 3, j = (k + 2) % 3;
         const double a = w[k][t], b = w[i][t], c = w[j][t], x = cot[k][t], y = cot[i][t], z = cot[j][t];
         const double share = 1 / d[t], opposite = b * c * share;
@@ -98,7 +98,7 @@ struct TriangleBlocks {
     }
 
     // Return half of the diagonal block of corner k of triangle t.
-    Block half_corner_block(Index k, Index t) const {
+    SystemBlock half_corner_block(Index k, Index t) const {
         const Index i = (k + 1) % 3, j = (k + 2) % 3;
         const double share = 1 / d[t], a = w[k][t] * share, y = cot[i][t], z = cot[j][t];
         const double opposite = w[i][t] * w[j][t] * share, right = a * w[i][t], left = a * w[j][t];
@@ -118,14 +118,14 @@ Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<con
                            View<const Index> row, Index wheels, Values w, Numbers d, Values cot) {
     const Index n = indptr.size - 1, m = corner.columns, size = indices.size;
     const TriangleBlocks triangles{w, cot, d};
-    Grid<double> made(size, 4);
-    Block* block = reinterpret_cast<Block*>(made.data());
-    std::fill_n(block, size, Block());
+    Grid<double> result(size, 4);
+    SystemBlock* block = reinterpret_cast<SystemBlock*>(result.data());
+    std::fill_n(block, size, SystemBlock());
     for (Index e = 0; e < slot.size; ++e) {
         const Index i = ends[0][e], j = ends[1][e], s = sides[0][e], t = sides[1][e];
         if (i < 0 || j < 0) continue;
         const Index k = (s >= m) + (s >= 2 * m), l = (t >= m) + (t >= 2 * m);
-        Block sum = triangles.side_block(k, s - k * m);
+        SystemBlock sum = triangles.side_block(k, s - k * m);
         if (t >= 0) sum += triangles.side_block(l, t - l * m).transposed();  // the second side has the other direction
         if (i == j) {
             sum.vw = sum.wv = (sum.vw + sum.wv) / 2;
@@ -144,7 +144,7 @@ Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<con
         }
         if (i >= wheels) block[indptr[i]].ww = 0.5;
     }
-    return made;
+    return result;
 }
 
 }  // namespace angles

@@ -7,28 +7,28 @@ namespace angles {
 
 // Return the scalar product of a and b in each block; block k has the entries start[k] to start[k + 1] - 1.
 inline Array<double> block_dots(View<const Index> start, View<const double> a, View<const double> b) {
-    Array<double> made(start.size - 1);
-    for (Index k = 0; k < made.rows; ++k) {
+    Array<double> result(start.size - 1);
+    for (Index k = 0; k < result.rows; ++k) {
         const double *u = a.data + start[k], *v = b.data + start[k];
-        made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
+        result[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
             SUMS_OF(total) for (Index i = first; i < last; ++i) total += u[i] * v[i];
             return total;
         });
     }
-    return made;
+    return result;
 }
 
 // In each block, take the conjugate gradient step along the direction p: x += length p and r -= length q, where q = A p
 // and length = rho / p . q. Blocks with rho = 0 do not change. Returns r . r.
-inline Array<double> block_step(View<const Index> start, View<const double> rho, View<const double> p,
-                                View<const double> q, View<double> x, View<double> r) {
-    Array<double> made = block_dots(start, p, q);
-    for (Index k = 0; k < made.rows; ++k) {
-        const double along = rho[k] == 0 || made[k] == 0 ? 0.0 : rho[k] / made[k];
+inline Array<double> cg_step(View<const Index> start, View<const double> rho, View<const double> p,
+                             View<const double> q, View<double> x, View<double> r) {
+    Array<double> result = block_dots(start, p, q);
+    for (Index k = 0; k < result.rows; ++k) {
+        const double along = rho[k] == 0 || result[k] == 0 ? 0.0 : rho[k] / result[k];
         const double *u = p.data + start[k], *v = q.data + start[k];
         double *to = x.data + start[k], *left = r.data + start[k];
-        made[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
+        result[k] = parallel_sum(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
             SUMS_OF(total) for (Index i = first; i < last; ++i) {
                 to[i] += along * u[i];
@@ -39,12 +39,12 @@ inline Array<double> block_step(View<const Index> start, View<const double> rho,
             return total;
         });
     }
-    return made;
+    return result;
 }
 
 // In each block, update the direction p to z + (rho / last) p, or to z if rho or last is 0.
-inline void block_turn(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
-                       View<double> p) {
+inline void cg_direction(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
+                         View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
         const double kept = rho[k] == 0 || last[k] == 0 ? 0.0 : rho[k] / last[k], *from = z.data + start[k];
         double* to = p.data + start[k];
@@ -91,8 +91,8 @@ Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<
 
 // Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).
 template <class I>
-Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, View<const double> data,
-                                 Matrix<const double> x) {
+Grid<double> symmetric_product(View<const I> indptr, View<const I> indices, View<const double> data,
+                               Matrix<const double> x) {
     const Index n = indptr.size - 1;
     return accumulate_in_halves(n, zeros<Grid<double>>(n, 2), [=](Index first, Index last, double* y) {
         for (Index i = first; i < last; ++i) {
@@ -113,20 +113,20 @@ Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, Vie
 // Return the rows from `first` to `last` - 1 of U_e C, (#, 4 k), with the products for e = 0 .. 3 side by side. U_e
 // consists of entry e of each block, see `block_product`, and C is (n, k).
 template <class I>
-Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Matrix<const double> block,
-                                  Matrix<const double> C, Index first, Index last) {
+Grid<double> entry_products(View<const I> indptr, View<const I> indices, Matrix<const double> block,
+                            Matrix<const double> C, Index first, Index last) {
     if (first < 0 || last < first || indptr.size <= last) throw std::invalid_argument("the rows are out of range");
     const Index k = C.columns;
-    Grid<double> made = zeros<Grid<double>>(last - first, 4 * k);
+    Grid<double> result = zeros<Grid<double>>(last - first, 4 * k);
     for (Index i = first; i < last; ++i)
         for (Index p = indptr[i]; p < Index(indptr[i + 1]); ++p) {
             const double *b = block[p], *x = C[indices[p]];
-            double *s = made.matrix()[i - first], *t = s + k, *u = t + k, *v = u + k;
+            double *s = result.matrix()[i - first], *t = s + k, *u = t + k, *v = u + k;
             INDEPENDENT for (Index c = 0; c < k; ++c) {
                 s[c] += b[0] * x[c], t[c] += b[1] * x[c], u[c] += b[2] * x[c], v[c] += b[3] * x[c];
             }
         }
-    return made;
+    return result;
 }
 
 // Return the pattern of selected rows of U + U^T: the start of each row, the columns of its blocks, ascending, and
@@ -137,12 +137,12 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
                                                                 View<const Index> number) {
     const Index n = number.size, chosen = n ? 1 + *std::max_element(number.begin(), number.end()) : 0;
     Array<Index> start(chosen + 1);
-    const auto each = [&](const auto& take) {  // take(row, column, place)
+    const auto each = [&](const auto& put) {  // put(row, column, place)
         for (Index i = 0; i < n; ++i)
             for (Index k = indptr[i]; k < Index(indptr[i + 1]); ++k) {
                 const Index j = indices[k];
-                if (number[i] >= 0) take(number[i], j, k);
-                if (number[j] >= 0 && i != j) take(number[j], i, ~k);
+                if (number[i] >= 0) put(number[i], j, k);
+                if (number[j] >= 0 && i != j) put(number[j], i, ~k);
             }
     };
     std::vector<Index> end(chosen + 2, 0);
@@ -158,22 +158,22 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
 }
 
 // Return the blocks of `block_rows`, (#, 4); `of` is the row of each. Half of each diagonal block is stored in `block`.
-inline Grid<double> blocks_of_rows(Matrix<const double> block, View<const Index> column, View<const Index> place,
-                                    View<const Index> of) {
-    Grid<double> made(column.size, 4);
+inline Grid<double> gather_row_blocks(Matrix<const double> block, View<const Index> column, View<const Index> place,
+                                      View<const Index> of) {
+    Grid<double> result(column.size, 4);
     for (Index k = 0; k < column.size; ++k) {
         const bool transposed = place[k] < 0, own = column[k] == of[k];
         const double *b = block[transposed ? ~place[k] : place[k]], vw = b[1 + transposed], wv = b[2 - transposed];
-        double* to = made.matrix()[k];
+        double* to = result.matrix()[k];
         to[0] = own ? 2 * b[0] : b[0], to[1] = own ? vw + wv : vw;
         to[2] = own ? vw + wv : wv, to[3] = own ? 2 * b[3] : b[3];
     }
-    return made;
+    return result;
 }
 
 // Return r - R^T x, where R consists of the rows selected by `block_rows`; r may have more entries than R has columns.
-inline Array<double> without_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
-                                  View<const double> x, View<const double> r) {
+inline Array<double> subtract_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
+                                   View<const double> x, View<const double> r) {
     Array<double> left(r.size);
     std::copy(r.begin(), r.end(), left.data());
     for (Index i = 0; i + 1 < start.size; ++i)
@@ -186,18 +186,18 @@ inline Array<double> without_rows(View<const Index> start, View<const Index> col
 }
 
 // Return r - R z in the rows `of`, (2 #rows,).
-inline Array<double> left_at_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
+inline Array<double> row_residual(View<const Index> start, View<const Index> column, Matrix<const double> block,
                                   View<const Index> of, View<const double> r, View<const double> z) {
-    Array<double> made(2 * of.size);
+    Array<double> result(2 * of.size);
     for (Index i = 0; i < of.size; ++i) {
         double u = r[2 * of[i]], v = r[2 * of[i] + 1];
         for (Index k = start[i]; k < start[i + 1]; ++k) {
             const double *b = block[k], *at = z.data + 2 * column[k];
             u -= b[0] * at[0] + b[1] * at[1], v -= b[2] * at[0] + b[3] * at[1];
         }
-        made[2 * i] = u, made[2 * i + 1] = v;
+        result[2 * i] = u, result[2 * i + 1] = v;
     }
-    return made;
+    return result;
 }
 
 }  // namespace angles

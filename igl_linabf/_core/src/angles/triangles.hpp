@@ -24,10 +24,10 @@ using Triple = Three<double>;
 
 // The rows of an array over corners.
 template <class T>
-struct Rows {
+struct CornerRows {
     T *a, *b, *c;
 
-    explicit Rows(Matrix<T> m) : a(m[0]), b(m[1]), c(m[2]) {}
+    explicit CornerRows(Matrix<T> m) : a(m[0]), b(m[1]), c(m[2]) {}
     Three<std::remove_const_t<T>> operator[](Index t) const { return {a[t], b[t], c[t]}; }
     void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
 };
@@ -35,42 +35,42 @@ struct Rows {
 // Return the array (n,) of the values at(i).
 template <class At>
 Array<double> tabulate(Index n, const At& at) {
-    Array<double> made(n);
+    Array<double> result(n);
     parallel_for_pieces(n, [&](Index first, Index last) {
         const At own = at;
-        double* to = made.data();
+        double* to = result.data();
         INDEPENDENT for (Index i = first; i < last; ++i) to[i] = own(i);
     });
-    return made;
+    return result;
 }
 
 // Return the array over corners, (3, m), of the triples at(t).
 template <class At>
 Grid<double> tabulate_corners(Index m, const At& at) {
-    Grid<double> made(3, m);
+    Grid<double> result(3, m);
     parallel_for_pieces(m, [&](Index first, Index last) {
         const At own = at;
-        const Rows<double> to(made.matrix());
+        const CornerRows<double> to(result.matrix());
         INDEPENDENT for (Index t = first; t < last; ++t) to.set(t, own(t));
     });
-    return made;
+    return result;
 }
 
 template <class Made = Array<double>, class... Shape>
 Made zeros(Shape... shape) {
-    Made made(shape...);
-    std::fill_n(made.data(), made.size(), 0.0);
-    return made;
+    Made result(shape...);
+    std::fill_n(result.data(), result.size(), 0.0);
+    return result;
 }
 
 // Sum the values that have the same index, for each index 0 .. n - 1.
 inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
-    Array<double> made = zeros(n);
+    Array<double> result = zeros(n);
     for (Index i = 0; i < index.size; ++i) {
         if (std::uint64_t(index[i]) >= std::uint64_t(n)) throw std::invalid_argument("sum_by: an index is not below n");
-        made[index[i]] += values[i];
+        result[index[i]] += values[i];
     }
-    return made;
+    return result;
 }
 
 struct Point {
@@ -83,17 +83,17 @@ inline Point point(Values V, Index v) {
 inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline double extent(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
+inline double largest_coordinate(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
 // Compute twice the area of each triangle, the scalar products of the sides at its corners, and the rounding error of
 // the double area: a coordinate x has the error eps |x|, which the longest side multiplies to an area.
-inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V, Corners corner) {
+inline std::tuple<Array<double>, Grid<double>, Array<double>> side_products(Values V, Corners corner) {
     const Index m = corner.columns;
     Array<double> double_area(m), least(m);
     Grid<double> products(3, m);
     parallel_for_pieces(m, [&](Index first, Index last) {
-        const Rows at(corner);
-        const Rows to(products.matrix());
+        const CornerRows at(corner);
+        const CornerRows to(products.matrix());
         double *area = double_area.data(), *tiny = least.data();
         INDEPENDENT for (Index t = first; t < last; ++t) {
             const auto [a, b, c] = at[t];
@@ -102,7 +102,8 @@ inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V,
             const Point normal = cross(p, q);
             area[t] = std::sqrt(dot(normal, normal));
             const double longest = std::sqrt(std::max({dot(p, p), dot(q, q), dot(r, r)}));
-            tiny[t] = 4 * EPS * longest * std::max({longest, extent(A), extent(B), extent(C)});
+            const double farthest = std::max({largest_coordinate(A), largest_coordinate(B), largest_coordinate(C)});
+            tiny[t] = 4 * EPS * longest * std::max(longest, farthest);
         }
     });
     return {std::move(double_area), std::move(products), std::move(least)};
@@ -110,17 +111,17 @@ inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V,
 
 // Return the unit normals of triangles, (#F, 3); zero, or of arbitrary direction by rounding, for degenerate triangles.
 inline Grid<double> normals(Values V, Corners corner) {
-    Grid<double> made(corner.columns, 3);
+    Grid<double> result(corner.columns, 3);
     parallel_for_pieces(corner.columns, [&](Index first, Index last) {
         for (Index t = first; t < last; ++t) {
             const Point A = point(V, corner[0][t]);
             const Point n = cross(point(V, corner[1][t]) - A, point(V, corner[2][t]) - A);
             const double share = 1 / std::max(std::sqrt(dot(n, n)), TINY);
-            double* to = made.data() + 3 * t;
+            double* to = result.data() + 3 * t;
             to[0] = n.x * share, to[1] = n.y * share, to[2] = n.z * share;
         }
     });
-    return made;
+    return result;
 }
 
 // Return the lengths of edges, (#E, 2), in space or in the plane.
@@ -172,24 +173,24 @@ inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sid
 
 // Return cot alpha; infinite for an angle of 0, which occurs in collapsed triangles.
 inline Grid<double> cotangents(Values alpha) {
-    return tabulate_corners(alpha.columns, [angle = Rows(alpha)](Index t) {
+    return tabulate_corners(alpha.columns, [angle = CornerRows(alpha)](Index t) {
         const auto [a, b, c] = angle[t];
         return Triple{cotangent(a), cotangent(b), cotangent(c)};
     });
 }
 
-using Flagged = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and a mask of triangles
+using FlaggedAngles = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and a mask of triangles
 
 // Compute, by half-angle formulas, the angles of triangles after each side is multiplied by the factor of its opposite
 // vertex. Also mark the triangles whose sides violate the triangle inequality; their angles are meaningless.
-inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
+inline FlaggedAngles rescaled_angles(Corners corner, Values length, Numbers factor) {
     const Index m = corner.columns;
     Grid<double> alpha(3, m);
     Array<bool> impossible(m);
     parallel_for_pieces(m, [&](Index first, Index last) {
-        const Rows at(corner);
-        const Rows side(length);
-        const Rows to(alpha.matrix());
+        const CornerRows at(corner);
+        const CornerRows side(length);
+        const CornerRows to(alpha.matrix());
         const double* scale = factor.data;
         bool* bad = impossible.data();
         INDEPENDENT for (Index t = first; t < last; ++t) {
@@ -207,16 +208,16 @@ inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
     return {std::move(alpha), std::move(impossible)};
 }
 
-using Sums = std::tuple<Array<double>, Array<double>>;  // for the vertex and the wheel constraints
+using ConstraintSums = std::tuple<Array<double>, Array<double>>;  // for the vertex and the wheel constraints
 
 // Compute, for each vertex, the sum of its angles and the sum of log sin(gamma) - log sin(beta) over the right and left
 // angles of its wheel (eq. 5 and 10). Factors are multiplied before the logarithm is taken, which is faster, as long as
 // the product stays in a safe range.
-inline Sums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
+inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n), ratio(n);
     std::fill_n(ratio.data(), n, 1.0);
-    const Rows at(corner);
-    const Rows angle(alpha), cotangent(cot);
+    const CornerRows at(corner);
+    const CornerRows angle(alpha), cotangent(cot);
     const auto add = [&](Index v, double angle, double above, double below) {
         vertex[v] += angle;
         ratio[v] *= above / below;
@@ -242,10 +243,10 @@ inline Sums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
 }
 
 // Return M e: the change of the vertex and the wheel constraint of each vertex by the errors e (eq. 5 and 8 to 10).
-inline Sums row_sums(Corners corner, Values cot, Values e, Index n) {
+inline ConstraintSums row_sums(Corners corner, Values cot, Values e, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n);
-    const Rows at(corner);
-    const Rows cotangent(cot), error(e);
+    const CornerRows at(corner);
+    const CornerRows cotangent(cot), error(e);
     for (Index t = 0; t < corner.columns; ++t) {
         const auto [i, j, k] = at[t];
         const auto [a, b, c] = error[t];
@@ -271,7 +272,7 @@ inline Triple apply_cotangent_matrix(Triple cot, Triple y) {
 
 // Return a function that computes M^T x of a triangle from the multipliers of the vertex and the wheel constraints.
 inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
-    return [at = Rows(corner), cot = Rows(cot), vertex, wheel](Index t) {
+    return [at = CornerRows(corner), cot = CornerRows(cot), vertex, wheel](Index t) {
         const auto [i, j, k] = at[t];
         const double x = wheel[i], y = wheel[j], z = wheel[k];
         return Triple{vertex[i] + cot.a[t] * (z - y), vertex[j] + cot.b[t] * (x - z), vertex[k] + cot.c[t] * (y - x)};
@@ -279,34 +280,35 @@ inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Number
 }
 
 // Return P y, (3, #F), which sums to zero in each triangle.
-inline Grid<double> projected(Values w, Numbers d, Values y) {
-    return tabulate_corners(w.columns,
-                            [w = Rows(w), d, y = Rows(y)](Index t) { return project_triangle(w[t], d[t], y[t]); });
+inline Grid<double> project_errors(Values w, Numbers d, Values y) {
+    return tabulate_corners(w.columns, [w = CornerRows(w), d, y = CornerRows(y)](Index t) {
+        return project_triangle(w[t], d[t], y[t]);
+    });
 }
 
 // Return P M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints.
 inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,
-                            [y, w = Rows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
+                            [y, w = CornerRows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
 }
 
 // Return K M^T x, (3, #F): `errors` in the conformal metric.
 inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,
-                            [y, cot = Rows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
+                            [y, cot = CornerRows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
 }
 
 // Scale the errors of each triangle down to a share `reach` of the step at which an angle vanishes. Also mark the
 // triangles in which the full step would make an angle vanish.
-inline Flagged limit_step(Values alpha, Values e, double reach) {
+inline FlaggedAngles limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
-    Grid<double> made(3, m);
+    Grid<double> result(3, m);
     Array<bool> vanishing(m);
     parallel_for_pieces(m, [&](Index first, Index last) {
-        const Rows angle(alpha), error(e);
-        const Rows to(made.matrix());
+        const CornerRows angle(alpha), error(e);
+        const CornerRows to(result.matrix());
         bool* cut = vanishing.data();
         const auto times = [](double angle, double error) { return error < 0 ? angle / -error : INFINITY; };
         INDEPENDENT for (Index t = first; t < last; ++t) {
@@ -317,7 +319,7 @@ inline Flagged limit_step(Values alpha, Values e, double reach) {
             cut[t] = least <= 1;
         }
     });
-    return {std::move(made), std::move(vanishing)};
+    return {std::move(result), std::move(vanishing)};
 }
 
 }  // namespace angles

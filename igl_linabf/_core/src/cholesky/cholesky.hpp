@@ -45,7 +45,7 @@ class Symbolic {
     // Analyse a lower triangle in CSC with the diagonal entry first in each column; its entries are `block` by `block`.
     template <class I>
     Symbolic(View<const I> indptr, View<const I> indices, int block) {
-        const Index n = indptr.size - 1, most = std::numeric_limits<Number>::max();
+        const Index n = indptr.size - 1, most = std::numeric_limits<RowIndex>::max();
         if (block != 1 && block != 2) throw std::invalid_argument("block is 1 or 2");
         entries = indices.size * block * block;
         bool good = n >= 0 && indptr[0] == 0 && Index(indptr[n]) == indices.size;
@@ -63,7 +63,7 @@ class Symbolic {
             std::vector<Index> twice(2 * order.size());
             for (std::size_t i = 0; i < twice.size(); ++i) twice[i] = 2 * order[i / 2] + Index(i % 2);
             a = analyse_supernodes<Index>(each.indptr, each.indices, std::move(twice));
-            for (Place& k : a.source) k = Place(each.source[k]);
+            for (FrontIndex& k : a.source) k = FrontIndex(each.source[k]);
         }
         parts = partition_tree(a);
 #ifdef __GLIBC__

@@ -9,7 +9,7 @@
 
 namespace cholesky {
 
-using Place = std::uint32_t;  // a position within a front
+using FrontIndex = std::uint32_t;  // a position within a front
 
 constexpr Index WIDTH = 4;    // columns that are eliminated together
 constexpr Index PANEL = 64;   // columns that are eliminated before the rest of the front is updated
@@ -27,8 +27,8 @@ inline Index triangle_size(Index rows) { return rows * (rows + 1) / 2; }
 // The column stride is `size` in X and `step` in Y. Row 0 of Y is row `shift` of X. The update processes four columns
 // of X and of Y at a time, which fit into the registers. If the number of columns of Y is not a multiple of four, the
 // number of columns of X must be.
-inline void rank_update(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift,
-                        Index first, Index until) {
+inline void rank_k_update(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift,
+                          Index first, Index until) {
     const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
     for (Index j = first; j < whole; j += 4) {
         double *__restrict y0 = Y + j * step, *__restrict y1 = y0 + step, *__restrict y2 = y1 + step,
@@ -100,7 +100,7 @@ inline Index factor_panel(double* L, Index size, Index first, Index last) {
             l0[i] = u, l1[i] = v, l2[i] = w;
             l3[i] = (l3[i] - a3 * u - b3 * v - c3 * w) * d3;
         }
-        rank_update(L, size, j, j + 4, L, size, 0, j + 4, last);
+        rank_k_update(L, size, j, j + 4, L, size, 0, j + 4, last);
     }
     for (Index j = fours; j < last; ++j) {
         double* l0 = L + j * size + j;
@@ -129,9 +129,9 @@ inline Index factor_front(double* L, Index width, Index size, double* U, Index r
         const auto piece = [&](Index k) {
             const Index j = k < own ? last + k * PIECE : (k - own) * PIECE;
             if (k < own)
-                rank_update(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
+                rank_k_update(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
             else
-                rank_update(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
+                rank_k_update(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
         };
         if (shared) {
             parallel_for(all, piece);
@@ -143,8 +143,8 @@ inline Index factor_front(double* L, Index width, Index size, double* U, Index r
 }
 
 // Return how many of the n rows of a child's update matrix are among the `width` columns that its parent eliminates.
-inline Index count_eliminated_rows(const Place* to, Index n, Index width) {
-    return std::find_if(to, to + n, [=](Place row) { return row >= width; }) - to;
+inline Index count_eliminated_rows(const FrontIndex* to, Index n, Index width) {
+    return std::find_if(to, to + n, [=](FrontIndex row) { return row >= width; }) - to;
 }
 
 // Return the number of stored values of a supernode. The first width mod 4 columns are stored from their diagonal on.
@@ -171,7 +171,7 @@ inline double* store_update(const double* U, Index rest, Index n, double* left) 
 }
 
 // Extend-add: add the stored update matrix of a child to the front (L, U) of its parent.
-inline void extend_add(const double* left, const Place* to, Index n, double* L, Index width, Index size, double* U,
+inline void extend_add(const double* left, const FrontIndex* to, Index n, double* L, Index width, Index size, double* U,
                        Index rest) {
     const Index inner = count_eliminated_rows(to, n, width);
     for (Index j = 0; j < n; left += n - j++) {
@@ -181,8 +181,8 @@ inline void extend_add(const double* left, const Place* to, Index n, double* L, 
 }
 
 // Extend-add the update matrix of a thin leaf, computed on the fly from its `wide` (one or two) columns.
-inline void extend_add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size,
-                            double* U, Index rest) {
+inline void extend_add_leaf(const double* own, Index wide, const FrontIndex* to, Index n, double* L, Index width,
+                            Index size, double* U, Index rest) {
     const Index inner = count_eliminated_rows(to, n, width);
     for (Index k = 0; k < wide; own += wide + n - k++)
         for (Index j = 0; j < n; ++j) {

@@ -14,14 +14,14 @@ constexpr double DENSE_FACTOR = 10.0;  // rows of a degree above this times sqrt
 template <class I>
 class MinimumDegree {
     using Int = Index;
-    using Numbers = std::vector<Number>;
-    using Places = std::vector<std::uint32_t>;
+    using RowIndices = std::vector<RowIndex>;
+    using Indices32 = std::vector<std::uint32_t>;
 
     View<const I> indptr, indices;
     Int n;
     std::vector<Int> begin;  // start of the list of each variable, which contains elements first
-    Places lists, size, elements, degree, after, before, tail, key;
-    Numbers weight, parent, follower, first_alike, alike;
+    Indices32 lists, size, elements, degree, after, before, tail, key;
+    RowIndices weight, parent, follower, first_alike, alike;
     std::vector<char> pivot;
     std::vector<Int> mark;  // 0 for dead elements
     Int flag = 2;
@@ -77,7 +77,7 @@ class MinimumDegree {
     }
 
     // Merge the indistinguishable variables in a chain of variables with the same hash key.
-    void merge_indistinguishable(Number k) {
+    void merge_indistinguishable(RowIndex k) {
         while (k >= 0 && alike[k] >= 0) {
             const Int i = k;
             for (Int q = begin[i] + 1; q < begin[i] + size[i]; ++q) mark[lists[q]] = flag;
@@ -105,12 +105,12 @@ class MinimumDegree {
     std::vector<Int> postorder() const {
         std::vector<Int> order;
         order.reserve(n);
-        Numbers waiting, child(n, -1), sibling(n, -1);
+        RowIndices waiting, child(n, -1), sibling(n, -1);
         std::vector<char> placed(n, false);
-        Number e = -1;
+        RowIndex e = -1;
         for (Int i = n - 1; i >= 0; --i) {
             if (!pivot[i]) continue;
-            Number& first = parent[i] >= 0 ? child[parent[i]] : e;
+            RowIndex& first = parent[i] >= 0 ? child[parent[i]] : e;
             sibling[i] = first;
             first = i;
         }
@@ -120,7 +120,7 @@ class MinimumDegree {
                 e = child[e];
                 continue;
             }
-            Number i = waiting.back();
+            RowIndex i = waiting.back();
             waiting.pop_back();
             e = sibling[i];
             for (; i >= 0; i = follower[i]) order.push_back(i), placed[i] = true;
@@ -239,13 +239,13 @@ class MinimumDegree {
             size[me] = to - place, weight[me] = 0;
             if (old) free = to;
         }
-        auto made = postorder();
-        if (!some_left) return made;
-        parent = elimination_tree(transpose(permute(indptr, indices, made)));  // including the dense rows
+        auto result = postorder();
+        if (!some_left) return result;
+        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // including the dense rows
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
         auto place = postorder();
-        for (Int& i : place) i = made[i];
+        for (Int& i : place) i = result[i];
         return place;
     }
 };

@@ -16,7 +16,7 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
     auto *X = (Row*)x, *rests = (Row*)left;
     for (const Index s : which) {
         const Index first = a.start[s], width = a.width(s), m = a.rows_below(s), size = width + m;
-        const Place* below = a.below.data() + a.below_start[s];
+        const FrontIndex* below = a.below.data() + a.below_start[s];
         if (parts.number[s] >= 0 && s != root) {
             const Row* from = rests + parts.rows[parts.number[s]];
             for (Index i = 0; i < m; ++i)
@@ -82,13 +82,13 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
         for (int c = 0; c < S; ++c) (*to)[c] = above[a.below[i] - end][c];
 }
 
-// Solve L^T P made = x, (n, S), over the supernodes `which` in reverse order; x is overwritten.
+// Solve L^T P result = x, (n, S), over the supernodes `which` in reverse order; x is overwritten.
 //
 // The work space is column-major for few right-hand sides and row-major for many, so that the longer loop is
 // vectorized.
 template <int S>
 void solve_upper(const double* values, const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
-                 Index root, double* x, double* made, Index step) {
+                 Index root, double* x, double* result, Index step) {
     std::vector<double> space(a.front * S);
     double* const Y = space.data();
     const auto at = [&](Index i, int c) -> double& { return Y[S < 4 ? c * a.front + i : i * S + c]; };
@@ -97,7 +97,7 @@ void solve_upper(const double* values, const Supernodes& a, const TreePartition&
         const Index s = *next;
         if (parts.number[s] >= 0 && s != root) continue;
         const Index first = a.start[s], width = a.width(s), m = a.rows_below(s), size = width + m;
-        const Place* below = a.below.data() + a.below_start[s];
+        const FrontIndex* below = a.below.data() + a.below_start[s];
         for (Index j = 0; j < width; ++j)
             for (int c = 0; c < S; ++c) at(j, c) = X[first + j][c];
         for (Index i = 0; i < m; ++i)
@@ -140,7 +140,7 @@ void solve_upper(const double* values, const Supernodes& a, const TreePartition&
             for (int c = 0; c < S; ++c) at(j, c) = (at(j, c) - f[c]) * l0[0];
         }
         for (Index i = 0; i < width; ++i) {
-            double* own = made + a.order[first + i] * step;
+            double* own = result + a.order[first + i] * step;
             for (int c = 0; c < S; ++c) X[first + i][c] = own[c] = at(i, c);
         }
     }

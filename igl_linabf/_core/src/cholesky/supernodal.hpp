@@ -22,7 +22,7 @@ struct WorkSpace {
 
 inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
                                    Index root) {
-    WorkSpace made;
+    WorkSpace result;
     Index last = 0;
     std::vector<Index> waiting;
     const auto left = [&](Index s) {
@@ -31,15 +31,15 @@ inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& par
     for (const Index s : which) {
         if (parts.number[s] < 0 || s == root) {
             const Index rest = is_thin_leaf(a, s) ? 0 : pad_rows(a.rows_below(s));
-            made.front = std::max(made.front, a.width(s) * (a.width(s) + a.rows_below(s)));
-            made.rest = std::max(made.rest, rest * rest);
+            result.front = std::max(result.front, a.width(s) * (a.width(s) + a.rows_below(s)));
+            result.rest = std::max(result.rest, rest * rest);
             for (Index child = 0; child < a.children[s]; ++child, waiting.pop_back()) last -= left(waiting.back());
         }
         last += left(s);
-        made.stack = std::max(made.stack, last);
+        result.stack = std::max(result.stack, last);
         if (a.rows_below(s)) waiting.push_back(s);
     }
-    return made;
+    return result;
 }
 
 // Factor the supernodes `which` in order, and fill in their values of L. Returns the column of a bad pivot, or -1.
@@ -66,7 +66,7 @@ inline Index factor_supernodes(View<const double> data, const Supernodes& a, con
         std::fill_n(U, rest * rest, 0.0);
         for (Index child = 0; child < a.children[s]; ++child, waiting.pop_back()) {
             const Index c = waiting.back(), n = a.rows_below(c);
-            const Place* to = a.local.data() + a.below_start[c];
+            const FrontIndex* to = a.local.data() + a.below_start[c];
             if (parts.number[c] >= 0) {
                 extend_add(left + parts.left[parts.number[c]], to, n, L, width, size, U, rest);
             } else if (is_thin_leaf(a, c)) {

@@ -21,9 +21,9 @@ struct Supernodes {
     std::vector<Index> start;           // first column of each supernode
     std::vector<Index> value_start;     // start of its values of L, see `count_values`
     std::vector<Index> entry_start;     // start of its entries of P A P^T in:
-    std::vector<Place> source, target;  //   position of each entry in the values of A, and in the front
+    std::vector<FrontIndex> source, target;  //   position of each entry in the values of A, and in the front
     std::vector<Index> below_start;     // start of its rows below in:
-    std::vector<Place> below, local;    //   these rows, ascending, and their positions in the parent's front
+    std::vector<FrontIndex> below, local;    //   these rows, ascending, and their positions in the parent's front
     std::vector<Index> children;        // number of children in the elimination tree
 
     Index size() const { return Index(children.size()); }
@@ -32,40 +32,40 @@ struct Supernodes {
 };
 
 // Count the entries of each column of L, for columns in postorder (Gilbert, Ng, Peyton 1994).
-inline std::vector<Index> column_counts(const Columns& a, const std::vector<Number>& parent) {
-    const Number n = Number(parent.size());
+inline std::vector<Index> column_counts(const ColumnPattern& a, const std::vector<RowIndex>& parent) {
+    const RowIndex n = RowIndex(parent.size());
     std::vector<Index> count(n);
-    std::vector<Number> first(n, -1), last_first(n, -1), last_leaf(n, -1), ancestor(n);
+    std::vector<RowIndex> first(n, -1), last_first(n, -1), last_leaf(n, -1), ancestor(n);
     std::iota(ancestor.begin(), ancestor.end(), 0);
-    for (Number k = 0; k < n; ++k) {
+    for (RowIndex k = 0; k < n; ++k) {
         count[k] = first[k] < 0;  // 1 at leaves
-        for (Number j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
+        for (RowIndex j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
     }
-    for (Number j = 0; j < n; ++j) {
+    for (RowIndex j = 0; j < n; ++j) {
         if (parent[j] >= 0) --count[parent[j]];
         for (Index q = a.begin[j]; q < a.begin[j + 1]; ++q) {
-            const Number i = a.row[q];
+            const RowIndex i = a.row[q];
             if (i == j || first[j] <= last_first[i]) continue;
             // j is a leaf of the row subtree of i: its path is new up to the least common ancestor with the last leaf
             last_first[i] = first[j];
-            Number leaf = last_leaf[i];
+            RowIndex leaf = last_leaf[i];
             last_leaf[i] = j;
             ++count[j];
             if (leaf < 0) continue;
-            Number top = leaf;
+            RowIndex top = leaf;
             while (top != ancestor[top]) top = ancestor[top];
             while (leaf != top) leaf = std::exchange(ancestor[leaf], top);
             --count[top];
         }
         if (parent[j] >= 0) ancestor[j] = parent[j];
     }
-    for (Number j = 0; j < n; ++j)
+    for (RowIndex j = 0; j < n; ++j)
         if (parent[j] >= 0) count[parent[j]] += count[j];
     return count;
 }
 
 // Find the first column and the number of rows of each supernode. Small supernodes are amalgamated, which adds zeros.
-inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const std::vector<Number>& parent,
+inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const std::vector<RowIndex>& parent,
                                                                          const std::vector<Index>& count) {
     const Index n = Index(parent.size());
     std::vector<Index> start;
@@ -96,33 +96,33 @@ inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const s
 
 // Fill in the rows below each supernode. `of` is the supernode of each column, and `above` the parent of each
 // supernode.
-inline void find_rows_below(Supernodes& a, const Rows& rows, const std::vector<Place>& of,
-                            const std::vector<Place>& above) {
+inline void find_rows_below(Supernodes& a, const RowPattern& rows, const std::vector<FrontIndex>& of,
+                            const std::vector<FrontIndex>& above) {
     std::vector<Index> end = a.below_start;
-    std::vector<Place> seen(a.size(), Place(a.n));
+    std::vector<FrontIndex> seen(a.size(), FrontIndex(a.n));
     a.below.resize(a.below_start.back());
     for (Index i = 0; i < a.n; ++i) {
-        seen[of[i]] = Place(i);
+        seen[of[i]] = FrontIndex(i);
         for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)  // stops at the supernode of i, which is seen
-            for (Place s = of[rows.before[p]]; seen[s] != Place(i); s = above[s]) {
-                seen[s] = Place(i);  // row i is in all supernodes on the path up the tree
-                a.below[end[s]++] = Place(i);
+            for (FrontIndex s = of[rows.before[p]]; seen[s] != FrontIndex(i); s = above[s]) {
+                seen[s] = FrontIndex(i);  // row i is in all supernodes on the path up the tree
+                a.below[end[s]++] = FrontIndex(i);
             }
     }
 }
 
 // Fill in the positions of entries in fronts, and of rows in the fronts of parents.
-inline void find_places(Supernodes& a, const Columns& columns) {
-    std::vector<Place> place(a.n);
+inline void find_places(Supernodes& a, const ColumnPattern& columns) {
+    std::vector<FrontIndex> place(a.n);
     std::vector<Index> waiting;
     a.target.resize(columns.row.size()), a.local.resize(a.below.size());
     for (Index s = 0; s < a.size(); ++s) {
         const Index first = a.start[s], width = a.width(s), m = a.rows_below(s);
-        for (Index j = 0; j < width; ++j) place[first + j] = Place(j);
-        for (Index k = 0; k < m; ++k) place[a.below[a.below_start[s] + k]] = Place(width + k);
+        for (Index j = 0; j < width; ++j) place[first + j] = FrontIndex(j);
+        for (Index k = 0; k < m; ++k) place[a.below[a.below_start[s] + k]] = FrontIndex(width + k);
         for (Index j = 0; j < width; ++j)
             for (Index p = columns.begin[first + j]; p < columns.begin[first + j + 1]; ++p)
-                a.target[p] = Place(j * (width + m) + place[columns.row[p]]);
+                a.target[p] = FrontIndex(j * (width + m) + place[columns.row[p]]);
         for (Index child = 0; child < a.children[s]; ++child) {  // in postorder, the children are on top of the stack
             const Index c = waiting.back();
             waiting.pop_back();
@@ -137,26 +137,26 @@ template <class I>
 Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::vector<Index> order) {
     Supernodes a;
     a.n = Index(order.size());
-    const Columns columns = permute(indptr, indices, order);
-    const Rows rows = transpose(columns);
-    const std::vector<Number> parent = elimination_tree(rows);
+    const ColumnPattern columns = permute(indptr, indices, order);
+    const RowPattern rows = transpose(columns);
+    const std::vector<RowIndex> parent = elimination_tree(rows);
     std::vector<Index> size;
     std::tie(a.start, size) = find_supernodes(parent, column_counts(columns, parent));
     const Index number = Index(size.size());
-    std::vector<Place> of(a.n), above(number);
+    std::vector<FrontIndex> of(a.n), above(number);
     a.children.resize(number);
     a.below_start = a.value_start = a.entry_start = {0};
     for (Index s = 0; s < number; ++s) {
         a.below_start.push_back(a.below_start[s] + size[s] - a.width(s));
         a.value_start.push_back(a.value_start[s] + count_values(a.width(s), size[s]));
-        if (double(a.width(s)) * double(size[s]) > double(std::numeric_limits<Place>::max()))
+        if (double(a.width(s)) * double(size[s]) > double(std::numeric_limits<FrontIndex>::max()))
             throw std::invalid_argument("too many entries in a front");
         a.entry_start.push_back(columns.begin[a.start[s + 1]]);
         a.front = std::max(a.front, size[s]);
-        for (Index j = a.start[s]; j < a.start[s + 1]; ++j) of[j] = Place(s);
+        for (Index j = a.start[s]; j < a.start[s + 1]; ++j) of[j] = FrontIndex(s);
     }
     for (Index s = 0; s < number; ++s)
-        if (const Number next = parent[a.start[s + 1] - 1]; next >= 0) ++a.children[above[s] = of[next]];
+        if (const RowIndex next = parent[a.start[s + 1] - 1]; next >= 0) ++a.children[above[s] = of[next]];
     find_rows_below(a, rows, of, above);
     find_places(a, columns);
     a.order = std::move(order), a.source.assign(columns.source.begin(), columns.source.end());
@@ -178,7 +178,7 @@ struct TreePartition {
 // rest.
 inline TreePartition partition_tree(const Supernodes& a) {
     const Index size = a.size();
-    TreePartition made{std::vector<Index>(size, -1), {0}, {0}, {}, {}};
+    TreePartition result{std::vector<Index>(size, -1), {0}, {0}, {}, {}};
     std::vector<Index> first(size), waiting;  // first supernode of the subtree below each supernode
     std::vector<double> work(size);
     std::vector<char> inside(size, false);
@@ -203,16 +203,16 @@ inline TreePartition partition_tree(const Supernodes& a) {
         const auto [most, root] = open.top();
         if (most < MIN_SUBTREE_SHARE * total || first[root] == root) continue;
         const Index m = a.rows_below(root);
-        made.number[root] = Index(made.subtrees.size());
-        made.left.push_back(made.left.back() + triangle_size(m));
-        made.rows.push_back(made.rows.back() + m);
-        made.subtrees.emplace_back(root + 1 - first[root]);
-        std::iota(made.subtrees.back().begin(), made.subtrees.back().end(), first[root]);
+        result.number[root] = Index(result.subtrees.size());
+        result.left.push_back(result.left.back() + triangle_size(m));
+        result.rows.push_back(result.rows.back() + m);
+        result.subtrees.emplace_back(root + 1 - first[root]);
+        std::iota(result.subtrees.back().begin(), result.subtrees.back().end(), first[root]);
         std::fill(inside.begin() + first[root], inside.begin() + root, true);
     }
     for (Index s = 0; s < size; ++s)
-        if (!inside[s]) made.rest.push_back(s);
-    return made;
+        if (!inside[s]) result.rest.push_back(s);
+    return result;
 }
 
 }  // namespace cholesky

@@ -48,9 +48,10 @@ struct Edges {
 
 // Find the edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
 // triangle t. The edges are sound if none has more than two half-edges, or two half-edges of the same direction.
-inline Edges undirected(Matrix<const Index> corner, Index n) {
+inline Edges find_edges(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
-    const Lists at = build_pair_lists(n, 6 * m, [&](const auto& put) {  // higher end; half-edge, and whether it starts there
+    // pairs of the higher end, and the half-edge and whether it starts there
+    const Lists at = build_pair_lists(n, 6 * m, [&](const auto& put) {
         for (Index t = 0; t < m; ++t)
             for (Index k = 0; k < 3; ++k) {
                 const Index tail = corner[(k + 1) % 3][t], head = corner[(k + 2) % 3][t];
@@ -58,8 +59,8 @@ inline Edges undirected(Matrix<const Index> corner, Index n) {
             }
     });
     const std::vector<Index> first = sort_lists(at);
-    Edges made{Grid<Index>(first[n], 2), Grid<Index>(2, first[n]), true};
-    const Matrix<Index> ends = made.ends.matrix(), sides = made.sides.matrix();
+    Edges result{Grid<Index>(first[n], 2), Grid<Index>(2, first[n]), true};
+    const Matrix<Index> ends = result.ends.matrix(), sides = result.sides.matrix();
     std::atomic<bool> sound{true};
     parallel_for_pieces(n, [&](Index begin, Index end) {
         for (Index v = begin; v < end; ++v) {
@@ -79,58 +80,58 @@ inline Edges undirected(Matrix<const Index> corner, Index n) {
             }
         }
     });
-    made.sound = sound;
-    return made;
+    result.sound = sound;
+    return result;
 }
 
-struct InEdges {
+struct SideGroups {
     Array<Index> order, begin, count;
 };
 
 // Sort sides by edge. Returns the sorted sides, and the first position and the number of sides of each edge.
-inline InEdges in_edges(View<const Index> tail, View<const Index> head, Index n) {
+inline SideGroups group_sides(View<const Index> tail, View<const Index> head, Index n) {
     const Lists at = build_pair_lists(n, tail.size, [&](const auto& put) {
         for (Index h = 0; h < tail.size; ++h) put(std::min(tail[h], head[h]), std::max(tail[h], head[h]), h);
     });
     const Index size = sort_lists(at)[n];
-    InEdges made{Array<Index>(tail.size), Array<Index>(size), full<Index>(size, 0)};
+    SideGroups result{Array<Index>(tail.size), Array<Index>(size), full<Index>(size, 0)};
     for (Index v = 0, e = -1; v < n; ++v)
         for (Index i = at.begin[v], known = -1; i < at.begin[v + 1]; ++i) {
             const Index pair = at.items[i];
-            if (upper(pair) != known) made.begin[++e] = i;
+            if (upper(pair) != known) result.begin[++e] = i;
             known = upper(pair);
-            made.order[i] = lower(pair);
-            ++made.count[e];
+            result.order[i] = lower(pair);
+            ++result.count[e];
         }
-    return made;
+    return result;
 }
 
-struct Used {
+struct UsedVertices {
     Array<bool> vertices;
     bool sound;
 };
 
 // Mark which of the n vertices valid faces use, and check that all faces are valid: three distinct indices in range.
-inline Used used_vertices(Matrix<const Index> F, Index n) {
-    Used made{full(n, false), true};
+inline UsedVertices used_vertices(Matrix<const Index> F, Index n) {
+    UsedVertices result{full(n, false), true};
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
     for (Index t = 0; t < F.rows; ++t) {
         const Index a = F[t][0], b = F[t][1], c = F[t][2];
         const bool sound = within(a) && within(b) && within(c) && (a != b) && (b != c) && (c != a);
-        if (sound) made.vertices[a] = made.vertices[b] = made.vertices[c] = true;
-        made.sound &= sound;
+        if (sound) result.vertices[a] = result.vertices[b] = result.vertices[c] = true;
+        result.sound &= sound;
     }
-    return made;
+    return result;
 }
 
-struct Entries {
+struct SymmetricPattern {
     Array<Index> indptr, indices, slot;
 };
 
 // Build the upper triangle, in CSR, of a symmetric matrix with entries on the diagonal, which come first in each row,
 // and at edges between two rows. Also return the position of the entry of each edge, or -1 if it does not join two
 // rows.
-inline Entries entries(Matrix<const Index> ends, Index n) {
+inline SymmetricPattern symmetric_pattern(Matrix<const Index> ends, Index n) {
     const Lists at = build_pair_lists(n, ends.columns, [&](const auto& put) {
         for (Index e = 0; e < ends.columns; ++e) {
             const Index low = std::min(ends[0][e], ends[1][e]), high = std::max(ends[0][e], ends[1][e]);
@@ -138,18 +139,18 @@ inline Entries entries(Matrix<const Index> ends, Index n) {
         }
     });
     const std::vector<Index> before = sort_lists(at);
-    Entries made{Array<Index>(n + 1), Array<Index>(n + before[n]), full<Index>(ends.columns, -1)};
+    SymmetricPattern result{Array<Index>(n + 1), Array<Index>(n + before[n]), full<Index>(ends.columns, -1)};
     for (Index v = 0; v < n; ++v) {
         Index p = before[v] + v;
-        made.indptr[v] = p;
-        made.indices[p] = v;
+        result.indptr[v] = p;
+        result.indices[p] = v;
         for (const Index pair : at[v]) {
-            if (upper(pair) != made.indices[p]) made.indices[++p] = upper(pair);
-            made.slot[lower(pair)] = p;
+            if (upper(pair) != result.indices[p]) result.indices[++p] = upper(pair);
+            result.slot[lower(pair)] = p;
         }
     }
-    made.indptr[n] = n + before[n];
-    return made;
+    result.indptr[n] = n + before[n];
+    return result;
 }
 
 struct Neighbours {
@@ -165,21 +166,21 @@ inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> le
         }
     });
     const std::vector<Index> before = sort_lists(at);
-    Neighbours made{Array<Index>(n + 1), Array<Index>(before[n]), Array<Index>(before[n])};
-    std::copy(before.begin(), before.end(), made.indptr.data());
+    Neighbours result{Array<Index>(n + 1), Array<Index>(before[n]), Array<Index>(before[n])};
+    std::copy(before.begin(), before.end(), result.indptr.data());
     for (Index v = 0, p = -1; v < n; ++v) {
         Index known = -1;
         for (const Index pair : at[v]) {
             const Index e = lower(pair);
             if (upper(pair) != known) {
-                made.indices[++p] = known = upper(pair);
-                made.edge[p] = e;
-            } else if (length[e] < length[made.edge[p]]) {
-                made.edge[p] = e;
+                result.indices[++p] = known = upper(pair);
+                result.edge[p] = e;
+            } else if (length[e] < length[result.edge[p]]) {
+                result.edge[p] = e;
             }
         }
     }
-    return made;
+    return result;
 }
 
 struct Loops {
@@ -189,24 +190,24 @@ struct Loops {
 // Chain boundary half-edges into loops, in the order of their first vertices. If two half-edges leave the same vertex,
 // there are no loops, and `twice` contains these vertices.
 inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Index n) {
-    Loops made;
+    Loops result;
     std::vector<Index> following(n, -1);
     for (Index e = 0; e < tail.size; ++e) {
-        if (following[tail[e]] >= 0) made.twice.push_back(tail[e]);
+        if (following[tail[e]] >= 0) result.twice.push_back(tail[e]);
         following[tail[e]] = head[e];
     }
-    if (!made.twice.empty()) return made;
-    made.vertices.reserve(tail.size);
+    if (!result.twice.empty()) return result;
+    result.vertices.reserve(tail.size);
     for (Index v = 0; v < n; ++v) {
         if (following[v] < 0) continue;
-        const std::size_t before = made.vertices.size();
+        const std::size_t before = result.vertices.size();
         for (Index at = v; following[at] >= 0;) {
-            made.vertices.push_back(at);
+            result.vertices.push_back(at);
             at = std::exchange(following[at], -1);
         }
-        made.sizes.push_back(Index(made.vertices.size() - before));
+        result.sizes.push_back(Index(result.vertices.size() - before));
     }
-    return made;
+    return result;
 }
 
 // Return the cycles of a permutation, in the order of their first elements.
@@ -226,18 +227,18 @@ inline std::vector<std::vector<Index>> cycles(View<const Index> following) {
 
 // Return the connected component of each node of a graph; components are numbered in the order of their first nodes.
 inline Array<Index> connected_labels(Matrix<const Index> edges, Index n) {
-    UnionFind joined(n);
-    for (Index e = 0; e < edges.rows; ++e) joined.unite(edges[e][0], edges[e][1]);
-    return joined.labels();
+    UnionFind sets(n);
+    for (Index e = 0; e < edges.rows; ++e) sets.unite(edges[e][0], edges[e][1]);
+    return sets.labels();
 }
 
 // Return the edges that do not close a cycle with earlier edges. If the order is by weight, this is the minimum
 // spanning forest (Kruskal 1956).
 inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const Index> order, Index n) {
-    UnionFind joined(n);
+    UnionFind sets(n);
     std::vector<Index> chosen;
     for (const Index e : order)
-        if (joined.unite(pairs[e][0], pairs[e][1])) chosen.push_back(e);
+        if (sets.unite(pairs[e][0], pairs[e][1])) chosen.push_back(e);
     return chosen;
 }
 
@@ -263,7 +264,7 @@ inline bool is_connected(Matrix<const Index> sides, Index m) {
 }
 
 // Count the fans of each vertex: sets of its corners that are connected across edges.
-inline Array<Index> fans_around(Matrix<const Index> corner, Matrix<const Index> sides, Index n) {
+inline Array<Index> count_fans(Matrix<const Index> corner, Matrix<const Index> sides, Index n) {
     const Index m = corner.columns;
     std::vector<Index> step[2] = {std::vector<Index>(3 * m, -1), std::vector<Index>(3 * m, -1)};
     for (Index e = 0; e < sides.columns; ++e)

@@ -6,7 +6,7 @@ namespace graphs {
 
 // Return the nodes on the paths from `ends` back to their sources, without the sources and without duplicates. `before`
 // is the predecessor of each node, or -1 at sources.
-inline std::vector<Index> nodes_on_paths(View<const Index> before, View<const Index> ends) {
+inline std::vector<Index> path_nodes(View<const Index> before, View<const Index> ends) {
     std::vector<char> passed(before.size);
     std::vector<Index> found;
     for (Index node : ends)
@@ -44,8 +44,8 @@ inline std::vector<Index> breadth_first_path(View<const Index> indptr, View<cons
 // Choose nodes greedily in the given order, skipping nodes within `hops` edges of a chosen node. Paths do not pass
 // `closed` nodes. Returns a mask.
 template <class Int>
-Array<bool> far_apart(View<const Int> indptr, View<const Int> indices, View<const Index> order, Index hops,
-                      View<const bool> closed) {
+Array<bool> choose_distant_nodes(View<const Int> indptr, View<const Int> indices, View<const Index> order, Index hops,
+                                 View<const bool> closed) {
     const Index n = indptr.size - 1;
     Array<bool> chosen = full(n, false);
     std::vector<char> near(closed.begin(), closed.end());
@@ -90,7 +90,7 @@ inline Array<Index> forest_parents(Matrix<const Index> pairs, Index n) {
 }
 
 // Prune leaves repeatedly, and return a mask of the remaining edges. Nodes in `kept` are never pruned.
-inline Array<bool> without_leaves(Matrix<const Index> ends, View<const bool> kept) {
+inline Array<bool> prune_leaves(Matrix<const Index> ends, View<const bool> kept) {
     std::vector<Index> degree(kept.size), edges(kept.size);  // XOR of the edges: at a leaf, its only edge
     const auto change = [&](Index e, Index by) {
         for (int k = 0; k < 2; ++k) degree[ends[e][k]] += by, edges[ends[e][k]] ^= e;
@@ -115,7 +115,7 @@ struct Arcs {
 // Divide the edges of a graph into arcs between joints, followed by closed arcs without a joint. Nodes that are not
 // joints must have two edges. The edges of arc k begin at start[k]; its nodes begin at start[k] + k, because each arc
 // has one more node than edges.
-inline Arcs arcs_between(Matrix<const Index> ends, View<const bool> joint) {
+inline Arcs split_arcs(Matrix<const Index> ends, View<const bool> joint) {
     const Index n = joint.size, m = ends.rows;
     std::vector<Index> order;  // nodes in the order of edges
     std::vector<char> known(n), taken(m);
@@ -124,61 +124,61 @@ inline Arcs arcs_between(Matrix<const Index> ends, View<const bool> joint) {
     const Lists sides = build_lists(n, [&](const auto& put) {  // half-edge 2 e + k leaves node ends[e, k]
         for (Index h = 0; h < 2 * m; ++h) put(ends.data[h], h);
     });
-    Arcs made{Array<Index>(m), {}, {0}};
+    Arcs result{Array<Index>(m), {}, {0}};
     Index size = 0;
     for (const bool closed : {false, true})
         for (const Index first : order) {
             if (!closed && !joint[first]) continue;
             for (Index h : sides[first]) {
                 if (taken[h / 2]) continue;
-                made.nodes.push_back(first);
+                result.nodes.push_back(first);
                 while (true) {
-                    made.edges[size++] = h / 2;
+                    result.edges[size++] = h / 2;
                     taken[h / 2] = true;
                     const Index node = ends.data[h ^ 1];
-                    made.nodes.push_back(node);
+                    result.nodes.push_back(node);
                     if (joint[node] || node == first) break;
                     const View<Index> own = sides[node];
                     h = own[own[0] / 2 == h / 2];
                 }
-                made.start.push_back(size);
+                result.start.push_back(size);
             }
         }
-    return made;
+    return result;
 }
 
-struct Opened {
+struct CutTopology {
     Index number, cycles;
     std::vector<Index> sizes;
 };
 
 // Analyse the topology of a surface that is cut along a seam. Returns the number of components of the seam, including
 // the holes; its number of independent cycles; and the numbers of faces of the resulting pieces, ascending.
-inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam, Index holes,
-                     Index n, Index n_faces) {
+inline CutTopology cut_topology(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam,
+                                Index holes, Index n, Index n_faces) {
     if (holes > n) throw std::invalid_argument("more holes than nodes");
     std::vector<char> on(ends.rows), on_seam(n);
     std::fill_n(on_seam.begin(), holes, true);
-    Opened made{holes, 0, {n_faces}};
-    UnionFind joined(n);
+    CutTopology result{holes, 0, {n_faces}};
+    UnionFind sets(n);
     for (const Index e : seam) {
         if (std::exchange(on[e], true)) continue;
-        for (int k = 0; k < 2; ++k) made.number += !std::exchange(on_seam[ends[e][k]], true);
-        const bool apart = joined.unite(ends[e][0], ends[e][1]);
-        made.number -= apart;
-        made.cycles += !apart;
+        for (int k = 0; k < 2; ++k) result.number += !std::exchange(on_seam[ends[e][k]], true);
+        const bool apart = sets.unite(ends[e][0], ends[e][1]);
+        result.number -= apart;
+        result.cycles += !apart;
     }
-    if (!made.cycles) return made;  // a forest does not separate the surface
+    if (!result.cycles) return result;  // a forest does not separate the surface
     UnionFind pieces(n_faces);
     Index left = n_faces;
     for (Index e = 0; e < faces.rows && left > 1; ++e)
         if (!on[e]) left -= pieces.unite(faces[e][0], faces[e][1]);
-    if (left == 1) return made;
-    made.sizes.assign(left, 0);
+    if (left == 1) return result;
+    result.sizes.assign(left, 0);
     const Array<Index> label = pieces.labels();
-    for (Index face = 0; face < n_faces; ++face) ++made.sizes[label[face]];
-    std::sort(made.sizes.begin(), made.sizes.end());
-    return made;
+    for (Index face = 0; face < n_faces; ++face) ++result.sizes[label[face]];
+    std::sort(result.sizes.begin(), result.sizes.end());
+    return result;
 }
 
 // A flow network; edge e consists of the arcs 2 e and 2 e + 1.

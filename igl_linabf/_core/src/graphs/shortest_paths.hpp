@@ -127,10 +127,10 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
 // Return distances from a source and predecessors, restricted to nodes whose distance plus a lower bound of the paths
 // on to all targets is within the limit. The lower bound of a path is `share` times the distance in space.
 template <class Int>
-std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, View<const Int> indices,
+std::tuple<Array<double>, Array<Index>> goal_directed_search(View<const Int> indptr, View<const Int> indices,
                                                      View<const double> length, Index source, View<const bool> open,
                                                      Matrix<const double> position, Matrix<const double> targets,
-                                                     double share, double limit) {
+                                                             double share, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const auto left = [=](Index node) {
         double sum = 0;
@@ -165,8 +165,8 @@ struct SteinerPaths {
 // if its distance plus a lower bound of the paths to the other two sets exceeds the best total so far. The lower bound
 // is the smallest sum of both distances at a node that both searches have reached, or the sum of their radii.
 template <class Int>
-SteinerPaths find_steiner_paths(View<const Int> indptr, View<const Int> indices, View<const double> length,
-                                std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
+SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View<const double> length,
+                           std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const Index n = graph.nodes();
     Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
@@ -202,12 +202,12 @@ SteinerPaths find_steiner_paths(View<const Int> indptr, View<const Int> indices,
         });
         top[next] = search[next].least();
     }
-    SteinerPaths made{{}, {0}};
+    SteinerPaths result{{}, {0}};
     for (const Search& one : search) {
-        for (Index node = centre; node >= 0; node = one.before[node]) made.nodes.push_back(node);
-        made.start.push_back(Index(made.nodes.size()));
+        for (Index node = centre; node >= 0; node = one.before[node]) result.nodes.push_back(node);
+        result.start.push_back(Index(result.nodes.size()));
     }
-    return made;
+    return result;
 }
 
 // found[bits] is the length of the shortest excursion that crosses exactly the curves in `bits` an odd number of times.

@@ -8,7 +8,7 @@
 
 namespace isometry {
 
-using angles::Corners, angles::Numbers, angles::Rows, angles::Values;
+using angles::Corners, angles::Numbers, angles::CornerRows, angles::Values;
 using Gradients = Matrix<const Complex>;  // (3, #F): p is the sum of gradient times z over the corners
 using Map = View<const Complex>;
 
@@ -17,8 +17,8 @@ inline double squared(Complex a) { return dot(a, a); }
 
 // The derivatives p and q of each triangle by w and conj(w); linear in z.
 struct WirtingerDerivatives {
-    Rows<const Index> corner;
-    Rows<const Complex> gradient;
+    CornerRows<const Index> corner;
+    CornerRows<const Complex> gradient;
     Map z;
 
     WirtingerDerivatives(Corners corner, Gradients gradient, Map z) : corner(corner), gradient(gradient), z(z) {}
@@ -109,7 +109,7 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gra
 // to corner k to entry across[k], or transposed to entry ~across[k].
 inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
-    Grid<double> made = angles::zeros<Grid<double>>(entries, 4);
+    Grid<double> result = angles::zeros<Grid<double>>(entries, 4);
     for (Index t = 0; t < m; ++t) {
         double block[6][4] = {};  // blocks of the three corners, then of the three sides
         for (Index r = 0; r < ranks; ++r) {
@@ -128,11 +128,11 @@ inline Grid<double> outer_products(Values rows, Corners own, Corners across, Ind
             if (std::uint64_t(own[k][t]) >= std::uint64_t(entries) || side >= entries)
                 throw std::invalid_argument("a place is not below entries");
             if (place < 0) std::swap(block[k + 3][1], block[k + 3][2]);
-            double *to = made.data() + 4 * own[k][t], *beyond = made.data() + 4 * side;
+            double *to = result.data() + 4 * own[k][t], *beyond = result.data() + 4 * side;
             for (int c = 0; c < 4; ++c) to[c] += block[k][c], beyond[c] += block[k + 3][c];
         }
     }
-    return made;
+    return result;
 }
 
 // Return the step length along `direction` until each triangle collapses, |p|^2 = |q|^2; infinite if it never does.

@@ -47,19 +47,19 @@ class Layers {
     }
 
     // Append the faces that are connected to `face` within its sheet, ascending, and remove them from the sheet.
-    void take_component(Index face, Sheets& made) {
-        const std::size_t before = made.faces.size();
+    void take_component(Index face, Sheets& result) {
+        const std::size_t before = result.faces.size();
         const Index own = sheet[face];
-        made.faces.push_back(face), sheet[face] = 0;
-        for (std::size_t done = before; done < made.faces.size(); ++done)
-            for (Index k = begin[made.faces[done]]; k < begin[made.faces[done] + 1]; ++k)
-                if (own && sheet[neighbour[k]] == own) made.faces.push_back(neighbour[k]), sheet[neighbour[k]] = 0;
-        std::sort(made.faces.begin() + before, made.faces.end());
-        made.start.push_back(Index(made.faces.size()));
+        result.faces.push_back(face), sheet[face] = 0;
+        for (std::size_t done = before; done < result.faces.size(); ++done)
+            for (Index k = begin[result.faces[done]]; k < begin[result.faces[done] + 1]; ++k)
+                if (own && sheet[neighbour[k]] == own) result.faces.push_back(neighbour[k]), sheet[neighbour[k]] = 0;
+        std::sort(result.faces.begin() + before, result.faces.end());
+        result.start.push_back(Index(result.faces.size()));
     }
 
     // Append the two sheets of an overlap, grown from its first pair until a face would belong to both.
-    void append_sheets(View<const Index> pairs, Sheets& made) {
+    void append_sheets(View<const Index> pairs, Sheets& result) {
         const auto each_face = [&](const auto& visit) {
             for (const Index pair : pairs) visit(upper[pair]), visit(lower[pair]);
         };
@@ -71,7 +71,7 @@ class Layers {
         each_face([&](Index f) { sheet[f] = when[0][f] < limit ? 1 : when[1][f] < limit ? 2 : 0; });
         const Index one = upper[pairs[0]], other = lower[pairs[0]];
         sheet[one] = 1, sheet[other] = 2;
-        take_component(one, made), take_component(other, made);
+        take_component(one, result), take_component(other, result);
         each_face([&](Index f) { sheet[f] = 0, when[0][f] = when[1][f] = upper.size; });
     }
 
@@ -98,11 +98,11 @@ class Layers {
         std::vector<Index> order(size.size());
         std::iota(order.begin(), order.end(), Index(0));
         std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return size[a] > size[b]; });
-        Sheets made;
+        Sheets result;
         const View<const Index> pairs = queue;
         for (Index k = 0; k < std::min(most, Index(order.size())) && size[order[k]]; ++k)
-            append_sheets(pairs.part(first[order[k]], first[order[k] + 1]), made);
-        return made;
+            append_sheets(pairs.part(first[order[k]], first[order[k] + 1]), result);
+        return result;
     }
 };
 

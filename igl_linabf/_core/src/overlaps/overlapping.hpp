@@ -17,15 +17,15 @@ inline std::uint64_t spread_bits(std::uint64_t bits) {
 
 // A bounding volume hierarchy of the triangles of charts, without degenerate triangles.
 class BoxTree {
-    struct Place {
+    struct MortonEntry {
         Index chart;
         std::uint64_t code;  // Morton code
         Index face;
-        bool operator<(const Place& b) const {
+        bool operator<(const MortonEntry& b) const {
             return chart != b.chart ? chart < b.chart : code != b.code ? code < b.code : face < b.face;
         }
     };
-    std::vector<Place> place;  // order of the triangles: by chart, then along the curve
+    std::vector<MortonEntry> place;  // order of the triangles: by chart, then along the curve
     std::vector<Triangle> triangle;
     std::vector<Box> box, node;  // boxes of triangles, and of nodes; node k is the parent of 2 k and 2 k + 1
     std::vector<Index> end;      // end of the chart of each triangle
@@ -80,8 +80,8 @@ class BoxTree {
         for (Index k = 2 * leaves; --k > 1;) node[k / 2].add(node[k]);
     }
 
-    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order, or `limit` + 1 pairs if
-    // there are more than `limit`.
+    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order, or only `limit` + 1
+    // pairs if there are more than `limit`.
     std::vector<std::array<Index, 2>> pairs(Index limit) const {
         std::vector<std::array<Index, 2>> found;
         for (Index first = 0; first < Index(triangle.size()); first += LEAF_SIZE)
@@ -92,15 +92,15 @@ class BoxTree {
     }
 };
 
-// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order. If there
-// are more than `limit`, return only `limit` + 1 of them: a map that is collapsed onto itself has #F^2 / 2 pairs.
-inline std::vector<std::array<Index, 2>> overlapping(View<const Complex> z, Matrix<const Index> F,
-                                                     View<const Index> chart, Index limit) {
+// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order. If
+// there are more than `limit`, return only `limit` + 1 of them: a map that is collapsed onto itself has #F^2 / 2 pairs.
+inline std::vector<std::array<Index, 2>> find_overlaps(View<const Complex> z, Matrix<const Index> F,
+                                                       View<const Index> chart, Index limit) {
     return BoxTree(z, F, chart).pairs(limit);
 }
 
 // Return true if one of the triangles `some`, (#S, 3), overlaps another one, or one of the triangles `others`, (#O, 3).
-inline bool lie_over(Matrix<const Complex> some, Matrix<const Complex> others) {
+inline bool has_overlap(Matrix<const Complex> some, Matrix<const Complex> others) {
     std::vector<Triangle> solid;
     std::vector<Box> box;
     Box around;

@@ -10,9 +10,9 @@ namespace overlaps {
 constexpr double DEPTH = 0.5e-6;        // tolerated depth of an overlap, relative to the height of the smaller triangle
 constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that a chart wastes because it is too long
 constexpr int SIDES = 24;               // directions that bound a chart
-constexpr Index MOST_CELLS = 128;       // along a side of a grid
+constexpr Index MAX_GRID_SIDE = 128;       // along a side of a grid
 constexpr double CELL_MARGIN = 1e-6;    // margin for rounding errors, relative to a cell
-constexpr double TINY = 1e-300;         // avoids divisions by zero
+constexpr double MIN_EXTENT = 1e-300;         // avoids divisions by zero
 
 // A rigid motion z -> turn z + shift, where |turn| = 1.
 struct Motion {
@@ -40,10 +40,10 @@ struct Motion {
 };
 
 // The extent of a chart in each of SIDES directions.
-struct Extent {
+struct ChartExtent {
     std::array<double, SIDES / 2> along, back;  // in a direction, and in the opposite direction
 
-    Extent() { along.fill(-INFINITY), back = along; }
+    ChartExtent() { along.fill(-INFINITY), back = along; }
 
     // Enlarge the extent to contain a moved box.
     void add(const Box& b, const Motion& by, const std::array<Complex, SIDES / 2>& axis) {
@@ -83,8 +83,9 @@ class Regions {
     template <class Found>
     static bool any_cell(const Triangle& t, const Cells& g, const Found& found) {
         const Box box = bounding_box(t.corner);
-        const double high = g.box.height() / double(g.rows), per_row = double(g.rows) / std::max(g.box.height(), TINY);
-        const double per_column = double(g.columns) / std::max(g.box.width(), TINY);
+        const double high = g.box.height() / double(g.rows);
+        const double per_row = double(g.rows) / std::max(g.box.height(), MIN_EXTENT);
+        const double per_column = double(g.columns) / std::max(g.box.width(), MIN_EXTENT);
         const Index last_row = clamp_index((box.high - g.box.low) * per_row, 0, double(g.rows - 1));
         for (Index y = clamp_index((box.low - g.box.low) * per_row, 0, double(g.rows - 1)); y <= last_row; ++y) {
             // clip the triangle to the row, because a thin triangle touches far fewer cells than its bounding box
@@ -131,8 +132,8 @@ class Regions {
                 g.box.add(bounding_box(z));
             }
             const double number = double(start[r + 1] - start[r]), wide = g.box.width(), high = g.box.height();
-            const double side = std::max(std::sqrt(wide * high / number), TINY);
-            const double most = std::min(double(MOST_CELLS), number);
+            const double side = std::max(std::sqrt(wide * high / number), MIN_EXTENT);
+            const double most = std::min(double(MAX_GRID_SIDE), number);
             g.columns = clamp_index(wide / side, 1, most), g.rows = clamp_index(high / side, 1, most), g.first = cells;
             cells += g.columns * g.rows;
         }
@@ -181,7 +182,7 @@ class Assembly {
     const Regions& regions;
     std::array<Complex, SIDES / 2> axis;
     std::vector<std::vector<Index>> members;  // regions of each chart
-    std::vector<Extent> extent;               // extent of each chart
+    std::vector<ChartExtent> extent;               // extent of each chart
     std::vector<Box> box, around;             // box of each region in the plane of its chart, and of each chart
 
     // Return true if the chart `there`, after the motion `by`, overlaps the chart `here`.
@@ -216,7 +217,7 @@ class Assembly {
         if (here == there) return;
         Motion by = motion[hinge.a] * hinge.motion * motion[hinge.b].inverse();
         if (members[here].size() < members[there].size()) std::swap(here, there), by = by.inverse();
-        Extent both = extent[here];
+        ChartExtent both = extent[here];
         for (const Index s : members[there]) both.add(regions.box(s), by * motion[s], axis);
         const double more =
             both.used_area(hinge.page) - extent[here].used_area(hinge.page) - extent[there].used_area(hinge.page);
@@ -241,19 +242,19 @@ struct MergedRegions {
 // to the plane of the chart. Hinge h joins the regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] from
 // the frame of b to that of a.
 inline MergedRegions merge_regions(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
-                                  Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
-                                  View<const double> worth, View<const double> page) {
+                                   Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
+                                   View<const double> worth, View<const double> page) {
     const Regions regions(triangle, depth, start);
     Assembly assembly(regions);
     for (Index h = 0; h < pairs.rows; ++h)
         assembly.join({pairs[h][0], pairs[h][1], {turn[h], shift[h]}, worth[h], page[h]});
     const Index n = regions.size();
-    MergedRegions made{Array<Index>(n), Array<Complex>(n), Array<Complex>(n)};
+    MergedRegions result{Array<Index>(n), Array<Complex>(n), Array<Complex>(n)};
     for (Index r = 0; r < n; ++r) {
-        made.chart[r] = assembly.chart[r];
-        made.turn[r] = assembly.motion[r].turn, made.shift[r] = assembly.motion[r].shift;
+        result.chart[r] = assembly.chart[r];
+        result.turn[r] = assembly.motion[r].turn, result.shift[r] = assembly.motion[r].shift;
     }
-    return made;
+    return result;
 }
 
 }  // namespace overlaps

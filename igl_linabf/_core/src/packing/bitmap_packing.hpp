@@ -19,11 +19,11 @@ struct Span {  // the masks of a chart
     Index first, after;
 };
 
-struct Place {
+struct Placement {
     Index mask, page, x, y;
 };
 
-struct Extent {
+struct PageExtent {
     Index width, height;
 };
 
@@ -97,17 +97,17 @@ inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index num
 
 // Find the best mask of a span and its position: with the smallest bounding square, then nearest to the origin. The
 // mask is -1 if none fits.
-inline Place find_best_place(const Page& page, Index side, Span span, View<const Shape> shapes,
-                             View<const Block> blocks, View<const Index> start, std::vector<Run>& runs) {
+inline Placement find_best_place(const Page& page, Index side, Span span, View<const Shape> shapes,
+                                 View<const CellBlock> blocks, View<const Index> start, std::vector<Run>& runs) {
     const Index taken = std::max(page.width, page.height);
     Index least = side + 1, free[ROWS_AT_ONCE];
     double rest = INFINITY;  // squared distance of the centre of the mask from the origin
-    Place best{-1, -1, -1, -1};
+    Placement best{-1, -1, -1, -1};
     for (Index k = span.first; k < span.after; ++k) {
         const auto [tall, wide] = shapes[k];
         if (std::max({tall, wide, taken}) > least) continue;
         runs.clear();
-        for (const Block& block : blocks.part(start[k], start[k + 1])) {
+        for (const CellBlock& block : blocks.part(start[k], start[k + 1])) {
             const Index power = floor_log2(block.length), level = power * page.words * page.high;
             for (Index row = block.row; row < block.row + block.height; ++row)
                 runs.push_back({level + row, block.column, block.length - (Index(1) << power), row});
@@ -140,9 +140,9 @@ inline Place find_best_place(const Page& page, Index side, Span span, View<const
 }
 
 // Occupy the cells of a mask at (x, y).
-inline void occupy(Page& page, Shape shape, View<const Block> blocks, Index x, Index y) {
+inline void occupy(Page& page, Shape shape, View<const CellBlock> blocks, Index x, Index y) {
     const Index high = page.high, words = page.words;
-    for (const Block& block : blocks) {
+    for (const CellBlock& block : blocks) {
         const Index begin = x + block.column, end = begin + block.length;
         for (Index word = begin / WORD; word * WORD < end; ++word) {
             Word bits = EVERY;
@@ -169,14 +169,15 @@ inline void occupy(Page& page, Shape shape, View<const Block> blocks, Index x, I
 // Place charts on square pages with `side` by `side` cells, each by one of its masks. The positions of the first charts
 // may be known. If a chart does not fit on an empty page or on `most` pages, this chart and all later ones are not
 // placed.
-inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index side, Index most, View<const Span> spans,
-                                                                  View<const Shape> shapes, View<const Block> blocks,
-                                                                  View<const Index> start, View<const Place> known) {
-    std::vector<Place> places(spans.size, Place{-1, -1, -1, -1});
+inline std::tuple<std::vector<Placement>, std::vector<PageExtent>> place_masks(
+    Index side, Index most, View<const Span> spans, View<const Shape> shapes, View<const CellBlock> blocks,
+    View<const Index> start, View<const Placement> known) {
+    std::vector<Placement> places(spans.size, Placement{-1, -1, -1, -1});
     Index longest = 1;
     for (Index chart = known.size; chart < spans.size; ++chart)
         for (Index k = spans[chart].first; k < spans[chart].after; ++k)
-            for (const Block& block : blocks.part(start[k], start[k + 1])) longest = std::max(longest, block.length);
+            for (const CellBlock& block : blocks.part(start[k], start[k + 1]))
+                longest = std::max(longest, block.length);
     const Index levels = floor_log2(longest) + 1;
     std::vector<Page> pages;
     std::vector<Run> runs;
@@ -189,7 +190,8 @@ inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index sid
             }
             Page& on = pages[page];
             const bool is_known = chart < known.size;
-            Place to = is_known ? known[chart] : find_best_place(on, side, spans[chart], shapes, blocks, start, runs);
+            Placement to = is_known ? known[chart]
+                                    : find_best_place(on, side, spans[chart], shapes, blocks, start, runs);
             if (to.mask < 0 || (is_known && to.page != page)) continue;
             to.page = page;
             const Shape shape = shapes[to.mask];
@@ -199,20 +201,20 @@ inline std::tuple<std::vector<Place>, std::vector<Extent>> place_masks(Index sid
             places[chart] = to;
         }
     }
-    std::vector<Extent> extents;
+    std::vector<PageExtent> extents;
     for (const Page& page : pages) extents.push_back({page.width, page.height});
     return {std::move(places), std::move(extents)};
 }
 
 // Return a mask of the cells, (#pages, side, side), that placed charts occupy.
-inline Squares<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
-                                 View<const Index> start) {
+inline Squares<bool> occupied_cells(Index side, View<const Placement> places, View<const CellBlock> blocks,
+                                    View<const Index> start) {
     Index pages = 0;
-    for (const Place& place : places) pages = std::max(pages, place.page + 1);
+    for (const Placement& place : places) pages = std::max(pages, place.page + 1);
     Squares<bool> taken(pages * side, side);
     std::fill_n(taken.data(), taken.size(), false);
-    for (const Place& place : places)
-        for (const Block& block : blocks.part(start[place.mask], start[place.mask + 1]))
+    for (const Placement& place : places)
+        for (const CellBlock& block : blocks.part(start[place.mask], start[place.mask + 1]))
             for (Index row = block.row; row < block.row + block.height; ++row) {
                 bool* const cells = taken.data() + (place.page * side + place.y + row) * side + place.x;
                 std::fill_n(cells + block.column, block.length, true);
@@ -222,7 +224,7 @@ inline Squares<bool> taken_cells(Index side, View<const Place> places, View<cons
 
 // Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of all that
 // fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
-inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
+inline std::vector<std::array<double, 2>> pack_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // number of consecutive free cells from each cell upwards
     std::fill_n(above.data() + side * side, side, 0);

@@ -32,7 +32,7 @@ inline Index floor_log2(Index number) {
 }
 
 // A rectangular block of cells: its first row and column, its number of columns and its number of rows.
-struct Block {
+struct CellBlock {
     Index row, column, length, height;
 };
 

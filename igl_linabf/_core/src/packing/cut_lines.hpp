@@ -19,13 +19,13 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
                            View<const bool> outer, Matrix<const double> normal, View<const double> offset,
                            Matrix<const double> outwards) {
     const Index n = points.rows, lines = offset.size, fan = outwards.columns;
-    Divisions made{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
+    Divisions result{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
     std::vector<char> beyond(n), near(n);
     std::vector<Index> part(n), at;
     std::vector<double> most;
     for (Index k = 0; k < lines; ++k) {
-        made.hulls[k] = made.widest[k] = made.cut[k] = 0;
-        UnionFind joined(n);
+        result.hulls[k] = result.widest[k] = result.cut[k] = 0;
+        UnionFind sets(n);
         for (Index i = 0; i < n; ++i) {
             beyond[i] = points[i][0] * normal[k][0] + points[i][1] * normal[k][1] > offset[k];
             near[i] = outer[i], part[i] = -1;
@@ -33,16 +33,16 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
         for (Index e = 0; e < ends.rows; ++e) {
             const Index i = ends[e][0], j = ends[e][1];
             if (beyond[i] != beyond[j]) {
-                made.cut[k] += length[e];
+                result.cut[k] += length[e];
                 near[i] = near[j] = true;
             } else {
-                joined.unite(i, j);
+                sets.unite(i, j);
             }
         }
         at.clear(), most.clear();
         for (Index i = 0; i < n; ++i) {
             if (!near[i]) continue;
-            Index& p = part[joined.find(i)];
+            Index& p = part[sets.find(i)];
             if (p < 0) {
                 p = Index(at.size());
                 at.resize(at.size() + fan, i), most.resize(most.size() + fan, -INFINITY);
@@ -58,12 +58,12 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
                 const double *a = points[at[p + d]], *b = points[at[p + (d + 1) % fan]];
                 double_area += a[0] * b[1] - a[1] * b[0];
             }
-            made.hulls[k] += double_area / 2;
+            result.hulls[k] += double_area / 2;
             const double wide = most[p] + most[p + fan / 2], high = most[p + fan / 4] + most[p + 3 * fan / 4];
-            made.widest[k] = std::max(made.widest[k], std::sqrt(wide * wide + high * high));
+            result.widest[k] = std::max(result.widest[k], std::sqrt(wide * wide + high * high));
         }
     }
-    return made;
+    return result;
 }
 
 }  // namespace packing

@@ -9,7 +9,7 @@
 namespace packing {
 
 constexpr std::uint32_t WINDING_UNIT = 1 << 16;  // one winding; the lower bits count fewer than 2^16 sides at a cell
-constexpr double MOST_CELLS = 1e15;              // of a mask: exceeds any memory, but is exact as an integer
+constexpr double MAX_MASK_CELLS = 1e15;              // of a mask: exceeds any memory, but is exact as an integer
 
 // A buffer of zeros. Because of calloc, memory pages that are never written to are not allocated.
 template <class T>
@@ -34,7 +34,7 @@ class Zeros {
 
 // The changes of a cell counter from each cell of a row to the next one, and a bitmap of the cells with changes. Each
 // row has one additional column at its end.
-struct Changes {
+struct CellChanges {
     std::uint32_t* change;
     Word* marks;
     Index rows, columns, words;
@@ -56,7 +56,7 @@ inline Index ceil_of(double x, Index most) {
 // centre plus the number of sides within the distance `half`, in both coordinates, of the cell. In each row, the extent
 // of a side is that of its part within the distance `half` of the row.
 inline void add_sides(View<const Complex> a, View<const Complex> b, View<const Index> weight, double half,
-                      Changes cells) {
+                      CellChanges cells) {
     for (Index s = 0; s < a.size; ++s) {
         const auto [x, y] = a[s];
         const double across = b[s].x - x, rise = b[s].y - y;
@@ -83,7 +83,7 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
 
 // Append the blocks of cells whose counter is not 0, and clear the changes. `last`, (columns + 1,), is work space for
 // the last block that begins at each column.
-inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& blocks) {
+inline void append_blocks(CellChanges cells, View<Index> last, std::vector<CellBlock>& blocks) {
     std::fill(last.begin(), last.end(), -1);
     for (Index row = 0; row < cells.rows; ++row) {
         std::uint32_t* change = cells.change + row * (cells.columns + 1);
@@ -115,7 +115,7 @@ inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& b
 struct Masks {
     std::vector<Shape> shapes;
     std::vector<Complex> low;
-    std::vector<Block> blocks;
+    std::vector<CellBlock> blocks;
     std::vector<Index> begin;
 };
 
@@ -124,26 +124,26 @@ struct Masks {
 // turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
 inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
                        View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
-    Masks made;
-    made.begin.push_back(0);
+    Masks result;
+    result.begin.push_back(0);
     Zeros<std::uint32_t> change;
     Zeros<Word> marks;
     std::vector<Complex> a, b;
     std::vector<Index> last;
-    std::vector<Block> own;
+    std::vector<CellBlock> own;
     for (Index k = 0; k < turns.size; ++k) {
-        const auto first_block = Index(made.blocks.size());
+        const auto first_block = Index(result.blocks.size());
         if (k && of[k] == of[k - 1] && turns[k] == Complex{0, 0} - turns[k - 1]) {
-            const auto [rows, columns] = made.shapes[k - 1];
-            made.blocks.resize(2 * first_block - made.begin[k - 1]);
-            for (Index i = made.begin[k - 1], j = first_block; i < first_block; ++i, ++j) {
-                const auto [row, column, length, height] = made.blocks[i];
-                made.blocks[j] = {rows - row - height, columns - column - length, length, height};
+            const auto [rows, columns] = result.shapes[k - 1];
+            result.blocks.resize(2 * first_block - result.begin[k - 1]);
+            for (Index i = result.begin[k - 1], j = first_block; i < first_block; ++i, ++j) {
+                const auto [row, column, length, height] = result.blocks[i];
+                result.blocks[j] = {rows - row - height, columns - column - length, length, height};
             }
-            const Complex before = made.low[k - 1];
-            made.low.push_back({-before.x - double(columns), -before.y - double(rows)});
-            made.shapes.push_back({rows, columns});
-            made.begin.push_back(Index(made.blocks.size()));
+            const Complex before = result.low[k - 1];
+            result.low.push_back({-before.x - double(columns), -before.y - double(rows)});
+            result.shapes.push_back({rows, columns});
+            result.begin.push_back(Index(result.blocks.size()));
             continue;
         }
         const Index first = sides[of[k]], number = sides[of[k] + 1] - first;
@@ -160,23 +160,23 @@ inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<
         const double wide = right - corner.x + half, high = top - corner.y + half;
         if (!finite || !(wide >= 0 && high >= 0))
             throw std::invalid_argument("an outline has no sides, or is not finite");
-        if (!((wide + 2) * (high + 1) < MOST_CELLS)) throw std::bad_alloc();
+        if (!((wide + 2) * (high + 1) < MAX_MASK_CELLS)) throw std::bad_alloc();
         const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
-        const Changes cells{change.reserve(rows * stride), marks.reserve(rows * words), rows, columns, words};
+        const CellChanges cells{change.reserve(rows * stride), marks.reserve(rows * words), rows, columns, words};
         for (Index s = 0; s < number; ++s) a[s] = a[s] - corner, b[s] = b[s] - corner;
         add_sides(a, b, weight.part(first, first + number), half, cells);
         if (Index(last.size()) < stride) last.resize(stride);
         own.clear();
         append_blocks(cells, View<Index>(last).part(0, stride), own);
-        std::stable_sort(own.begin(), own.end(), [](const Block& one, const Block& other) {
+        std::stable_sort(own.begin(), own.end(), [](const CellBlock& one, const CellBlock& other) {
             return one.length * one.height > other.length * other.height;
         });
-        made.blocks.insert(made.blocks.end(), own.begin(), own.end());
-        made.shapes.push_back({rows, columns});
-        made.low.push_back(corner);
-        made.begin.push_back(Index(made.blocks.size()));
+        result.blocks.insert(result.blocks.end(), own.begin(), own.end());
+        result.shapes.push_back({rows, columns});
+        result.low.push_back(corner);
+        result.begin.push_back(Index(result.blocks.size()));
     }
-    return made;
+    return result;
 }
 
 }  // namespace packing
