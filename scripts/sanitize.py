@@ -1,7 +1,7 @@
-"""Run tests of the core with AddressSanitizer and UBSan, and then with ThreadSanitizer: `make sanitize`, on Linux.
+"""Run tests of the core with AddressSanitizer and UBSan, then with ThreadSanitizer: `make sanitize` on Linux.
 
-The core is built twice, each time in a separate environment in `.venv` that shares the packages of `.venv`. Both
-builds also check the indices of arrays. The tests end at the first finding.
+The core is built twice, each time in a separate environment in `.venv` that shares the packages of `.venv`.
+Both builds also check the indices of arrays. The tests end at the first finding.
 """
 
 from __future__ import annotations

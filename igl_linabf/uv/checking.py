@@ -170,11 +170,11 @@ class UVCheck:
 
 def _format_figure(name: str, value: float | tuple[int, int]) -> str:
     """Format a figure for the table."""
-    if name == "overlaps":
-        return format_pair_count(int(value))
     if isinstance(value, tuple):
         return "x".join(map(str, value))
-    return f"{value:,d}" if isinstance(value, int) else f"{value:.4g}"
+    if isinstance(value, int):
+        return format_pair_count(value) if name == "overlaps" else f"{value:,d}"
+    return f"{value:.4g}"
 
 
 ROWS = {

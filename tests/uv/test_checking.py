@@ -15,7 +15,7 @@ from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import write_textured
 from igl_linabf.measures import overlapping
-from igl_linabf.uv_sets import uv_charts
+from igl_linabf.uv import uv_charts
 
 Map = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

@@ -8,8 +8,15 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..._core import cut_topology, nearest_sources, path_nodes, shortest_pairs, spanning_forest, steiner_paths
-from ..._core import prune_leaves
+from ..._core import (
+    cut_topology,
+    nearest_sources,
+    path_nodes,
+    prune_leaves,
+    shortest_pairs,
+    spanning_forest,
+    steiner_paths,
+)
 from ..._types import BoolArray, FloatArray, IntArray
 
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
