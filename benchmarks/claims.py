@@ -48,7 +48,7 @@ def print_cuts(seeds: int) -> None:
                 surface = tree_cut(V, F, leaves, seed)
                 if len(flatten(*surface).flipped):
                     flipping_seeds.append(seed)
-                    remaining += bool(len(flatten(*surface, LinABF(guarantee="injective")).flipped))
+                    remaining += bool(len(flatten(*surface, method=LinABF(guarantee="injective")).flipped))
             cells.append(
                 f"{len(flipping_seeds)} ({remaining}): {', '.join(map(str, flipping_seeds))}"
                 if flipping_seeds
@@ -69,7 +69,7 @@ def print_starts() -> None:
         if len(F) > 12_000:
             continue
         mesh = planar_mesh(V, F)
-        maps = [flatten(V, F, method).uv for method in ("lscm", LinABF(iterations=1), "abf")]
+        maps = [flatten(V, F, method=method).uv for method in ("lscm", LinABF(iterations=1), "abf")]
         rng = np.random.default_rng(0)
         maps += [maps[1] * [1, -1], maps[1] * [1, 0]]
         maps += [rng.normal(size=maps[0].shape) for _ in range(5)]
@@ -115,7 +115,7 @@ def print_solvers() -> None:
 
 
 def _flatten(V: np.ndarray, F: np.ndarray, solver: str, options: dict) -> Flattening:
-    return flatten(V, F, LinABF(solver=solver, **options))
+    return flatten(V, F, method=LinABF(solver=solver, **options))
 
 
 def main() -> None:

@@ -159,8 +159,8 @@ def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object
     return {
         **cut,
         "linabf": lambda: il.flatten(V, F),
-        "abf": lambda: il.flatten(V, F, "abf"),
-        "isometric": lambda: il.flatten(V, F, "isometric"),
+        "abf": lambda: il.flatten(V, F, method="abf"),
+        "isometric": lambda: il.flatten(V, F, method="isometric"),
         "circle": lambda: il.flatten(V, F, boundary="circle"),
     }
 

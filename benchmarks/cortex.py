@@ -105,8 +105,8 @@ def peers_table(python: str | None, repeat: int) -> str:
         surface = Submesh.checked(mesh.V, mesh.triangles)
         V, F = surface.V, surface.F
         runs = {
-            'isometric, fit="lengths"': lambda: flatten(V, F, "isometric", fit="lengths").uv,
-            "isometric": lambda: flatten(V, F, "isometric").uv,
+            'isometric, fit="lengths"': lambda: flatten(V, F, method="isometric", fit="lengths").uv,
+            "isometric": lambda: flatten(V, F, method="isometric").uv,
             "linabf": lambda: flatten(V, F).uv,
         }
         maps, seconds = {}, {}
@@ -161,7 +161,7 @@ def energies_table() -> str:
 
     for weight in (1.0, 1.5, 2.0, 4.0, 8.0):
         begin = perf_counter()
-        uv = flatten(V, F, Isometric(weight=weight)).uv
+        uv = flatten(V, F, method=Isometric(weight=weight)).uv
         text += row(f"`Isometric(weight={weight:g})`", uv, perf_counter() - begin)
         if weight == AREA_WEIGHT:
             start = uv

@@ -30,8 +30,8 @@ def main() -> None:
                 text += f"; {result.iterations} ({result.inner_steps}), {result.layout}"
             return text
 
-        results = [flatten(V, F, "lscm")]
-        results += [flatten(V, F, LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
+        results = [flatten(V, F, method="lscm")]
+        results += [flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
         print(f"| {name} | {len(F):,} | {' | '.join(map(cell, results))} |", flush=True)
 
 

@@ -36,7 +36,7 @@ def time_map(V: object, F: object, method: str, fork: str) -> tuple[float, int]:
         for module, name, value in FORKS.get(fork, ()):
             patches.enter_context(patch.object(import_module(f"igl_linabf.angles.{module}"), name, value))
         start = perf_counter()
-        result = flatten(V, F, method)
+        result = flatten(V, F, method=method)
         return perf_counter() - start, result.inner_steps
 
 

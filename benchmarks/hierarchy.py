@@ -95,9 +95,9 @@ def main() -> None:
         for label, method in (("abf", ABF()), ("linabf", LinABF())):
             if label == "linabf" and name not in HARD:
                 continue
-            solution = flatten(V, F, method)
+            solution = flatten(V, F, method=method)
             restarted = restart(V, F, method, solution)
-            calls = partial(flatten, V, F, method), partial(restart, V, F, method, solution)
+            calls = partial(flatten, V, F, method=method), partial(restart, V, F, method, solution)
             runs = np.array([[time_call(call) for call in calls] for _ in range(options.repeat)])
             all_, remaining = np.median(runs, axis=0)
             steps = [sum(step.inner_steps for step in result.steps) for result in (solution, restarted)]

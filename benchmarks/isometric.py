@@ -71,7 +71,7 @@ def print_cortex() -> None:
     print(f"|{'---|' * 8}")
     for name in ("shipped", "linabf", "isometric"):
         start = perf_counter()
-        uv = shipped if name == "shipped" else flatten(V, F, name).uv
+        uv = shipped if name == "shipped" else flatten(V, F, method=name).uv
         seconds = "" if name == "shipped" else f"{perf_counter() - start:.1f}"
         q = quality(V, F, uv)
         print(

@@ -123,7 +123,7 @@ def measured(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, int]:
 def flat(V: np.ndarray, F: np.ndarray, method: str | LinABF, boundary: str) -> Figures:
     start = process_time()
     try:
-        made = flatten(V, F, method, boundary=boundary, progress=False)
+        made = flatten(V, F, method=method, boundary=boundary, progress=False)
     except (igl_linabf.MeshError, ArithmeticError):
         return Figures(np.nan, 0, len(RANKS), process_time() - start)
     seconds = process_time() - start

@@ -32,7 +32,7 @@ def run(name: str, times: int) -> None:
     for _ in range(times):
         V, F = igl.upsample(V, F)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    flatten(V, F, RUNS[name])
+    flatten(V, F, method=RUNS[name])
     measured = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
     blocks = [1, 2] if "least squares" in name else [1]
     estimated = memory.BYTES_PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)

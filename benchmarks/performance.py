@@ -79,11 +79,11 @@ def make_calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
     methods: dict[str, Call] = {
         "igl.lscm": bare_lscm(planar_mesh(V, F)),
         "linabf": partial(il.flatten, V, F),
-        "abf": partial(il.flatten, V, F, "abf"),
+        "abf": partial(il.flatten, V, F, method="abf"),
         "the next of a Flattener": partial(flattener.flatten, V),
     }
     if has_cholmod():
-        methods["linabf by CHOLMOD"] = partial(il.flatten, V, F, il.LinABF(solver="cholmod"))
+        methods["linabf by CHOLMOD"] = partial(il.flatten, V, F, method=il.LinABF(solver="cholmod"))
     return methods
 
 
@@ -136,9 +136,9 @@ def print_growth(name: str, what: str) -> None:
         (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = split_triangles(mesh, isqrt(pieces))
         small = disk(4_000, 0)
-        call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, what)
+        call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, method=what)
         for method in ("lscm", "linabf", "abf"):
-            il.flatten(*small, method)  # a warm-up for lazy imports
+            il.flatten(*small, method=method)  # a warm-up for lazy imports
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak
     before, cpu, wall = peak_memory(), process_time(), perf_counter()
     call()

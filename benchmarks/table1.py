@@ -140,8 +140,8 @@ def single_steps(found: list[Mesh]) -> Iterator[str]:
         if paper is None:
             continue
         cells = []
-        for method in ("abf++1", LinABF(iterations=1)):
-            measured = quality(V, F, flatten(V, F, method).uv)
+        for method in ("one-step-abf++", LinABF(iterations=1)):
+            measured = quality(V, F, flatten(V, F, method=method).uv)
             flips = f", {measured.flips} flips" if measured.flips else ""
             cells.append(f"{measured.angle_distortion:.4g}, {measured.stretch_l2:.3f}{flips}")
         cells += [f"{paper[0]:.4g}, {paper[1]}", f"{paper[2]:.4g}, {paper[3]}"]

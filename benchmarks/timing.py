@@ -57,7 +57,7 @@ def main() -> None:
         calls = [partial(linabf, V, F, solver=options.solver), bare]
         medians(calls, 1)  # a warm-up
         ours, theirs = medians(calls, options.repeat)
-        results = [flatten(V, F, LinABF(solver=options.solver)).seconds for _ in range(3)]
+        results = [flatten(V, F, method=LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())
         cells = " | ".join(f"{value:.0%}" for value in share.values())

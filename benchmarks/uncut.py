@@ -36,9 +36,9 @@ def main() -> None:
         calls = [bare_lscm(planar_mesh(V, F)), *runs]
         medians(calls, 1)  # a warm-up
         lscm, *times = medians(calls, options.repeat)
-        results = [flatten(V, F, "lscm")]
-        results += [flatten(V, F, LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
-        results += [flatten(V, F, "abf")]
+        results = [flatten(V, F, method="lscm")]
+        results += [flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
+        results += [flatten(V, F, method="abf")]
         cells = []
         for result, seconds in zip(results, (lscm, *times), strict=True):
             q = quality(V, F, result.uv)

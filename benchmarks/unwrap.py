@@ -78,7 +78,7 @@ def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) ->
     for i in range(chart.max() + 1):
         used, own = compact(atlas.FTC[chart == i], len(atlas.TC))
         points = V[atlas.origin[used]]
-        q = quality(points, own, flatten(points, own, "lscm").uv)
+        q = quality(points, own, flatten(points, own, method="lscm").uv)
         of_charts.append((len(own), q.angle_distortion, q.flips))
     triangles, distortion, flips = np.array(of_charts).T
     seams, unknown = relative_seams(V, F, atlas.FTC), float("nan")

@@ -37,7 +37,7 @@ def residuals(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 if __name__ == "__main__":
     V, F = cortex()[:2]
-    linear, lscm = flatten(V, F), flatten(V, F, "lscm")
+    linear, lscm = flatten(V, F), flatten(V, F, method="lscm")
     uv = {"igl.lscm": fit(lscm.uv, linear.uv), "linABF": linear.uv}
     residual = {
         "angles of the surface": residuals(V, F, igl.internal_angles(V, F)),

@@ -40,7 +40,7 @@ def face_depths(F: np.ndarray, seed: int) -> np.ndarray:
 
 def compare_layouts(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, list]:
     """Return both maps, and the depth, flips and rms distance of the maps in bands around the seed."""
-    angles = flatten(V, F, LinABF(iterations=iterations)).angles
+    angles = flatten(V, F, method=LinABF(iterations=iterations)).angles
     greedy, least = (layout(F, angles, method=method) for method in ("greedy", "least-squares"))
     depth = face_depths(F, int(np.argmax(angles.min(axis=1))))
     greedy = fit(greedy, least)

@@ -41,7 +41,7 @@ if __name__ == "__main__":
         V, F = crown_without_tips()
         name = "holes"
     measured = show(V, F, Path("out") / name)
-    one, converged = (flatten(V, F, LinABF(iterations=iterations)) for iterations in (1, 12))
+    one, converged = (flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, 12))
     print("\nhole of vertex  vertices  rotation    scale  translation: one step, then converged")
     for first, last in zip(one.holes, converged.holes, strict=True):
         print(f"{first.vertex:14}  {first.size:8}", end="")

@@ -40,13 +40,13 @@ if __name__ == "__main__":
     for method in ("lscm", "dncp", "scp"):
         flips = []
         for pair in combinations((1, 2, 3), 2):
-            pinned = flatten(V, F, method, pair, [[0, 0], [1, 0]])
+            pinned = flatten(V, F, pair, [[0, 0], [1, 0]], method=method)
             flips.append(len(pinned.flipped))
         print(f"{method:8} flipped triangles with each pair of pins: {flips}")
         assert min(flips) > 0
-        maps[method] = flatten(V, F, method).uv
-    abf = flatten(V, F, ABF(tol=1e-10))
-    for label, result in (("linABF", flatten(V, F, LinABF(iterations=1))), ("ABF", abf)):
+        maps[method] = flatten(V, F, method=method).uv
+    abf = flatten(V, F, method=ABF(tol=1e-10))
+    for label, result in (("linABF", flatten(V, F, method=LinABF(iterations=1))), ("ABF", abf)):
         uv = fit(result.uv, abf.uv)
         distance = np.linalg.norm(uv - abf.uv, axis=1).max() / np.ptp(abf.uv, axis=0).max()
         angle = np.degrees(np.abs(result.angles - abf.angles).max())
@@ -58,7 +58,7 @@ if __name__ == "__main__":
         assert distance < 1e-3
         maps[label] = result.uv
     for name, threshold in (("with", 1.0), ("without", 7.0)):
-        step = flatten(V, F, LinABF(iterations=1, threshold=threshold))
+        step = flatten(V, F, method=LinABF(iterations=1, threshold=threshold))
         residual = step.after.vertex
         print(f"{name} the exponential map, residual of the {DEFICIT} rad after one step: {residual:.1e}")
         assert (residual < 1e-4) if name == "with" else (residual > 0.5)

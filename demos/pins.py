@@ -31,7 +31,7 @@ AMPLITUDE = 0.12  # displacement of the pins, as a share of the distance from th
 
 if __name__ == "__main__":
     V, F, _ = cortex()
-    free = flatten(V, F, "isometric").uv
+    free = flatten(V, F, method="isometric").uv
     loop = igl.boundary_loop(F)
     b = loop[:: len(loop) // PINS][:PINS]
     bc = free[b] * (1 + AMPLITUDE * (-1.0) ** np.arange(PINS))[:, None]  # alternately out and in
@@ -39,8 +39,8 @@ if __name__ == "__main__":
         plotter = pv.Plotter(shape=(1, 3), off_screen=True, window_size=[2100, 700], border=False)
     maps = {
         "free": free,
-        "least squares": flatten(V, F, "linabf", b, bc).uv,
-        "isometric": flatten(V, F, "isometric", b, bc).uv,
+        "least squares": flatten(V, F, b, bc, method="linabf").uv,
+        "isometric": flatten(V, F, b, bc, method="isometric").uv,
     }
     for column, (name, uv) in enumerate(maps.items()):
         measured = quality(V, F, uv)

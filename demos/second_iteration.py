@@ -41,7 +41,7 @@ if __name__ == "__main__":
     maps, flips = {}, []
     for iterations in (1, 2, 3):
         greedy, least = (
-            flatten(V, F, LinABF(iterations=iterations, layout=layout))
+            flatten(V, F, method=LinABF(iterations=iterations, layout=layout))
             for layout in ("greedy", "least-squares")
         )
         flips.append((len(greedy.flipped), len(least.flipped)))

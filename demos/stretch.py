@@ -47,10 +47,10 @@ if __name__ == "__main__":
     for name, V, F in models():
         V, F, _ = cut(V, F, find_seams(V, F))
         maps = {
-            "igl.lscm": flatten(V, F, "lscm").uv,
-            "linABF, one step": flatten(V, F, LinABF(iterations=1)).uv,
+            "igl.lscm": flatten(V, F, method="lscm").uv,
+            "linABF, one step": flatten(V, F, method=LinABF(iterations=1)).uv,
             "linABF": flatten(V, F).uv,
-            "ABF": flatten(V, F, "abf").uv,
+            "ABF": flatten(V, F, method="abf").uv,
         }
         qualities = {label: quality(V, F, uv) for label, uv in maps.items()}
         print(f"\n{name}, {len(F):,} triangles")

@@ -33,6 +33,7 @@ from .flattening import abf as abf
 from .flattening import compare as compare
 from .flattening import flatten as flatten
 from .flattening import flatten_many as flatten_many
+from .flattening import isometric as isometric
 from .flattening import linabf as linabf
 from .flattening import lscm as lscm
 from .io import read_mesh as read_mesh

@@ -37,7 +37,7 @@ cortex = read_file("out/lh.cortex.surf.gii")
 V, F = cortex.V, cortex.F
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # about vertices without a face, and about the lost 3-D positions
-    result = flatten(V, F, "isometric")
+    result = flatten(V, F, method="isometric")
     write_file("out/lh.flat.surf.gii", cortex, result.uv)
 measured = quality(V, F, result.uv)
 print(measured)

@@ -124,7 +124,7 @@ def main() -> None:
         ends = []
         for method in METHODS:
             try:
-                uv = flatten(positions, faces, method, *pins).uv
+                uv = flatten(positions, faces, *pins, method=method).uv
                 ends.append(
                     f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}"
                 )

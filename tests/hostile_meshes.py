@@ -206,7 +206,7 @@ def run_refusable(work: Callable[[], str]) -> str:
 
 def check_disk(disk: Disk, method: str | il.LinABF = "linabf", **where: object) -> str:
     V, F = disk.build()
-    return run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method, **where)))
+    return run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method=method, **where)))
 
 
 def check_guarantee(seed: int) -> str:
@@ -220,7 +220,10 @@ def check_guarantee(seed: int) -> str:
     method = methods[(0, 0, 0, 0, 1, 1, 1, 2)[seed // 3 % 8]]
 
     def work() -> str:
-        bare, sure = il.flatten(V, F, method), il.flatten(V, F, replace(method, guarantee="injective"))
+        bare, sure = (
+            il.flatten(V, F, method=method),
+            il.flatten(V, F, method=replace(method, guarantee="injective")),
+        )
         end = check_flattened(V, F, sure)
         if not len(bare.flipped):
             require(bool((bare.uv == sure.uv).all()), "the guarantee changed a map without flips")
@@ -339,7 +342,7 @@ def check_corrupted(seed: int) -> str:
     V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).build(), rng)[kind]
     if kind in REPAIRABLE:
         check_atlas(V, F, il.unwrap(V, F, progress=False))
-    ends = [run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method)))]
+    ends = [run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method=method)))]
     if kind not in VALID_FOR_UNWRAP:
         ends.append(run_refusable(lambda: str(il.unwrap(V, F, strict=kind in REPAIRABLE))))
     for end in ends:
@@ -486,7 +489,7 @@ def damage(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
 
 
 def check_method(seed: int) -> str:
-    methods = ("lscm", "scp", "dncp", "abf++1")
+    methods = ("lscm", "scp", "dncp", "one-step-abf++")
     return check_disk(Disk.random(np.random.default_rng(seed)), methods[seed % 4])
 
 

@@ -142,7 +142,7 @@ def test_an_option_that_is_not_a_number_is_named(name: str) -> None:
 def test_an_invalid_method_or_progress_is_named() -> None:
     for wrong in (3, [], ["linabf"], np.ones(2), {}, "x"):
         with pytest.raises(ValueError, match=r"^method is .*: use one of 'linabf'"):
-            flatten(V, F, wrong)
+            flatten(V, F, method=wrong)
         with pytest.raises(ValueError, match=r"^progress is .*: give a function"):
             flatten(V, F, progress=wrong)
     for wrong in (3, [], "linabf", None):

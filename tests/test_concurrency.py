@@ -34,7 +34,7 @@ def fingerprint(kind: str, seed: int) -> str:
         arrays = [atlas.TC, atlas.FTC, atlas.seams]
     else:
         V, F = Disk(n=len(V), holes=seed % 3, seed=seed).build() if seed % 2 else (V, F)
-        result = flatten(V, F, LinABF(solver=kind) if kind == "direct" else kind)
+        result = flatten(V, F, method=LinABF(solver=kind) if kind == "direct" else kind)
         arrays = [result.uv, result.angles]
     digest = hashlib.sha256()
     for array in arrays:
@@ -91,9 +91,9 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
     before, method = cholmod.SIMPLICIAL_ROWS, LinABF(solver="cholmod")
     cholmod.SIMPLICIAL_ROWS = 100  # by default, only meshes of 40,000 vertices have supernodes
     try:
-        first = flatten(V, F, method).uv
+        first = flatten(V, F, method=method).uv
         with ThreadPoolExecutor(8) as pool:
-            for result in pool.map(lambda _: flatten(V, F, method), range(16)):
+            for result in pool.map(lambda _: flatten(V, F, method=method), range(16)):
                 assert (result.uv == first).all()
     finally:
         cholmod.SIMPLICIAL_ROWS = before

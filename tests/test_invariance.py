@@ -38,8 +38,8 @@ def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None
     renumbered[new] = V
     # after one exact step, the angles are not flat, and both layouts must distribute the residual equally
     method = LinABF(layout=layout, iterations=1, rtol=1e-10)
-    a = flatten(V, F, method)
-    b = flatten(renumbered, new[turned][rng.permutation(len(F))], method)
+    a = flatten(V, F, method=method)
+    b = flatten(renumbered, new[turned][rng.permutation(len(F))], method=method)
     assert a.layout == b.layout
     assert np.abs(b.uv[new] - a.uv).max() <= 1e-7 * size(a.uv)
 
@@ -93,7 +93,7 @@ def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
         linabf,
         abf,
         lscm,
-        lambda *mesh: flatten(*mesh, "isometric").uv,
+        lambda *mesh: flatten(*mesh, method="isometric").uv,
         lambda *mesh: unwrap(*mesh).TC,
         lambda *mesh: unwrap(*mesh, cones=2).TC,
     ):
@@ -105,7 +105,7 @@ def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
 @pytest.mark.parametrize("scale", [1e-20, 1e3, 1e20])
 def test_the_spectral_map_has_the_size_of_the_surface_in_any_unit(scale: float) -> None:
     V, F = load("disk__igl_camel_b.obj")
-    uv, other = (flatten(factor * V, F, "scp").uv @ [1, 1j] for factor in (1.0, scale))
+    uv, other = (flatten(factor * V, F, method="scp").uv @ [1, 1j] for factor in (1.0, scale))
     one, other = uv - uv.mean(), (other - other.mean()) / scale
     turn = np.vdot(one, other) / np.vdot(one, one)
     assert np.abs(other - turn * one).max() <= 1e-4 * np.abs(one).max()  # igl iterates to 1e-6

@@ -104,8 +104,7 @@ def _process_task(task: Task) -> Row:
             try:
                 if task.settings.how == "cortex":
                     return _flatten_hemisphere(task)
-                with places.fetch(task.place) as local:
-                    mesh = read_file(local)
+                mesh = _read_input(task.place)
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
@@ -128,6 +127,15 @@ def _process_task(task: Task) -> Row:
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
+def _read_input(place: str) -> MeshFile:
+    """Read an input; a file of an unknown format counts as a bad mesh."""
+    with places.fetch(place) as local:
+        try:
+            return read_file(local)
+        except ValueError as error:
+            raise MeshError(str(error)) from None
+
+
 def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     chosen = {name: getattr(settings, name) for name in UNWRAP_OPTIONS}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
@@ -148,7 +156,7 @@ def _classify_atlas(atlas: Atlas) -> str:
 
 def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     V, F = mesh.V, mesh.triangles
-    result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
+    result = flatten(V, F, method=settings.method, boundary=settings.boundary, progress=False)
     units = settings.units or ("mesh" if lies_flat(row.output) else "square")
     uv = unit_square(result.uv) if units == "square" else result.uv
     measured = quality(V, F, uv)
@@ -163,7 +171,7 @@ def _flatten_hemisphere(task: Task) -> Row:
     """Flatten and write the hemisphere whose registered sphere is `task.place`."""
     sphere = Path(task.place)
     name = places.get_hemisphere(task.place)
-    flat = flatten_hemisphere(sphere.parents[1], name, task.settings.method, progress=False)
+    flat = flatten_hemisphere(sphere.parents[1], name, method=task.settings.method, progress=False)
     folder = places.join(task.folder, task.row.output.rpartition("/")[0])
     write_hemisphere(folder, flat)
     outcome = OVERLAPPING if flat.quality.overlaps else flat.result.outcome.value

@@ -85,7 +85,7 @@ def flatten_mesh(
     with progress_part("flattening", PROGRESS["computing"]), warnings.catch_warnings():
         if isinstance(mesh.extras.source, Patch):  # a patch leaves vertices out on purpose
             warnings.filterwarnings("ignore", "vertices .* belong to no face", MeshWarning)
-        result = flatten(V, F, chosen, fit=fit, outer=outer, boundary=boundary, corners=corners, up=up)
+        result = flatten(V, F, method=chosen, fit=fit, outer=outer, boundary=boundary, corners=corners, up=up)
         uv = unit_square(result.uv) if units == "square" else result.uv
         measured = quality(V, F, uv, RINGS if rings is None and in_lengths else rings)
     write = partial(make_writer(job), mesh=mesh, TC=uv)
@@ -178,7 +178,7 @@ def flatten_cortex(
     flats = flatten_hemispheres(
         job.mesh,
         names,
-        build_method(method, weight=weight),
+        method=build_method(method, weight=weight),
         cuts=cuts,
         medial_wall=medial_wall,
         template=given,

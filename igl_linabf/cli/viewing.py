@@ -37,7 +37,9 @@ def view_mesh(
     from ..plot import view
 
     V, F = read_mesh(job.mesh)
-    draw = partial(view, V, F, method, boundary=boundary, cones=cones, measure=measure, frequency=frequency)
+    draw = partial(
+        view, V, F, method=method, boundary=boundary, cones=cones, measure=measure, frequency=frequency
+    )
     if job.picture is None:
         draw(title=f"igl_linabf: {job.mesh.name}", save_as=job.mesh.stem)  # in the current folder
     else:

@@ -91,8 +91,8 @@ class FlatHemisphere:
 def flatten_hemisphere(
     subject: str | os.PathLike[str],
     hemisphere: HemisphereName,
-    method: str | Method = "isometric",
     *,
+    method: str | Method = "isometric",
     cuts: CutsFrom = "template",
     medial_wall: WallFrom = "template",
     template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
@@ -185,8 +185,8 @@ def flatten_hemisphere(
 def flatten_hemispheres(
     subject: str | os.PathLike[str],
     hemispheres: Iterable[HemisphereName] = HEMISPHERES,
-    method: str | Method = "isometric",
     *,
+    method: str | Method = "isometric",
     cuts: CutsFrom = "template",
     medial_wall: WallFrom = "template",
     template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
@@ -230,7 +230,7 @@ def flatten_hemispheres(
         return flatten_hemisphere(
             subject,
             name,
-            method,
+            method=method,
             cuts=cuts,
             medial_wall=medial_wall,
             template=of_it,  # type: ignore[arg-type]
@@ -291,7 +291,7 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
         )
     surface = Submesh.checked(given.V, given.F[patch.rows])
     with progress_part("flattening", 0.8):
-        result = flatten(surface.V, surface.F, method)
+        result = flatten(surface.V, surface.F, method=method)
     with progress_part("measuring", 1.0):
         distances = Distances.within(surface.as_manifold(), most=SOURCES)
         uv = rotate_superior_up(result.uv, surface.V) * distances.best_scale(result.uv)

@@ -57,7 +57,7 @@ def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
     if sum(map(len, patch.pieces)) > CRUMBS_SHARE * len(given.V):
         return np.inf
     surface = Submesh.checked(given.V, given.F[patch.rows])
-    uv = flatten(surface.V, surface.F, "isometric").uv
+    uv = flatten(surface.V, surface.F, method="isometric").uv
     distances = Distances.within(surface.as_manifold(), most=SOURCES)
     return distances.error(uv * distances.best_scale(uv))
 

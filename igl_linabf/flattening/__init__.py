@@ -9,7 +9,7 @@ from .baselines import bare_lscm, far_pins
 from .boundary_shapes import BoundaryName
 from .comparison import Comparison, Entry, compare, medians
 from .flattener import Flattener
-from .functions import Fit, abf, flatten, linabf, linabf_angles, lscm
+from .functions import Fit, abf, flatten, isometric, linabf, linabf_angles, lscm
 from .many_meshes import flatten_many, flatten_together
 from .methods import (
     ABF,

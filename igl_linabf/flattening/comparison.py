@@ -158,13 +158,13 @@ def compare(
     first = list[Flattening]()
     for i, (method, given) in enumerate(zip(chosen, options, strict=True), 1):
         with progress_part(method.name, i / len(chosen) / (1 + repeat)):
-            first.append(flatten(V, F, method, **given))
+            first.append(flatten(V, F, method=method, **given))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the runs above have already issued them
         mesh = planar_mesh(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
         calls += [
-            partial(flatten, V, F, method, progress=False, **given)
+            partial(flatten, V, F, method=method, progress=False, **given)
             for method, given in zip(chosen, options, strict=True)
         ]
         calls[0]()

@@ -43,10 +43,10 @@ class Flattener:
     def flatten(
         self,
         V: ArrayLike,
-        method: str | Method = "linabf",
         b: ArrayLike | None = None,
         bc: ArrayLike | None = None,
         *,
+        method: str | Method = "linabf",
         outer: int | None = None,
         boundary: BoundaryName | ArrayLike = "free",
         corners: ArrayLike | None = None,
@@ -59,7 +59,7 @@ class Flattener:
         ----------
         V : (#V, 3) float
             Vertex positions.
-        method, b, bc, outer, boundary, corners, up, progress
+        b, bc, method, outer, boundary, corners, up, progress
             As in `igl_linabf.flatten`; they may differ between calls.
 
         Returns
@@ -77,7 +77,7 @@ class Flattener:
         --------
         >>> import igl
         >>> V, F = igl.icosahedron()
-        >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
+        >>> Flattener(F[1:]).flatten(V, [0, 1], [[0, 0], [1, 0]], method="abf").uv.shape
         (12, 2)
         """
         return flatten_mesh(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up)

@@ -36,7 +36,7 @@ from ..surface import (
 )
 from .boundary_shapes import BoundaryName, resolve_shape
 from .constants import ABF_TOL, MOST_STRETCH, TOL
-from .methods import ABF, Iterations, LinABF, Method, method_of
+from .methods import ABF, AREA_WEIGHT, ISOMETRIC_TOL, Isometric, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
 Fit = Literal["area", "lengths"]
@@ -141,7 +141,8 @@ def linabf(
     (12, 2)
     """
     method = LinABF(iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver)
-    return _warn_if_bad(flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)).uv
+    result = flatten(V, F, b, bc, method=method, outer=outer, boundary=boundary, corners=corners)
+    return _warn_if_bad(result).uv
 
 
 def abf(
@@ -201,10 +202,61 @@ def abf(
     (12, 2)
     """
     method = ABF(layout, tol, threshold, guarantee, solver)
-    result = flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)
+    result = flatten(V, F, b, bc, method=method, outer=outer, boundary=boundary, corners=corners)
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return _warn_if_bad(result).uv
+
+
+def isometric(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    outer: int | None = None,
+    weight: float = AREA_WEIGHT,
+    tol: float = ISOMETRIC_TOL,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Compute the map that preserves lengths as well as possible, without flipped triangles.
+
+    `Isometric` defines the energy that is minimised. Pins are met as well as possible without flips.
+
+    Parameters
+    ----------
+    V, F, b, bc, outer : see `linabf`
+        As in `linabf`.
+    weight, tol, solver : see `Isometric`
+        As in `Isometric`.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that belong to no face.
+
+    Raises
+    ------
+    MeshError
+        As in `linabf`.
+    ValueError
+        An option has a value that is not allowed.
+
+    Warns
+    -----
+    OutcomeWarning
+        No map without flipped triangles was found to start from, or the map is stretched too much to be
+        useful.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> isometric(V, F[1:], weight=4).shape
+    (12, 2)
+    """
+    method = Isometric(weight, tol, solver)
+    return _warn_if_bad(flatten(V, F, b, bc, method=method, outer=outer)).uv
 
 
 def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
@@ -239,7 +291,7 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
     >>> lscm(V, F[1:], [0, 1], [[0, 0], [1, 0]]).shape
     (12, 2)
     """
-    return _warn_if_bad(flatten(V, F, "lscm", b, bc)).uv
+    return _warn_if_bad(flatten(V, F, b, bc, method="lscm")).uv
 
 
 def linabf_angles(
@@ -281,7 +333,7 @@ def linabf_angles(
     True
     """
     method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
-    return _warn_if_bad(flatten(V, F, method, outer=outer)).angles
+    return _warn_if_bad(flatten(V, F, method=method, outer=outer)).angles
 
 
 def _warn_if_bad(result: Flattening) -> Flattening:
@@ -294,10 +346,10 @@ def _warn_if_bad(result: Flattening) -> Flattening:
 def flatten(
     V: ArrayLike,
     F: ArrayLike,
-    method: str | Method = "linabf",
     b: ArrayLike | None = None,
     bc: ArrayLike | None = None,
     *,
+    method: str | Method = "linabf",
     outer: int | None = None,
     boundary: BoundaryName | ArrayLike = "free",
     corners: ArrayLike | None = None,
@@ -313,16 +365,16 @@ def flatten(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
-    method : str or method object
-        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": a compromise
-        that also preserves areas. For comparison: "abf++1", a single Newton step of ABF++; "lscm",
-        `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins; "dncp", the energy of LSCM
-        from cotangents. A name stands for the method with its default options. To set options, pass an
-        object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     b, bc : (#b,) int and (#b, 2) float, optional
         Two or more pinned vertices and their positions, as in `igl.lscm`. Two pins determine the placement of
         the map. More pins are constraints of the least-squares layout, of "lscm" and "dncp", and of
         "isometric", which meets them as well as possible without flips. "scp" takes two pins.
+    method : str or method object
+        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": a compromise
+        that also preserves areas. For comparison: "one-step-abf++", a single Newton step of ABF++; "lscm",
+        `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins; "dncp", the energy of LSCM
+        from cotangents. A name stands for the method with its default options. To set options, pass an
+        object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default, the longest loop is the
         outer loop.

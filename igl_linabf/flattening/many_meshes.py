@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from functools import partial
 from time import perf_counter
-from typing import cast
+from typing import Literal, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,13 +31,36 @@ TOGETHER = 4 * LARGEST_TOGETHER  # triangles per system
 Arrays = tuple[FloatArray, IntArray]
 
 
+@overload
 def flatten_many(
     meshes: Sequence[tuple[ArrayLike, ArrayLike]],
-    method: str | Method = "linabf",
     *,
+    method: str | Method = "linabf",
     boundary: BoundaryName = "free",
+    errors: Literal["raise"] = "raise",
     progress: Progress = None,
-) -> list[Flattening | MeshError]:
+) -> list[Flattening]: ...
+
+
+@overload
+def flatten_many(
+    meshes: Sequence[tuple[ArrayLike, ArrayLike]],
+    *,
+    method: str | Method = "linabf",
+    boundary: BoundaryName = "free",
+    errors: Literal["return"],
+    progress: Progress = None,
+) -> list[Flattening | MeshError]: ...
+
+
+def flatten_many(
+    meshes: Sequence[tuple[ArrayLike, ArrayLike]],
+    *,
+    method: str | Method = "linabf",
+    boundary: BoundaryName = "free",
+    errors: Literal["raise", "return"] = "raise",
+    progress: Progress = None,
+) -> list[Flattening] | list[Flattening | MeshError]:
     """Flatten many meshes at once: the same results as a loop of `flatten`, in less time.
 
     Small disks are combined into linear systems, because they do not interact. A system is assembled,
@@ -54,20 +77,25 @@ def flatten_many(
         As in `flatten`.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for all meshes; the corners of rectangles are detected.
+    errors : {"raise", "return"}
+        If `flatten` raises a `MeshError` for a mesh, "raise" raises it with the index of the mesh, and
+        "return" puts it into the list in place of the result.
     progress : callable or False, optional
         As in `flatten`.
 
     Returns
     -------
-    list of Flattening or MeshError
+    list of Flattening, or of Flattening and MeshError
         Results in the order of `meshes`. Maps and angles agree with `flatten` to 1e-10, and outcomes and
-        attempts are the same. If `flatten` raises a `MeshError` for a mesh, the error is the result. The
-        `seconds` of meshes that were solved together are divided in proportion to their triangles.
+        attempts are the same. The `seconds` of meshes that were solved together are divided in proportion to
+        their triangles.
 
     Raises
     ------
+    MeshError
+        With errors="raise": as in `flatten`, for the first bad mesh.
     ValueError
-        The name of the method is unknown.
+        The name of the method or the value of `errors` is unknown.
 
     Warns
     -----
@@ -78,11 +106,13 @@ def flatten_many(
     --------
     >>> import igl
     >>> V, F = igl.icosahedron()
-    >>> disk, closed = flatten_many([(V, F[1:]), (V, F)])
+    >>> disk, closed = flatten_many([(V, F[1:]), (V, F)], errors="return")
     >>> disk.outcome.value, str(closed)[:18]
     ('valid', 'the mesh is closed')
     """
     chosen, given = method_of(method), list(meshes)
+    if errors not in ("raise", "return"):
+        raise ValueError(f"errors is {errors!r}: use 'raise' or 'return'")
     with reporting(progress):
         made: list[Flattening | MeshError | None] = [None] * len(given)
         arrays = [_arrays(mesh) for mesh in given]
@@ -94,7 +124,10 @@ def flatten_many(
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with progress_part("alone", (k + 1) / len(left)):
-                made[i] = _flatten_alone(given[i], chosen, boundary)
+                alone = _flatten_alone(given[i], chosen, boundary)
+            if errors == "raise" and isinstance(alone, MeshError):
+                raise type(alone)(f"mesh {i}: {alone}")
+            made[i] = alone
     return [result for result in made if result is not None]
 
 
@@ -139,7 +172,7 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
     except (TypeError, ValueError):
         return MeshError(f"a mesh is given as a {type(mesh).__name__}: pass its vertices and faces, (V, F)")
     try:
-        return flatten(V, F, method, boundary=boundary)
+        return flatten(V, F, method=method, boundary=boundary)
     except MeshError as error:
         return error.with_traceback(None)  # a traceback would keep the arrays of all its frames alive
 

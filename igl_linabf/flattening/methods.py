@@ -58,7 +58,7 @@ class Method:
         if not options.keys() <= set(known):
             unknown = next(option for option in options if option not in known)
             has = f"its options are {', '.join(known)}" if known else "it has no options"
-            raise TypeError(f"{cls.__name__} has no option {unknown!r}: {has}")
+            raise ValueError(f"{cls.__name__} has no option {unknown!r}: {has}")
         return super().__new__(cls)
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
@@ -84,7 +84,7 @@ class LinABF(Method):
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> igl_linabf.flatten(V, F[1:], LinABF(iterations=1)).iterations
+    >>> igl_linabf.flatten(V, F[1:], method=LinABF(iterations=1)).iterations
     1
     """
 
@@ -146,7 +146,7 @@ class ABF(Method):
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> igl_linabf.flatten(V, F[1:], ABF(tol=1e-7)).outcome.value
+    >>> igl_linabf.flatten(V, F[1:], method=ABF(tol=1e-7)).outcome.value
     'converged'
     """
 
@@ -207,7 +207,7 @@ class Isometric(Method):
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> maps = [igl_linabf.flatten(V, F[1:], Isometric(weight=w)).uv for w in (0, 1, 4)]
+    >>> maps = [igl_linabf.flatten(V, F[1:], method=Isometric(weight=w)).uv for w in (0, 1, 4)]
     >>> [round(igl_linabf.quality(V, F[1:], uv).area_distortion, 2) for uv in maps]
     [1.08, 0.53, 0.21]
     """
@@ -249,7 +249,7 @@ class OneStepABFpp(Method):
         As in `igl_linabf.linabf`.
     """
 
-    name = "abf++1"
+    name = "one-step-abf++"
     label = "ABF++, one step"
 
     layout: LayoutName = "auto"

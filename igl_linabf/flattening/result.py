@@ -16,7 +16,7 @@ from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh
 
 NO_INDICES: IntArray = np.empty(0, dtype=np.int64)
 Guarantee = Literal["injective"]
-StageName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
+StageName = Literal["linear step", "active set", "converged abf", "feasible abf", "injective", "isometric"]
 
 
 class Outcome(str, Enum):
@@ -175,7 +175,7 @@ class Attempt:
 
     Attributes
     ----------
-    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"}
+    name : {"linear step", "active set", "converged abf", "feasible abf", "injective", "isometric"}
     status : Status
     flips : int or None
         Flipped triangles of the map; None if the attempt stopped before the layout.

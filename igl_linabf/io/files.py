@@ -37,6 +37,8 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     ------
     MeshError
         The file is damaged or has no triangles; the message names the line.
+    ValueError
+        The suffix is unknown.
     OSError
         The file does not exist or cannot be read.
 
@@ -97,7 +99,7 @@ def read_file(
     MeshError
         The file is damaged or has no faces; or the surface of a patch is missing or does not match it.
     ValueError
-        A surface is given, but the file is not a patch.
+        The suffix is unknown, or a surface is given, but the file is not a patch.
     ImportError
         The package that reads this format is missing; the message states the pip command.
     OSError
@@ -170,7 +172,9 @@ def write_file(
     Raises
     ------
     MeshError
-        The suffix is unknown, the format cannot hold an image, or the arrays do not match the faces.
+        The arrays do not match the faces.
+    ValueError
+        The suffix is unknown, or the format cannot hold an image or second texture coordinates.
     ImportError
         The package that writes this format is missing.
     OSError
@@ -212,7 +216,9 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        It is not an OBJ or PLY file, it is damaged, or a corner has no texture coordinates.
+        The file is damaged, or a corner has no texture coordinates.
+    ValueError
+        It is not an OBJ or PLY file.
     OSError
         The file does not exist or cannot be read.
 
@@ -227,7 +233,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     """
     path = Path(path)
     if path.suffix.lower() not in (".obj", ".ply"):
-        raise MeshError(f"{path} is not an OBJ or PLY file: texture coordinates are read only from these")
+        raise ValueError(f"{path} is not an OBJ or PLY file: texture coordinates are read only from these")
     found = parse_file(path)
     if not len(found.polygons):
         raise _make_no_faces_error(path, found)
@@ -305,8 +311,9 @@ def write_mesh(
     Raises
     ------
     MeshError
-        The suffix is unknown, indices are out of range, or coordinates are not finite or
-        too large for 32-bit floats.
+        Indices are out of range, or coordinates are not finite or too large for 32-bit floats.
+    ValueError
+        The suffix is unknown.
     OSError
         The file cannot be written. In that case nothing is left behind.
 
@@ -355,7 +362,9 @@ def write_textured(
     Raises
     ------
     MeshError
-        The suffix is unsupported, or an array has the wrong shape.
+        An array has the wrong shape.
+    ValueError
+        The suffix is unknown, or the format cannot hold an image.
     OSError
         The file cannot be written, or a file next to it exists. In that case nothing is left behind.
 

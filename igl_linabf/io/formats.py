@@ -158,7 +158,9 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
         if head == PATCH_MAGIC or suffix in PATCH_SUFFIXES:
             return _parse_patch(path, surface)
         if not head.startswith(FREESURFER_MAGIC):
-            raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READABLE_SUFFIXES)}")
+            raise ValueError(
+                f"{path} is not a mesh file: use one that ends in {', '.join(READABLE_SUFFIXES)}"
+            )
     if surface is not None:
         raise ValueError(f"{path} is not a patch, and contains its own surface: leave out the surface")
     if suffix in BYTE_READERS:
@@ -394,14 +396,14 @@ def write_atomically(
     path = Path(path)
     suffix = suffix_of(path)
     if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
+        raise ValueError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
-        raise MeshError(f"{path} cannot hold an image: write one of {', '.join(WITH_IMAGES)}")
+        raise ValueError(f"{path} cannot hold an image: write one of {', '.join(WITH_IMAGES)}")
     if texcoord and suffix not in WITH_TWO_MAPS:
         known = ", ".join(WITH_TWO_MAPS)
-        raise MeshError(f"{path} holds one set of texture coordinates: write one of {known}")
+        raise ValueError(f"{path} holds one set of texture coordinates: write one of {known}")
     if texcoord and image is not None:
-        raise MeshError("an image needs the first texture coordinates: leave out the image or texcoord=1")
+        raise ValueError("an image needs the first texture coordinates: leave out the image or texcoord=1")
     images = _select_images(encode_images(image), suffix)
     new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
     rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in GLTF_SUFFIXES
@@ -459,7 +461,7 @@ def _select_images(images: Images | None, suffix: str) -> Images | None:
     if images is None:
         return None
     if suffix == ".3mf" and images.pages > 1:
-        raise MeshError(
+        raise ValueError(
             f"3MF files are written with one texture, and the atlas has {images.pages} pages: write GLB or "
             "OBJ, or use one page"
         )

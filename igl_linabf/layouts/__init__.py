@@ -27,6 +27,6 @@ from .isometry import (
     draw_to_pins,
     embed_in_boundary,
     injective,
-    isometric,
     isometric_together,
+    make_isometric,
 )

@@ -245,7 +245,7 @@ def check_method(method: str) -> None:
 def check_pins(method: LayoutName, pinned: Pins | None) -> None:
     """Raise an error if the layout cannot meet all pins."""
     if shape_is_pinned(pinned) and method in ("boundary", "greedy"):
-        raise MeshError(
+        raise ValueError(
             f"layout={method!r} is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, "
             "or use layout='least-squares' or 'auto'"
         )

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray
 from ..charts import Atlas
-from ..errors import MeshError
 from ..io import import_optional, replacing
 from .pieces import MILLIMETRES, Pattern, pattern_of
 
@@ -112,9 +111,9 @@ def write_pattern(
     Raises
     ------
     MeshError
-        The suffix is unknown, or the arrays do not match.
+        The arrays do not match.
     ValueError
-        `units`, `grain`, `up` or `paper` has an invalid value.
+        The suffix is unknown, or `units`, `grain`, `up` or `paper` has an invalid value.
     ImportError
         The package that writes this format is missing; the message has the pip command.
     OSError
@@ -134,7 +133,7 @@ def write_pattern(
     """
     path = Path(path)
     if path.suffix.lower() not in WRITERS:
-        raise MeshError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
+        raise ValueError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
     pattern = pattern_of(V, F, atlas, units, crease, grain, up)

@@ -98,7 +98,7 @@ class MapCache:
         plain, shapes = request.trade is None and not request.drawn, method_of(method).shapes
         with_cones = plain and self._cones is not None and shapes
         if not with_cones and plain and (self.planar or self._boundary != "free"):
-            uv = flatten(self.V, self.F, method, boundary=self._boundary if shapes else "free").uv
+            uv = flatten(self.V, self.F, method=method, boundary=self._boundary if shapes else "free").uv
             drawn = build_scene(self.V, self.F, uv)
             if self._maps:  # all maps have the same orientation
                 drawn = drawn.fit_map(next(iter(self._maps.values())).drawn)

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray
 from ..charts import Atlas
-from ..errors import MeshError
 from ..measures import Measure, quality
 from ..remesh import QuadGrid
 from ..surface import vertex_array
@@ -302,7 +301,9 @@ def plot_compare(
     Raises
     ------
     MeshError
-        `maps` is empty, or the arrays do not match.
+        The arrays do not match.
+    ValueError
+        `maps` is empty.
 
     Examples
     --------
@@ -316,7 +317,7 @@ def plot_compare(
     >>> plotter.close()
     """
     if not maps:
-        raise MeshError("maps is empty: give at least one flat map with its name")
+        raise ValueError("maps is empty: give at least one flat map with its name")
     scenes = [build_scene(V, F, uv, seams) for uv in maps.values()]
     single = [i for i, uv in enumerate(maps.values()) if not isinstance(uv, Atlas)]
     for i in single[1:]:

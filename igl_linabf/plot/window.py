@@ -131,8 +131,8 @@ class Viewer:
         self,
         V: ArrayLike,
         F: ArrayLike,
-        method: str = "linabf",
         *,
+        method: str = "linabf",
         frequency: float = 30.0,
         measure: Measure | None = None,
         boundary: BoundaryName = "free",
@@ -383,8 +383,8 @@ class Viewer:
 def view(
     V: ArrayLike,
     F: ArrayLike,
-    method: str = "linabf",
     *,
+    method: str = "linabf",
     screenshot: str | bool = False,
     off_screen: bool | None = None,
     title: str = "igl_linabf",
@@ -430,7 +430,7 @@ def view(
     hidden = pv.OFF_SCREEN if off_screen is None else off_screen
     if not hidden and not has_display():
         raise OSError(NO_DISPLAY)
-    viewer = Viewer(V, F, method, off_screen=hidden, **options)
+    viewer = Viewer(V, F, method=method, off_screen=hidden, **options)
     with pv.vtk_verbosity("error"):
         viewer.plotter.show(title=title, screenshot=screenshot)
     return viewer

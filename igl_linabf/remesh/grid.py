@@ -77,7 +77,9 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     ------
     MeshError
         The surface is not an oriented manifold, the map has flipped triangles or winds more than
-        once around a vertex, or `spacing` is not positive or gives more than ten million cells.
+        once around a vertex, or `spacing` gives more than ten million cells.
+    ValueError
+        `spacing` is not positive.
 
     Examples
     --------
@@ -103,7 +105,7 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     if spacing is None:
         spacing = float(np.sqrt(area / DEFAULT_CELLS))
     if not is_number(spacing, 0, np.finfo(float).max, above=True):
-        raise MeshError(f"spacing is {spacing!r}: give a positive distance between lines in uv")
+        raise ValueError(f"spacing is {spacing!r}: give a positive distance between lines in uv")
     crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # number of crossings of edges and lines
     cells = max(area / spacing**2, crossed)
     if cells > MAX_CELLS:

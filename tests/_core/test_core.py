@@ -74,7 +74,7 @@ def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str
 def test_both_builds_give_the_same_maps(
     name: str, method: str, by_baseline: dict[tuple[str, str], il.flattening.Flattening]
 ) -> None:
-    fast, plain = il.flatten(*load(name), method), by_baseline[name, method]
+    fast, plain = il.flatten(*load(name), method=method), by_baseline[name, method]
     if method == "abf" and name in LONG:
         return  # rounding errors grow over hundreds of steps
     assert np.abs(fast.angles - plain.angles).max() < 1e-9

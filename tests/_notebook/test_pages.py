@@ -64,7 +64,7 @@ def test_the_faces_of_a_result_are_those_of_the_caller() -> None:
     V, F = np.vstack((np.full((1, 3), np.nan), V)), F + 1  # a vertex that no face uses
     for method in ("linabf", "lscm"):
         with pytest.warns(MeshWarning, match="belong to no face"):
-            result = flatten(V, F, method)
+            result = flatten(V, F, method=method)
         assert np.array_equal(result.F, F)
         assert outlines(parsed(result._repr_html_())) == [1]
 

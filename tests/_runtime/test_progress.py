@@ -38,8 +38,8 @@ def test_fractions_rise_to_one() -> None:
     closed = igl.upsample(*igl.icosahedron(), 2)
     for call, stages in (
         (lambda record: flatten(V, F, progress=record), {"check", "step", "chord", "layout", "done"}),
-        (lambda record: flatten(V, F, "abf", progress=record), {"anchored", "layout", "done"}),
-        (lambda record: flatten(V, F, "lscm", progress=record), {"done"}),
+        (lambda record: flatten(V, F, method="abf", progress=record), {"anchored", "layout", "done"}),
+        (lambda record: flatten(V, F, method="lscm", progress=record), {"done"}),
         (lambda record: unwrap(*closed, progress=record), {"seams", "charts", "layout", "packing", "done"}),
     ):
         record = Record()

@@ -102,7 +102,7 @@ def test_less_distortion_than_igl_lscm_on_the_same_cut(name: str) -> None:
         corners = V[atlas.origin[used]]
         faces = flat.reshape(-1, 3)
         ours.append(chart.quality.angle_distortion * len(faces))
-        lscm = quality(corners, faces, flatten(corners, faces, "lscm").uv)
+        lscm = quality(corners, faces, flatten(corners, faces, method="lscm").uv)
         theirs.append(lscm.angle_distortion * len(faces))
     assert sum(ours) < sum(theirs)
     if name == "bunny":
@@ -206,7 +206,7 @@ def test_troubles_describe_faulty_charts() -> None:
 
 def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
     V, F = load("crown")
-    whole = flatten(V, F, "lscm")
+    whole = flatten(V, F, method="lscm")
     assert whole.outcome is Outcome.FLIPPED
     piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
     near = np.isin(F, F[whole.flipped]).any(axis=1)

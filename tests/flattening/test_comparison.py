@@ -20,7 +20,7 @@ def test_every_method_has_its_row_with_its_figures() -> None:
     table = compare(V, F, list(METHODS), repeat=1, others=False)
     assert list(table.entries) == [method.label for method in METHODS.values()]
     for method, (label, entry) in zip(METHODS, table.entries.items(), strict=True):
-        assert (entry.uv == flatten(V, F, method).uv).all()
+        assert (entry.uv == flatten(V, F, method=method).uv).all()
         assert entry.quality == quality(V, F, entry.uv)
         assert entry.ratio > 0
         (line,) = (line for line in str(table).splitlines() if line.startswith(label + "  "))
@@ -64,7 +64,9 @@ def test_another_programs_map_joins_where_it_is_installed(name: str) -> None:
     V, F = load("bumps")
     entry = compare(V, F, ["lscm"], repeat=1).entries[name]
     assert entry.quality.flips == 0
-    assert entry.quality.angle_distortion < 1.2 * quality(V, F, flatten(V, F, "lscm").uv).angle_distortion
+    assert (
+        entry.quality.angle_distortion < 1.2 * quality(V, F, flatten(V, F, method="lscm").uv).angle_distortion
+    )
     assert entry.ratio > 0
 
 

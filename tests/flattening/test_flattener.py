@@ -30,7 +30,7 @@ def test_each_call_returns_what_flatten_does_to_the_bit(name: str, method: objec
     V, F = load(name)
     flattener = il.Flattener(F)
     for k in (0, 1, 2):
-        assert_same(flattener.flatten(moved(V, k), method), il.flatten(moved(V, k), F, method))
+        assert_same(flattener.flatten(moved(V, k), method=method), il.flatten(moved(V, k), F, method=method))
 
 
 def test_each_call_has_its_own_method_pins_and_outer_loop() -> None:
@@ -38,11 +38,11 @@ def test_each_call_has_its_own_method_pins_and_outer_loop() -> None:
     loop = igl.boundary_loop_all(F)[-1]
     flattener = il.Flattener(F)
     calls = [
-        (("linabf",), {}),
-        (("abf", [0, 9], [[0, 0], [2, 1]]), {}),
-        ((il.LinABF(layout="least-squares"),), {"outer": loop[0]}),
-        ((il.LinABF(solver="direct"),), {}),
-        (("linabf",), {}),
+        ((), {}),
+        (([0, 9], [[0, 0], [2, 1]]), {"method": "abf"}),
+        ((), {"method": il.LinABF(layout="least-squares"), "outer": loop[0]}),
+        ((), {"method": il.LinABF(solver="direct")}),
+        ((), {}),
     ]
     for args, options in calls:
         assert_same(flattener.flatten(V, *args, **options), il.flatten(V, F, *args, **options))

@@ -29,7 +29,7 @@ def one_by_one(V: object, F: object, method: object = "linabf") -> il.flattening
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            return il.flatten(V, F, method)
+            return il.flatten(V, F, method=method)
         except il.MeshError as error:
             return error
 
@@ -81,7 +81,7 @@ def varied() -> dict[str, Surface]:
 )
 def test_the_same_as_a_loop(method: object) -> None:
     meshes = dict(reversed(varied().items()))  # surfaces that are not disks come first
-    together = il.flatten_many(list(meshes.values()), method)
+    together = il.flatten_many(list(meshes.values()), method=method, errors="return")
     assert len(together) == len(meshes)
     for (name, mesh), made in zip(meshes.items(), together, strict=True):
         alone = one_by_one(*mesh, method)
@@ -112,7 +112,9 @@ def test_the_same_as_a_loop(method: object) -> None:
 def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
     good = bumps(80)
     bad = [(V, F) for V, F, *_ in bad_input.REFUSED.values()]
-    made = il.flatten_many([mesh for pair in bad for mesh in (good, pair)] + [None, (1,), good])
+    made = il.flatten_many(
+        [mesh for pair in bad for mesh in (good, pair)] + [None, (1,), good], errors="return"
+    )
     for mesh, result in zip(bad, made[1::2], strict=False):
         expected = one_by_one(*mesh)
         assert isinstance(result, type(expected))
@@ -123,6 +125,10 @@ def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
         np.testing.assert_allclose(result.uv, alone.uv, rtol=0, atol=1e-10)
     assert all(isinstance(result, il.MeshError) for result in made[-3:-1])
     assert il.flatten_many([]) == []
+    with pytest.raises(il.MeshError, match=r"^mesh 1: the mesh is closed"):
+        il.flatten_many([good, igl.icosahedron()])
+    with pytest.raises(ValueError, match=r"^errors is 'ignore': use 'raise' or 'return'"):
+        il.flatten_many([good], errors="ignore")
 
 
 def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,7 +139,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     made = []
     for threads in "1", "3":
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        made.append(il.flatten_many(meshes))
+        made.append(il.flatten_many(meshes, errors="return"))
     for one, three in zip(*made, strict=True):
         np.testing.assert_array_equal(one.uv, three.uv)
         assert str(one).split("seconds")[0] == str(three).split("seconds")[0]

@@ -33,10 +33,10 @@ def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(metho
     with pytest.raises(
         MeshError, match=r"are mirrored: they run clockwise .* mirror the positions, as bc \* "
     ):
-        flatten(V, F, method, b, clockwise)
+        flatten(V, F, b, clockwise, method=method)
     # both remedies of the message help
     for faces, at in ((F, clockwise * [1, -1]), (F[:, ::-1], clockwise)):
-        made = flatten(V, faces, method, b, at)
+        made = flatten(V, faces, b, at, method=method)
         assert made.outcome.good
         assert np.allclose(made.uv[b], at, atol=1e-6)
 
@@ -45,7 +45,7 @@ def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(metho
 def test_all_vertices_pinned_to_a_mirrored_map_are_refused(method: str) -> None:
     V, F = dome()
     with pytest.raises(MeshError, match="are mirrored"):
-        flatten(V, F, method, np.arange(len(V)), flatten(V, F).uv * [1, -1])
+        flatten(V, F, np.arange(len(V)), flatten(V, F).uv * [1, -1], method=method)
 
 
 def test_lscm_refuses_it_too() -> None:
@@ -59,7 +59,7 @@ def test_pins_that_nothing_meets_leave_a_map_of_their_size() -> None:
     V, F = dome()
     b = np.asarray(igl.boundary_loop(F))
     bc = np.random.default_rng(0).permutation(igl.map_vertices_to_circle(V, b))
-    made = flatten(V, F, "isometric", b, bc)
+    made = flatten(V, F, b, bc, method="isometric")
     assert len(made.flipped) == 0
     assert "pins are missed" in made.message
     assert 0.5 < np.ptp(made.uv, axis=0).min() < np.ptp(made.uv, axis=0).max() < 8

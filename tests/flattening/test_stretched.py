@@ -53,7 +53,7 @@ def test_what_is_of_use_is_not_warned_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert flatten(*tube(3)).outcome.good
-        assert flatten(*tube(9), "isometric").outcome.good
+        assert flatten(*tube(9), method="isometric").outcome.good
 
 
 def test_of_many_meshes_those_that_are_stretched_are_named() -> None:

@@ -28,7 +28,7 @@ def shell(turn: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -3), (0, 1, 0)])
 def test_the_map_is_turned_so_that_the_direction_points_up(method: str, up: tuple[float, ...]) -> None:
     V, F = shell()
-    plain, turned = flatten(V, F, method), flatten(V, F, method, up=up)
+    plain, turned = flatten(V, F, method=method), flatten(V, F, method=method, up=up)
     z, other = (uv.uv @ [1, 1j] for uv in (plain, turned))
     assert np.allclose(np.abs(z - z.mean()), np.abs(other - other.mean()))  # the same map up to a rotation
     height = V @ np.array(up)
@@ -36,7 +36,7 @@ def test_the_map_is_turned_so_that_the_direction_points_up(method: str, up: tupl
     assert v > 0
     assert abs(u) < 0.2 * v if up[2] == 0 else abs(u) < 1e-3 * v
     assert len(turned.flipped) == 0
-    assert np.array_equal(Flattener(F).flatten(V, method, up=up).uv, turned.uv)
+    assert np.array_equal(Flattener(F).flatten(V, method=method, up=up).uv, turned.uv)
 
 
 def test_what_points_nowhere_is_said() -> None:
@@ -60,7 +60,7 @@ def test_no_triangle_is_turned_over_by_moving_the_map(asked: dict) -> None:
 def test_what_places_the_map_keeps_it() -> None:
     V, F = shell()
     with pytest.raises(ValueError, match="up does not go together with pins"):
-        flatten(V, F, "linabf", [0, 9], [[0, 0], [1, 0]], up=(0, 0, 1))
+        flatten(V, F, [0, 9], [[0, 0], [1, 0]], method="linabf", up=(0, 0, 1))
     with pytest.raises(ValueError, match="up does not go together with the rectangle's corners"):
         flatten(V, F, boundary="rectangle", up=(0, 0, 1))
     for bad in ((0, 0), (0, 0, 0), "z", (0, np.nan, 1)):

@@ -143,7 +143,7 @@ def test_drawings_and_pictures_are_whole_or_not_at_all(
 
 
 def test_invalid_output_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match=r"use \.obj, \.ply, \.glb"):
+    with pytest.raises(ValueError, match=r"use \.obj, \.ply, \.glb"):
         write_mesh(tmp_path / "atlas.fbx", V, F, TC, FTC)
     with pytest.raises(MeshError, match=r"faces 19 refer in FTC to rows outside 0\.\.9 of TC"):
         write_mesh(tmp_path / "atlas.obj", V, F, TC[:10], np.vstack((FTC[:1].repeat(19, 0), [[0, 1, 10]])))

@@ -51,7 +51,7 @@ def test_a_patch_keeps_the_numbers_and_flags_of_its_vertices_from_file_to_flat_f
     np.testing.assert_allclose(mesh.V, V, atol=1e-4)  # positions of the surface, not of the patch
     assert {tuple(face) for face in mesh.F.tolist()} == {tuple(f) for f in F[stays[F].all(axis=1)].tolist()}
     with pytest.warns(MeshWarning, match="belong to no face"):
-        uv = flatten(mesh.V, mesh.F, "isometric").uv
+        uv = flatten(mesh.V, mesh.F, method="isometric").uv
     flat = tmp_path / "lh.full.flat.patch.3d"
     write_file(flat, mesh, uv)
     rows = read_rows(flat)

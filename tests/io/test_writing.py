@@ -76,14 +76,16 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "text"),
-    [("a.obj", "hello\n"), ("a.off", "OFF\n3 1"), ("a.ply", "ply"), ("a.txt", "x"), ("a.stl", "")],
+    ("name", "text"), [("a.obj", "hello\n"), ("a.off", "OFF\n3 1"), ("a.ply", "ply"), ("a.stl", "")]
 )
 def test_files_that_are_not_meshes_are_refused(tmp_path, name: str, text: str) -> None:
     path = tmp_path / name
     path.write_text(text)
     with pytest.raises(MeshError, match=name):
         read_mesh(path)
+    (tmp_path / "a.txt").write_text(text)
+    with pytest.raises(ValueError, match="is not a mesh file: use one that ends in"):
+        read_mesh(tmp_path / "a.txt")
     with pytest.raises(FileNotFoundError):
         read_mesh(tmp_path / "nothing.obj")
 

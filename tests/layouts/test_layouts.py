@@ -55,7 +55,7 @@ def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> Non
 def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
     V, F = load(name)
     flat = V * [1, 1, 0]
-    result = flatten(flat, F, LinABF(layout=method))
+    result = flatten(flat, F, method=LinABF(layout=method))
     assert best_fit_distance(result.uv, flat[:, :2]) <= 1e-6
     assert result.outcome.value == "converged"
     assert result.iterations == 0
@@ -136,7 +136,7 @@ def test_pins_matter_little_after_one_step_and_not_after_convergence() -> None:
 @pytest.mark.parametrize("name", ["ball", "disk__igl_camel_b.obj"])
 def test_auto_takes_the_boundary_only_where_it_closes(name: str) -> None:
     V, F = load(name)
-    one = flatten(V, F, LinABF(iterations=1))
+    one = flatten(V, F, method=LinABF(iterations=1))
     assert one.gap > 1e-2
     assert one.layout == "least-squares"
     both = flatten(V, F)

@@ -54,7 +54,7 @@ def test_a_factor_that_does_not_fit_is_rejected_before_work_begins(bytes_free, m
     with pytest.raises(
         MemoryLimitError, match=r"factor of a system of \d,\d{3} rows would take about .* GiB"
     ):
-        flatten(V, F, LinABF(rtol=1e-10))
+        flatten(V, F, method=LinABF(rtol=1e-10))
 
 
 def test_a_mesh_that_does_not_fit_into_memory_is_rejected_with_an_estimate(bytes_free) -> None:
@@ -65,7 +65,7 @@ def test_a_mesh_that_does_not_fit_into_memory_is_rejected_with_an_estimate(bytes
     # a least-squares layout always needs a factor
     bytes_free(memory.BYTES_PER_FACE * len(F) + 1)
     with pytest.raises(MeshError, match="decimate the mesh"):
-        flatten(V, F, LinABF(layout="least-squares"))
+        flatten(V, F, method=LinABF(layout="least-squares"))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")

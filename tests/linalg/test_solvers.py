@@ -16,7 +16,7 @@ NAMES = ["auto", "direct", *["cholmod"] * has_cholmod()]
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camelhead.off"])
 def test_every_solver_gives_the_same_map(name: str) -> None:
     V, F = load(name)
-    maps = {s: flatten(V, F, LinABF(iterations=1, rtol=1e-11, solver=s)) for s in NAMES}
+    maps = {s: flatten(V, F, method=LinABF(iterations=1, rtol=1e-11, solver=s)) for s in NAMES}
     first = maps["auto"].uv
     for result in maps.values():
         assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
@@ -32,7 +32,7 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
 def test_solvers_agree_to_the_default_tolerance(name: str) -> None:
     V, F = load(name)
     for rtol, apart in (({}, 5e-3), ({"rtol": 1e-10}, 1e-8)):
-        first, *others = (flatten(V, F, LinABF(solver=s, **rtol)).uv for s in NAMES)
+        first, *others = (flatten(V, F, method=LinABF(solver=s, **rtol)).uv for s in NAMES)
         for uv in others:
             assert best_fit_distance(uv, first) <= apart
 
@@ -45,7 +45,7 @@ def test_results_are_the_same_without_scikit_sparse(monkeypatch) -> None:
         without = linabf(V, F, layout=name, rtol=1e-11)
         assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
     assert flatten(V, F).solver == f"conjugate gradients, {Cholesky.name}"
-    assert flatten(V, F, LinABF(iterations=1, solver="direct")).solver == f"direct, {Cholesky.name}"
+    assert flatten(V, F, method=LinABF(iterations=1, solver="direct")).solver == f"direct, {Cholesky.name}"
     with pytest.raises(ImportError, match="libsuitesparse-dev"):
         linabf(V, F, solver="cholmod")
 
@@ -74,7 +74,7 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
     assert factored == [n, slivers, n]  # the last factor belongs to the layout
     analysed.clear()
     factored.clear()
-    result = flatten(V, F, LinABF(iterations=12))
+    result = flatten(V, F, method=LinABF(iterations=12))
     assert analysed == [n, slivers]
     assert factored == [n, slivers] * result.iterations + [n]
 
@@ -85,16 +85,16 @@ def test_the_number_of_threads_does_not_change_a_bit(method: str, monkeypatch) -
     maps = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        maps.append(flatten(V, F, method))
+        maps.append(flatten(V, F, method=method))
     assert all((made.uv == maps[0].uv).all() for made in maps[1:])
 
 
 def test_the_system_is_factored_where_conjugate_gradients_do_not_converge(monkeypatch) -> None:
     V, F = load("cortex")
-    expected = flatten(V, F, LinABF(iterations=2, solver="direct"))
+    expected = flatten(V, F, method=LinABF(iterations=2, solver="direct"))
     monkeypatch.setattr(conjugate_gradients, "__defaults__", (2,))
     with pytest.warns(FallbackWarning, match="did not converge") as caught:
-        result = flatten(V, F, LinABF(iterations=2, rtol=1e-10, layout="greedy"))
+        result = flatten(V, F, method=LinABF(iterations=2, rtol=1e-10, layout="greedy"))
     assert len([w for w in caught if "did not converge" in str(w.message)]) == 1
     assert result.solver.startswith("direct")
     assert "after conjugate gradients" in result.solver
@@ -109,6 +109,6 @@ def test_a_singular_layout_is_an_error_with_a_location(monkeypatch) -> None:
 
     monkeypatch.setattr(Cholesky, "factor", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
-        flatten(V * [1, 1, 0], F, LinABF(layout="least-squares"))
+        flatten(V * [1, 1, 0], F, method=LinABF(layout="least-squares"))
     with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*faces \d+.*rad"):
         flatten(V, F)

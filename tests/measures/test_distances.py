@@ -44,7 +44,7 @@ def test_neighbours_are_within_the_rings_and_distances_are_shortest_paths() -> N
 
 def test_a_sample_of_vertices_estimates_the_error_of_all_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = bumps(3000)
-    uv = flatten(V, F, "isometric").uv
+    uv = flatten(V, F, method="isometric").uv
     sampled = distance_error(V, F, uv, 3)
     monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 10_000)
     assert sampled == pytest.approx(distance_error(V, F, uv, 3), abs=0.003)
@@ -52,10 +52,10 @@ def test_a_sample_of_vertices_estimates_the_error_of_all_vertices(monkeypatch: p
 
 def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = bumps(400)
-    by_area = flatten(V, F, "isometric").uv
-    few = distance_error(V, F, flatten(V, F, "isometric", fit="lengths").uv)
+    by_area = flatten(V, F, method="isometric").uv
+    few = distance_error(V, F, flatten(V, F, method="isometric", fit="lengths").uv)
     monkeypatch.setattr("igl_linabf.flattening.functions.FIT_SOURCES", 10_000)
-    uv = flatten(V, F, "isometric", fit="lengths").uv
+    uv = flatten(V, F, method="isometric", fit="lengths").uv
     least = distance_error(V, F, uv)
     assert all(distance_error(V, F, scale * uv) > least for scale in (0.98, 0.999, 1.001, 1.02))
     assert distance_error(V, F, by_area) >= least
@@ -84,4 +84,4 @@ def test_what_is_wrong_is_said() -> None:
     with pytest.raises(ValueError, match="fit is 'length'"):
         flatten(V, F, fit="length")
     with pytest.raises(ValueError, match="pins set the scale"):
-        flatten(V, F, "linabf", [0, 1], [[0, 0], [1, 0]], fit="lengths")
+        flatten(V, F, [0, 1], [[0, 0], [1, 0]], method="linabf", fit="lengths")

@@ -70,7 +70,7 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camel_b.obj"])
 def test_angles_and_flips_as_igl_counts_them(name: str) -> None:
     V, F = load(name)
-    uv = flatten(V, F, "lscm").uv
+    uv = flatten(V, F, method="lscm").uv
     uv[F[7, 0]] = uv[F[7, 1:]].mean(axis=0) + 0.2 * (uv[F[7, 1:]].mean(axis=0) - uv[F[7, 0]])  # flip it
     before, after = igl.internal_angles(V, F), igl.internal_angles(uv, F)
     q = quality(V, F, uv)

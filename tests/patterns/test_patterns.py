@@ -203,7 +203,7 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
 def test_invalid_arguments_of_patterns_are_refused(tmp_path: Path) -> None:
     V, F = box()
     atlas = unwrap(V, F, progress=False)
-    with pytest.raises(MeshError, match=r"use one that ends in \.svg, \.dxf, \.pdf"):
+    with pytest.raises(ValueError, match=r"use one that ends in \.svg, \.dxf, \.pdf"):
         write_pattern(tmp_path / "p.ai", V, F, atlas)
     with pytest.raises(ValueError, match="units is 'ell'"):
         write_pattern(tmp_path / "p.svg", V, F, atlas, "ell")

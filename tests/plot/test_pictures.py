@@ -72,7 +72,7 @@ def test_flipped_triangles_are_red(picture) -> None:
 
 def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
     V, F = load("bumps")
-    ours, lscm = linabf(V, F), flatten(V, F, "lscm").uv
+    ours, lscm = linabf(V, F), flatten(V, F, method="lscm").uv
     turned = ours @ np.array([[0.0, 5.0], [-5.0, 0.0]]) + 7
     path = tmp_path / "rows.png"
     plotter = plot_compare(

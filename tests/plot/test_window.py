@@ -403,7 +403,7 @@ def test_maps_are_cached_and_aligned(monkeypatch) -> None:
 
 def test_boundaries_and_cones_are_shown_for_methods_that_support_them() -> None:
     V, F = load("bumps")
-    viewer = Viewer(V, F, "lscm", boundary="circle", off_screen=True)
+    viewer = Viewer(V, F, method="lscm", boundary="circle", off_screen=True)
     loop = igl.boundary_loop(F)
     off = {}
     for _ in range(2):
@@ -425,7 +425,7 @@ def test_boundaries_and_cones_are_shown_for_methods_that_support_them() -> None:
 def test_invalid_arguments_of_the_window_are_refused() -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="method is 'magic'"):
-        view(V, F, "magic", off_screen=True)
+        view(V, F, method="magic", off_screen=True)
     with pytest.raises(MeshError, match="the same triangle"):
         view(V, np.vstack((F, F[:1])), off_screen=True)
     assert pv.OFF_SCREEN is False

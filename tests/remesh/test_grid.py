@@ -219,18 +219,18 @@ def test_written_polygons_can_be_read_back(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "spacing", "message"),
+    ("spoil", "spacing", "error", "message"),
     [
-        (lambda uv: uv * [1, -1], None, "flipped"),
-        (lambda uv: uv, -1.0, "positive"),
-        (lambda uv: uv, np.nan, "positive"),
-        (lambda uv: uv, 1e-7, "cells: give more"),
-        (lambda uv: uv[1:], None, "one row a vertex"),
+        (lambda uv: uv * [1, -1], None, MeshError, "flipped"),
+        (lambda uv: uv, -1.0, ValueError, "positive"),
+        (lambda uv: uv, np.nan, ValueError, "positive"),
+        (lambda uv: uv, 1e-7, MeshError, "cells: give more"),
+        (lambda uv: uv[1:], None, MeshError, "one row a vertex"),
     ],
 )
-def test_invalid_maps_and_spacings_are_refused(spoil, spacing, message) -> None:
+def test_invalid_maps_and_spacings_are_refused(spoil, spacing, error, message) -> None:
     V, F = load("bumps")
-    with pytest.raises(MeshError, match=message):
+    with pytest.raises(error, match=message):
         quad_grid(V, F, spoil(linabf(V, F)), spacing)
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MeshError, is_number, some
+from ...errors import is_number, some
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -36,10 +36,9 @@ class Cones:
 
     Raises
     ------
-    MeshError
-        The vertices or their angles are malformed.
     ValueError
-        `period` is out of its range, or an option needs another option that is not given.
+        The vertices or their angles are malformed, `period` is out of its range, or an option needs another
+        option that is not given.
 
     Examples
     --------
@@ -64,13 +63,13 @@ class Cones:
         if given.ndim == 0:
             found = isinstance(self.at, str) and self.at == "auto"
             if not found and (given.dtype.kind not in "iu" or given < 0):
-                raise MeshError(f"cones is {self.at!r}: give 'auto', a number of cones, or their vertices")
+                raise ValueError(f"cones is {self.at!r}: give 'auto', a number of cones, or their vertices")
             if not (angles is None or isinstance(angles, str)):
-                raise MeshError(
+                raise ValueError(
                     "angles need the vertices of the cones, which are yet to be found: give their vertices"
                 )
         elif given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
-            raise MeshError(
+            raise ValueError(
                 f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
                 "the indices of their vertices"
             )
@@ -85,13 +84,15 @@ class Cones:
 
 
 def _check_sums(angles: ArrayLike, n: int) -> None:
-    """Raise a `MeshError` unless `angles` are valid angle sums of `n` cones."""
+    """Raise a ValueError unless `angles` are valid angle sums of `n` cones."""
     sums = np.asarray(angles)
     if sums.shape != (n,) or sums.dtype.kind not in "iuf":
-        raise MeshError(f"angles has the shape {sums.shape} for {n} cones: give a number of radians for each")
+        raise ValueError(
+            f"angles has the shape {sums.shape} for {n} cones: give a number of radians for each"
+        )
     bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
     if len(bad):
-        raise MeshError(
+        raise ValueError(
             f"angles {some(bad)} of cones are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
             "above zero; a cone of curvature k has 2 pi - k"
         )

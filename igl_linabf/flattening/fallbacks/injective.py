@@ -5,7 +5,7 @@ from typing import Any
 
 from ..._runtime import timed
 from ..._types import ComplexArray
-from ...layouts import draw_to_pins, embed_in_boundary, injective, isometric, place_map
+from ...layouts import draw_to_pins, embed_in_boundary, injective, make_isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
 from .attempts import Problem, StageResult, StageResults, select_best
@@ -54,7 +54,7 @@ def isometric_map(
     if len(best.flipped):
         return None
     with timed("isometric"):
-        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
+        made = make_isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
     how = describe_newton(made.steps, start, made.energy)

@@ -166,8 +166,8 @@ def run_anchored_abf(
     result = converge(earlier[-1].state.back_to_start() if earlier else problem.start, tol)
     if not result.converged:
         failed = "the iterations do not converge"
-        return StageResult("converged ABF", result.state, Status.DIVERGED, failed)
-    return _with_abf_layout(problem, "converged ABF", result, residual_tol)
+        return StageResult("converged abf", result.state, Status.DIVERGED, failed)
+    return _with_abf_layout(problem, "converged abf", result, residual_tol)
 
 
 def run_feasible_abf(
@@ -181,8 +181,8 @@ def run_feasible_abf(
     try:
         result = converge_feasibly(state, tol)
     except SingularSystemError as error:
-        return StageResult("feasible ABF", state, Status.SINGULAR, str(error))
-    return _with_abf_layout(problem, "feasible ABF", result, residual_tol)
+        return StageResult("feasible abf", state, Status.SINGULAR, str(error))
+    return _with_abf_layout(problem, "feasible abf", result, residual_tol)
 
 
 def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:

@@ -46,7 +46,7 @@ class IsometricMap:
     missed: float
 
 
-def isometric(
+def make_isometric(
     mesh: Mesh,
     start: ComplexArray,
     weight: float,

@@ -69,7 +69,7 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
     V, F = cone(1.0) if name == "cone" else load(name)
-    result = flatten(V, F, ABF(tol=1e-9))
+    result = flatten(V, F, method=ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= (60 if name == "cone" or name in STRESS else 16)
     vertex_and_wheel, triangle = right_hand_sides(constraints_of(planar_mesh(V, F).topology), result.angles.T)
@@ -111,7 +111,7 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     alpha = igl.internal_angles(V, F)
     # compare target angles: rounding moves the angles of a map if its scale varies as in lion_o
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    made = [flatten(V, F, method) for method in ("abf", ABF(tol=1e-10))]
+    made = [flatten(V, F, method=method) for method in ("abf", ABF(tol=1e-10))]
     # relative to the angles of the surface, and to the estimate, whose change is minimised
     for start in (alpha, estimate):
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
@@ -121,7 +121,7 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
 
 def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     V, F = cone(2.0)
-    result = flatten(V, F, "abf")
+    result = flatten(V, F, method="abf")
     assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
@@ -132,7 +132,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
 def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: float) -> None:
     V, F = cone(height)
-    result = flatten(V, F, ABF(tol=1e-5))
+    result = flatten(V, F, method=ABF(tol=1e-5))
     kinds = [step.kind for step in result.steps]
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" not in kinds
@@ -144,7 +144,7 @@ def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: floa
 
 def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> None:
     V, F = load("stress__optcuts_golf.obj")
-    result = flatten(V, F, "abf")
+    result = flatten(V, F, method="abf")
     areas = np.abs(igl.doublearea(result.uv, F))
     assert areas.max() > 1e18 * areas.min()
     assert result.outcome is Outcome.CONVERGED
@@ -155,9 +155,9 @@ def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> No
 
 def test_the_feasible_form_ends_after_a_fixed_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load("stress__optcuts_golf.obj")
-    whole = flatten(V, F, "abf")
+    whole = flatten(V, F, method="abf")
     monkeypatch.setattr(newton, "MAX_FEASIBLE_WORK", 1)
-    bounded = flatten(V, F, "abf")
+    bounded = flatten(V, F, method="abf")
     assert bounded.outcome is Outcome.NOT_CONVERGED
     assert "did not converge in its feasible form" in bounded.message
     assert bounded.iterations < whole.iterations
@@ -201,7 +201,7 @@ def test_it_says_where_it_did_not_converge() -> None:
     V, F = load("bumps")
     with pytest.warns(OutcomeWarning, match="did not converge in its feasible form"):
         uv = abf(V, F, tol=1e-17)
-    assert flatten(V, F, ABF(tol=1e-17)).outcome is Outcome.NOT_CONVERGED
+    assert flatten(V, F, method=ABF(tol=1e-17)).outcome is Outcome.NOT_CONVERGED
     assert np.allclose(uv, abf(V, F, tol=1e-9), atol=1e-6)
 
 

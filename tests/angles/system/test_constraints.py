@@ -106,7 +106,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
 @pytest.mark.parametrize("name", SURFACES)
 def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
     V, F = load(name)
-    result = flatten(V, F, LinABF(iterations=12))
+    result = flatten(V, F, method=LinABF(iterations=12))
     angles = result.angles
     sums = np.zeros(len(V))
     np.add.at(sums, F, angles)

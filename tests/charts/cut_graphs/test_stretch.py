@@ -41,7 +41,7 @@ def test_expected_stretch_is_the_stretch_of_the_isometric_map(
     V, F = surface()
     whole = ClosedSurface.of(Submesh.checked_manifold(V, F), isometric=True)
     stretch, _ = expected(whole, np.arange(whole.graph.n_holes))
-    made = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2 - 1
+    made = quality(V, F, flatten(V, F, method="isometric").uv).stretch_l2 - 1
     assert 0.65 < (stretch - 1) / ISOMETRIC_STRETCH_WEIGHT / made < 1.5
 
 

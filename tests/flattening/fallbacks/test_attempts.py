@@ -45,19 +45,19 @@ def test_a_model_cut_too_little_flips_says_so_and_is_helped(leaves: int, seed: i
     assert "flipped" in result.message
     with pytest.warns(OutcomeWarning, match="flipped"):
         linabf(V, F)
-    assert exactly_flipped(flatten(V, F, LinABF(guarantee="injective")).uv, F) == 0
+    assert exactly_flipped(flatten(V, F, method=LinABF(guarantee="injective")).uv, F) == 0
 
 
 @pytest.mark.parametrize("name", [DEER, "limb"])
 def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
     V, F = load(name)
-    default, sure = flatten(V, F), flatten(V, F, LinABF(guarantee="injective"))
+    default, sure = flatten(V, F), flatten(V, F, method=LinABF(guarantee="injective"))
     assert default.outcome is Outcome.FLIPPED
     assert sure.outcome is Outcome.VALID
     assert sure.layout == "SLIM"
     assert len(sure.flipped) == exactly_flipped(sure.uv, F) == 0
     assert "near the end of double precision" in sure.message
-    lscm = quality(V, F, flatten(V, F, "lscm").uv)
+    lscm = quality(V, F, flatten(V, F, method="lscm").uv)
     assert lscm.flips > 500
     if name == DEER:
         assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm has 0.33 with 692 flips
@@ -98,7 +98,7 @@ def test_each_attempt_follows_a_failed_one() -> None:
         names = {name: expected for name, expected in names.items() if not name.startswith("stress")}
     for name, expected in names.items():
         V, F = load(name)
-        result = flatten(V, F, LinABF(guarantee="injective"))
+        result = flatten(V, F, method=LinABF(guarantee="injective"))
         assert [attempt.name for attempt in result.attempts] == expected
         assert all(attempt.failed for attempt in result.attempts[:-1])
         assert result.attempts[-1].flips == 0
@@ -109,7 +109,7 @@ def test_each_attempt_follows_a_failed_one() -> None:
 def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = Disk.random(np.random.default_rng(25)).build()
     small = flatten(V, F)
-    assert [attempt.name for attempt in small.attempts][2:] == ["converged ABF", "feasible ABF"]
+    assert [attempt.name for attempt in small.attempts][2:] == ["converged abf", "feasible abf"]
     assert small.outcome is Outcome.CONVERGED
     monkeypatch.setattr(methods, "LARGEST_FOR_ABF", len(F) - 1)
     large = flatten(V, F)
@@ -130,7 +130,7 @@ def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: 
     V, F = load(name)
     if name.startswith("closed"):
         V, F = tree_cut(V, F, 5, None)
-    result, active_set = flatten(V, F), flatten(V, F, LinABF(iterations=12))
+    result, active_set = flatten(V, F), flatten(V, F, method=LinABF(iterations=12))
     kinds, inner = [s.kind for s in result.steps], [s.inner_steps for s in result.steps]
     first = kinds.index("conformal")
     assert set(kinds[first:]) == {"conformal"}
@@ -139,14 +139,14 @@ def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: 
     assert result.after.largest <= 1e-8
     ours, theirs = (quality(V, F, made.uv).angle_distortion for made in (result, active_set))
     assert abs(ours / theirs - 1) < 2e-3
-    assert "conformal" not in {s.kind for s in flatten(V, F, LinABF(rtol=1e-3)).steps}
+    assert "conformal" not in {s.kind for s in flatten(V, F, method=LinABF(rtol=1e-3)).steps}
 
 
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
     for name in ("bumps", "ball", "tube", *(STRESS if FOLDER else ())):
         if name != DEER:
             V, F = load(name)
-            assert (flatten(V, F).uv == flatten(V, F, LinABF(guarantee="injective")).uv).all()
+            assert (flatten(V, F).uv == flatten(V, F, method=LinABF(guarantee="injective")).uv).all()
 
 
 @pytest.mark.slow
@@ -154,8 +154,8 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
     b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]
     for method in (LinABF(iterations=1), ABF()):
-        bare = flatten(V, F, method)
-        sure = flatten(V, F, replace(method, guarantee="injective"), b, bc)
+        bare = flatten(V, F, method=method)
+        sure = flatten(V, F, b, bc, method=replace(method, guarantee="injective"))
         assert len(bare.flipped)
         assert exactly_flipped(sure.uv, F) == 0
         assert np.allclose(sure.uv[b], bc)

@@ -8,9 +8,9 @@ import pytest
 from conftest import best_fit_distance, bumps, load
 from own_measures import exactly_flipped
 
-from igl_linabf import ChartOptions, Isometric, flatten, flatten_many, quality, unwrap
+from igl_linabf import ChartOptions, Isometric, flatten, flatten_many, isometric, quality, unwrap
 from igl_linabf.cli import main
-from igl_linabf.layouts import isometric, on_circle
+from igl_linabf.layouts import make_isometric, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Mesh, complex_positions, coordinates, planar_mesh
 
@@ -49,7 +49,7 @@ def stretched_start(mesh: Mesh) -> np.ndarray:
 @pytest.mark.parametrize("name", DISKS + UNCUT)
 def test_no_triangle_is_flipped_and_less_is_stretched(name: str) -> None:
     V, F = load(name)
-    result, angles = flatten(V, F, "isometric"), flatten(V, F)
+    result, angles = flatten(V, F, method="isometric"), flatten(V, F)
     assert result.outcome.good, result.message
     assert result.layout == "isometric"
     assert str(result.attempts[-1]) == "isometric (no flips)"
@@ -65,7 +65,7 @@ def test_the_symmetric_dirichlet_energy_is_below_that_of_slim(name: str) -> None
     V, F = load(name)
     mesh = planar_mesh(V, F)
     start = complex_positions(flatten(V, F).uv)
-    made = isometric(mesh, start, 1.0, None, Solvers())
+    made = make_isometric(mesh, start, 1.0, None, Solvers())
     energy = symmetric_dirichlet(V, F, coordinates(made.z))
     assert made.stalled
     assert energy == pytest.approx(made.energy, rel=1e-6)
@@ -76,9 +76,9 @@ def test_the_symmetric_dirichlet_energy_is_below_that_of_slim(name: str) -> None
 def test_a_flat_mesh_comes_back_as_itself_from_far_away(weight: float) -> None:
     V, F = load("bumps")
     V = V * [1, 1, 0]
-    assert best_fit_distance(flatten(V, F, Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
+    assert best_fit_distance(flatten(V, F, method=Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
     mesh = planar_mesh(V, F)
-    made = isometric(mesh, stretched_start(mesh), weight, None, Solvers())
+    made = make_isometric(mesh, stretched_start(mesh), weight, None, Solvers())
     assert best_fit_distance(coordinates(made.z), V[:, :2]) < 1e-4
 
 
@@ -87,7 +87,7 @@ def test_a_developable_surface_comes_out_isometric_from_far_away() -> None:
     _, F = igl.triangulated_grid(41, 11)
     V = np.column_stack((np.cos(x.ravel()), np.sin(x.ravel()), y.ravel()))
     mesh = planar_mesh(V, F)
-    made = isometric(mesh, stretched_start(mesh), 1.0, None, Solvers())
+    made = make_isometric(mesh, stretched_start(mesh), 1.0, None, Solvers())
     assert np.allclose(edge_lengths(coordinates(made.z), F), edge_lengths(V, F), rtol=1e-4)
 
 
@@ -98,15 +98,15 @@ def test_position_scale_and_numbering_do_not_matter(name: str) -> None:
     new = rng.permutation(len(V))
     moved = np.empty_like(V)
     moved[new] = 1e6 * (V[:, [1, 2, 0]] + np.ptp(V))
-    uv = flatten(V, F, "isometric").uv
-    other = flatten(moved, new[F][rng.permutation(len(F))], "isometric").uv[new] / 1e6
+    uv = flatten(V, F, method="isometric").uv
+    other = flatten(moved, new[F][rng.permutation(len(F))], method="isometric").uv[new] / 1e6
     assert np.abs(other - uv).max() <= 1e-3 * np.ptp(uv)
 
 
 @pytest.mark.parametrize("name", ["bumps", "stress__optcuts_duck1.obj"])
 def test_weight_leads_from_angles_to_areas(name: str) -> None:
     V, F = load(name)
-    measured = [quality(V, F, flatten(V, F, Isometric(weight=w)).uv) for w in (0, 0.5, 1, 2, 4, 8)]
+    measured = [quality(V, F, flatten(V, F, method=Isometric(weight=w)).uv) for w in (0, 0.5, 1, 2, 4, 8)]
     areas, angles = ([getattr(q, of) for q in measured] for of in ("area_distortion", "conformal_distortion"))
     assert areas == sorted(areas, reverse=True)
     assert angles == sorted(angles)
@@ -117,7 +117,7 @@ def test_the_cortex_is_flatter_than_the_map_that_ships_with_it() -> None:
     from cortex import cortex
 
     V, F, shipped = cortex()
-    ours, theirs = quality(V, F, flatten(V, F, "isometric").uv), quality(V, F, shipped)
+    ours, theirs = quality(V, F, flatten(V, F, method="isometric").uv), quality(V, F, shipped)
     assert ours.area_distortion < theirs.area_distortion == pytest.approx(0.206, abs=5e-4)
     assert ours.edge_change < theirs.edge_change
     assert ours.stretch_l2 < theirs.stretch_l2
@@ -149,7 +149,7 @@ def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
     mesh, out = tmp_path / "bumps.obj", tmp_path / "flat.obj"
     igl.write_triangle_mesh(str(mesh), V, F)
     assert main(["flatten", str(mesh), "-o", str(out), "--method", "isometric", "--weight", "3"]) == 0
-    expected = quality(V, F, flatten(V, F, Isometric(weight=3)).uv)
+    expected = quality(V, F, flatten(V, F, method=Isometric(weight=3)).uv)
     assert f"{expected.stretch_l2:.4g}" in capsys.readouterr().out
     assert main(["unwrap", str(mesh), "-o", str(out), "--method", "isometric", "--weight", "3"]) == 0
     assert main(["unwrap", str(mesh), "-o", str(out), "--weight", "3"]) == 2
@@ -162,9 +162,9 @@ def test_no_more_than_the_tolerance_is_left_of_the_energy(name: str, weight: flo
     V, F = load(name)
     mesh = planar_mesh(V, F)
     for start in (complex_positions(flatten(V, F).uv), stretched_start(mesh)):
-        least = isometric(mesh, start, weight, None, Solvers()).energy
+        least = make_isometric(mesh, start, weight, None, Solvers()).energy
         for tol in (0.02, 0.005, 0.001):
-            made = isometric(mesh, start, weight, None, Solvers(), tol)
+            made = make_isometric(mesh, start, weight, None, Solvers(), tol)
             assert made.stalled
             assert least * (1 - 1e-6) <= made.energy <= least * (1 + tol)
 
@@ -181,10 +181,17 @@ def test_a_weight_out_of_its_range_is_refused() -> None:
             Isometric(weight=weight)
 
 
+def test_the_function_returns_the_map_of_the_method() -> None:
+    V, F = bumps(80)
+    b, bc = F[0, :2], [[0, 0], [1, 0]]
+    made = flatten(V, F, b, bc, method=Isometric(weight=3.0, tol=0.01))
+    assert (isometric(V, F, b, bc, weight=3.0, tol=0.01) == made.uv).all()
+
+
 def test_many_at_once_come_out_as_one_by_one() -> None:
     meshes = [bumps(n, seed) for seed, n in enumerate((60, 200, 120, 400, 80))]
-    for together, (V, F) in zip(flatten_many(meshes, "isometric"), meshes, strict=True):
-        alone = flatten(V, F, "isometric")
+    for together, (V, F) in zip(flatten_many(meshes, method="isometric"), meshes, strict=True):
+        alone = flatten(V, F, method="isometric")
         assert together.message == alone.message
         assert together.attempts[-1].name == alone.attempts[-1].name == "isometric"
         assert together.outcome is alone.outcome

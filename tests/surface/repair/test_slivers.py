@@ -37,10 +37,10 @@ def with_points(kind: str, eps: float, count: int) -> Surface:
 def test_thin_triangles_are_flattened_as_well_as_others(
     kind: str, eps: float, count: int, method: str
 ) -> None:
-    plain = flatten(*load("bumps"), method)
+    plain = flatten(*load("bumps"), method=method)
     V, F = with_points(kind, eps, count)
     assert igl.internal_angles(V, F).min() < eps
-    result = flatten(V, F, method)
+    result = flatten(V, F, method=method)
     assert result.outcome.good
     assert not len(result.repaired)
     measured, before = (quality(*m).angle_distortion for m in ((V, F, result.uv), (*load("bumps"), plain.uv)))
@@ -52,7 +52,7 @@ def test_thin_triangles_are_flattened_as_well_as_others(
 def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> None:
     V, F = with_points("caps", eps, 40)
     with pytest.warns(MeshWarning, match="rad of pi"):
-        result = flatten(V, F, method)
+        result = flatten(V, F, method=method)
     assert result.outcome.good
     assert quality(V, F, result.uv).flips == 0
     edge = np.linalg.norm(V[F] - V[np.roll(F, 1, axis=1)], axis=2)
@@ -64,7 +64,7 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
     uv = np.insert(result.uv, 2, 0.0, axis=1)
     error = igl.internal_angles(uv, F) / igl.internal_angles(V, F) - 1
     around = np.isin(F, F[thin]).any(axis=1)
-    plain = quality(*load("bumps"), flatten(*load("bumps"), method).uv).angle_distortion
+    plain = quality(*load("bumps"), flatten(*load("bumps"), method=method).uv).angle_distortion
     assert (error[~around] ** 2).mean() < 1.5 * plain
 
 
@@ -72,7 +72,7 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
 def test_needles_of_any_length_are_flattened(eps: float) -> None:
     V, F = with_points("needles", eps, 40)
     for method in ("linabf", "abf"):
-        result = flatten(V, F, method)
+        result = flatten(V, F, method=method)
         assert result.outcome.good
         assert quality(V, F, result.uv).flips == 0
 
@@ -114,16 +114,16 @@ def test_faces_of_zero_area_are_rejected_and_named() -> None:
 def test_other_methods_report_caps_that_they_cannot_flatten(name: str) -> None:
     V, F = with_points("caps", 1e-10, 40)
     with pytest.raises(MeshError, match="double precision"):
-        flatten(V, F, name)
+        flatten(V, F, method=name)
 
 
 @pytest.mark.parametrize("eps", [1e-8, 1e-10, 1e-12, 1e-13])
 def test_caps_do_not_hold_the_isometric_map_back(eps: float) -> None:
     V, F = load("bumps")
-    expected = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2
+    expected = quality(V, F, flatten(V, F, method="isometric").uv).stretch_l2
     V, F = with_points("caps", eps, 40)
     with pytest.warns(MeshWarning, match="rad of pi"):
-        result = flatten(V, F, "isometric")
+        result = flatten(V, F, method="isometric")
     assert result.outcome.good
     assert quality(V, F, result.uv).stretch_l2 < expected + 1e-3
 
@@ -196,7 +196,7 @@ def test_abf_of_a_rough_surface_pressed_flat_ends_with_an_outcome(seed: int) -> 
     V += random.normal(size=V.shape) * np.ptp(points) * 10.0 ** random.integers(-8, -2)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the outcome
-        result = flatten(V, F, "abf")
+        result = flatten(V, F, method="abf")
     assert np.isfinite(result.uv).all()
     assert result.outcome in (Outcome.CONVERGED, Outcome.NOT_CONVERGED)
     assert quality(V, F, result.uv).flips == len(result.flipped) == 0
