@@ -1,4 +1,4 @@
-"""Entry point of the command `igl-linabf`, which Ctrl-C ends at once with one line of text.
+"""Entry point of the command `igl-linabf`, which Ctrl-C and SIGTERM end at once with one line of text.
 
 Only the standard library is imported before `main` handles the signal. The package's `__init__` imports a
 room when one of its names is first used.
@@ -7,33 +7,37 @@ room when one of its names is first used.
 import os
 import signal
 import sys
-from functools import partial
 from typing import NoReturn
 
-INTERRUPTED = 130  # exit code after Ctrl-C
+WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
-def _stop(*_: object) -> NoReturn:
+def _stop(number: int, _: object) -> NoReturn:
     try:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _ignore_signals()
         undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
         if undo_all is not None:  # the module has been imported
             undo_all()
-        os.write(2, b"igl-linabf: interrupted\n")
+        os.write(2, f"igl-linabf: {WORDS[signal.Signals(number)]}\n".encode())
     finally:
-        os._exit(INTERRUPTED)  # an ordinary shutdown may crash inside an interrupted library
+        os._exit(128 + number)  # an ordinary shutdown may crash inside an interrupted library
 
 
 def main() -> int:
-    """Run `igl-linabf` and return the exit code of `igl_linabf.cli.main`, or 130 if interrupted."""
-    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # ignored in the background of a shell script
-        signal.signal(signal.SIGINT, _stop)
+    """Run `igl-linabf` and return its exit code, which is 130 after Ctrl-C and 143 after SIGTERM."""
+    for number in WORDS:
+        if signal.getsignal(number) != signal.SIG_IGN:  # ignored in the background of a shell script
+            signal.signal(number, _stop)
     from . import cli
 
-    ignore_interrupts = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
-    code = cli.main(on_commit=ignore_interrupts)
-    ignore_interrupts()
+    code = cli.main(on_commit=_ignore_signals)
+    _ignore_signals()
     return code
+
+
+def _ignore_signals() -> None:
+    for number in WORDS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 if __name__ == "__main__":

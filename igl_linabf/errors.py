@@ -8,7 +8,31 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-class MeshError(ValueError):
+def printable(text: object) -> str:
+    """Return a text on one line, with codes for control characters.
+
+    Names in a file may contain characters that control a terminal, such as escape sequences, line breaks and
+    marks that reverse the order of letters.
+
+    Examples
+    --------
+    >>> printable("caf\\u00e9 \\x1b[2J")
+    'café \\\\x1b[2J'
+    """
+    found = str(text)
+    if found.isprintable():
+        return found
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in found)
+
+
+class _Printable:
+    """A base class of errors and warnings whose text is printable."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
+
+
+class MeshError(_Printable, ValueError):
     """The mesh, the pins or the angles cannot be used; the message names reason, place and remedy."""
 
 
@@ -20,15 +44,15 @@ class MemoryLimitError(MeshError):
     """There is not enough free memory; the message includes the required amount."""
 
 
-class MeshWarning(UserWarning):
+class MeshWarning(_Printable, UserWarning):
     """The input was accepted, but a part of it was left out or repaired; the message names the part."""
 
 
-class FallbackWarning(UserWarning):
+class FallbackWarning(_Printable, UserWarning):
     """A different computation than the requested one was done; the message names it and the reason."""
 
 
-class OutcomeWarning(UserWarning):
+class OutcomeWarning(_Printable, UserWarning):
     """The returned map is not valid or has not converged; the message names the problem and a remedy."""
 
 

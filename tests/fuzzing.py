@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import hostile_files as files
+import hostile_formats as formats
 import hostile_meshes as meshes
 import numpy as np
 
@@ -45,6 +46,8 @@ KINDS: dict[str, tuple[Callable[[int], str], int]] = {
     "damaged files, `igl-linabf flatten`": (lambda seed: files.check_file(seed, "flatten"), 1200),
     "damaged files, `igl-linabf compare`": (lambda seed: files.check_file(seed, "compare"), 500),
     "damaged files, `igl-linabf unwrap`": (lambda seed: files.check_file(seed, "unwrap"), 600),
+    "hostile descriptions of glTF, read and written": (formats.check_description, 1500),
+    "damaged GLB, 3MF, VTP, GIFTI and FreeSurfer, read and written": (formats.check_format, 700),
 }
 
 
@@ -66,7 +69,7 @@ def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
 
 
 def run_all(
-    cases: list[tuple[str, int]], script: str = __file__
+    cases: list[tuple[str, int]], script: str = __file__, limit: float | None = None
 ) -> dict[str, tuple[Counter[str], list[str]]]:
     """Do the same for cases of several kinds; a new child process continues after each crash."""
     ends: dict[str, tuple[Counter[str], list[str]]] = {kind: (Counter(), []) for kind, _ in cases}
@@ -75,7 +78,7 @@ def run_all(
             todo, done = Path(folder) / "cases.json", Path(folder) / "ends.txt"
             todo.write_text(json.dumps(cases))
             child = subprocess.run(
-                [sys.executable, script, str(todo), str(done), str(LIMIT)],
+                [sys.executable, script, str(todo), str(done), str(limit or LIMIT)],
                 cwd=ROOT,
                 capture_output=True,
                 encoding="utf-8",

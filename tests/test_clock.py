@@ -108,7 +108,7 @@ def compute_all() -> dict[str, bytes]:
             options |= {"boundary": "rectangle"} if name == "corners" else {}
             keep(f"flatten {name}", flatten(*DISK, progress=False, **options).uv)
         for method in (*METHODS, *METHOD_OPTIONS):
-            keep(f"flatten {method}", flatten(*DISK, method, progress=False).uv)
+            keep(f"flatten {method}", flatten(*DISK, method=method, progress=False).uv)
     return results
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
-from igl_linabf import MeshWarning
+from igl_linabf import MeshError, MeshWarning
+from igl_linabf._notebook import html_table
+from igl_linabf.cli import main
 from igl_linabf.errors import is_number, some, stack_level
 
 
@@ -44,3 +47,18 @@ def test_a_warning_names_the_line_that_called_the_library() -> None:
     with pytest.warns(MeshWarning) as told:
         inside["public"]()  # type: ignore[operator]
     assert told[0].filename == __file__
+
+
+def test_control_characters_of_names_are_printed_as_codes(capsys) -> None:
+    name = "a\x1b]0;pwned\x07\n\u202e.obj"
+    for error in (MeshError(name), MeshWarning(name)):
+        assert str(error) == "a\\x1b]0;pwned\\x07\\n\\u202e.obj"
+        assert str(pickle.loads(pickle.dumps(error))) == str(error)
+    assert "\x1b" not in html_table([[name], ["<b>" + name]])
+    for command in (["check", name], ["unwrap", name, "-o", "out.obj"], ["flatten", "--" + name]):
+        try:
+            assert main(command) == 2
+        except SystemExit as end:  # of the parser
+            assert end.code == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.isprintable()

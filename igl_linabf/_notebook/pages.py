@@ -7,6 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..errors import printable
 from ..surface import NEXT, PREV, cycles
 
 PICTURE_SIDE = 260  # pixels along the longer side
@@ -22,7 +23,7 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
         tag = "th" if header and i == 0 else "td"
         sides = ["left", *["right" if header else "left"] * (len(row) - 1)]
         cells = (
-            f'<{tag} style="text-align: {side}">{escape(cell)}</{tag}>'
+            f'<{tag} style="text-align: {side}">{escape(printable(cell))}</{tag}>'
             for side, cell in zip(sides, row, strict=True)
         )
         lines.append(f"<tr>{''.join(cells)}</tr>")
@@ -31,10 +32,10 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
 
 def html_row(parts: Iterable[tuple[str, str]]) -> str:
     """Arrange blocks of HTML, given as (title, content), side by side with their titles above them."""
-    blocks = [
-        f'<div style="margin: 0 1em 0.5em 0">{f"<div>{escape(title)}</div>" if title else ""}{content}</div>'
-        for title, content in parts
-    ]
+    blocks = []
+    for title, content in parts:
+        head = f"<div>{escape(printable(title))}</div>" if title else ""
+        blocks.append(f'<div style="margin: 0 1em 0.5em 0">{head}{content}</div>')
     return f'<div style="display: flex; flex-wrap: wrap; align-items: flex-start">{"".join(blocks)}</div>'
 
 

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import os
 import secrets
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
+TEMPORARY = ".igl_linabf-"  # beginning of the names of temporary files
+_cleaned_folders = set[Path]()
 _undo_functions: dict[object, Callable[[], object]] = {}
 
 
@@ -32,6 +35,44 @@ def undo_all() -> None:
     for undo in reversed(list(_undo_functions.values())):
         with suppress(OSError):
             undo()
+
+
+def _create_locked(path: Path) -> int | None:
+    """Create a file, and return its descriptor; until it is closed, the file is locked against removal.
+
+    Windows does not rename open files, so that the file is closed there, and the result is None.
+    """
+    while True:
+        # not `tempfile`, whose files have mode 0o600; reading the umask would set it for all threads
+        file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+        if sys.platform == "win32":
+            os.close(file)
+            return None
+        import fcntl
+
+        with suppress(OSError):  # some network file systems have no locks
+            fcntl.flock(file, fcntl.LOCK_SH)
+        if os.fstat(file).st_nlink:
+            return file
+        os.close(file)  # another process took it for an abandoned one before it was locked
+
+
+def _remove_abandoned(folder: Path) -> None:
+    """Remove temporary files of processes that were killed; once for each folder."""
+    if sys.platform == "win32" or folder in _cleaned_folders:
+        return
+    import fcntl
+
+    _cleaned_folders.add(folder)
+    with suppress(OSError):
+        for entry in [entry for entry in os.scandir(folder) if entry.name.startswith(TEMPORARY)]:
+            with suppress(OSError):
+                file = os.open(entry.path, os.O_RDONLY | os.O_NOFOLLOW)
+                try:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # raises if its process lives
+                    os.unlink(entry.path)
+                finally:
+                    os.close(file)
 
 
 @contextmanager
@@ -63,12 +104,15 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     ['notes.txt']
     """
     path = Path(path)
-    temporary = path.with_name(f".igl_linabf-{secrets.token_hex(8)}{path.suffix}")
+    temporary = path.with_name(f"{TEMPORARY}{secrets.token_hex(8)}{path.suffix}")
     remove = partial(temporary.unlink, missing_ok=True)
-    with undo_at_interrupt(remove):
+    with ExitStack() as stack:
+        stack.enter_context(undo_at_interrupt(remove))
         try:
-            # not `tempfile`, whose files have mode 0o600; reading the umask would set it for all threads
-            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            _remove_abandoned(path.parent)
+            lock = _create_locked(temporary)
+            if lock is not None:
+                stack.callback(os.close, lock)
             yield str(temporary)
             os.replace(temporary, path)
         except BaseException as error:

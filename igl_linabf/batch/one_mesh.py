@@ -54,6 +54,7 @@ class Settings:
     packing: Packing | None = None
     boundary: BoundaryName = "free"
     units: Scale | None = None
+    allow_outside: bool = False
     memory: int | None = None
 
     def key(self, version: str) -> str:
@@ -104,7 +105,7 @@ def _process_task(task: Task) -> Row:
             try:
                 if task.settings.how == "cortex":
                     return _flatten_hemisphere(task)
-                mesh = _read_input(task.place)
+                mesh = _read_input(task.place, task.settings.allow_outside)
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
@@ -127,11 +128,11 @@ def _process_task(task: Task) -> Row:
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
-def _read_input(place: str) -> MeshFile:
+def _read_input(place: str, allow_outside: bool) -> MeshFile:
     """Read an input; a file of an unknown format counts as a bad mesh."""
     with places.fetch(place) as local:
         try:
-            return read_file(local)
+            return read_file(local, allow_outside=allow_outside)
         except ValueError as error:
             raise MeshError(str(error)) from None
 

@@ -24,7 +24,7 @@ import numpy as np
 from .._runtime import Progress, counting, undo_at_interrupt
 from ..charts import ChartOptions, Cones, Packing, resolve_options
 from ..cortex import FLAT_PATCH, files_of
-from ..errors import is_number, some
+from ..errors import is_number, printable, some
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
@@ -86,7 +86,7 @@ class Batch:
         return (
             f"{len(self.rows):,} meshes: {ends}\n"
             f"{self.done:,} done in {self.seconds:.3g} s{rate}; {before:,} were done before\n"
-            f"a row for each in {self.table}"
+            f"a row for each in {printable(self.table)}"
         )
 
 
@@ -107,6 +107,7 @@ def flatten_files(
     units: Scale | None = None,
     retry: bool = False,
     force: bool = False,
+    allow_outside: bool = False,
     progress: Progress = None,
 ) -> Batch:
     """Unwrap many mesh files on many processes or machines, with Dask.
@@ -158,6 +159,8 @@ def flatten_files(
         Also retry meshes that died, ran out of memory or failed in an earlier run.
     force : bool
         Replace files in `out` that were not written by a batch.
+    allow_outside : bool
+        As in `read_file`.
     progress : callable or False, optional
         As in `flatten`; by default the address of Dask's dashboard is also printed on stderr.
 
@@ -190,7 +193,7 @@ def flatten_files(
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
     chosen = method_of(method or ("isometric" if how == "cortex" else "linabf"))
-    settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, limit)
+    settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, allow_outside, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers is for a local cluster, scheduler for a running one: give one of the two")

@@ -29,6 +29,7 @@ MISSING = frozenset({WAITING, UNREADABLE})  # outcomes that every run retries
 MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # outcomes that a run with `retry` retries
 
 CSV, PARQUET = "results.csv", "results.parquet"
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # and the quote itself
 JOURNAL, LOCK = ".results.journal", ".results.lock"
 
 
@@ -186,7 +187,7 @@ class Table:
         ):
             writer = csv.writer(file)
             writer.writerow(HEADER)
-            writer.writerows([getattr(row, name) for name in COLUMNS] for row in rows)
+            writer.writerows([_make_cell(getattr(row, name)) for name in COLUMNS] for row in rows)
         if find_spec("pyarrow"):
             with places.write_whole(places.join(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
@@ -222,11 +223,15 @@ def _read_journal(path: Path) -> list[Row]:
     return [Row(**json.loads(line)) for line in whole.splitlines()]
 
 
+def _make_cell(value: Any) -> Any:
+    """Return the value of a cell; a quote precedes texts that spreadsheets would compute as formulas."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value
+
+
 def _parse_row(cells: dict[str, str]) -> Row:
-    values: dict[str, Any] = {
-        name: text if name not in NUMBER_TYPES else NUMBER_TYPES[name](text) if text else None
-        for name, text in cells.items()
-    }
+    values: dict[str, Any] = {name: text.removeprefix("'") for name, text in cells.items()}
+    for name, kind in NUMBER_TYPES.items():
+        values[name] = kind(cells[name]) if cells[name] else None
     return Row(**values)
 
 

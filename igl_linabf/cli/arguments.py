@@ -43,6 +43,11 @@ def output_option(help: str) -> Option:
     return Option(help, "OUT", flags=("-o", "--output"), required=True)
 
 
+ALLOW_OUTSIDE = Option(
+    "follow references, such as images, that lead out of the file's folder (not for files of strangers)"
+)
+
+
 def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
     """Add the options and arguments of a command to its parser."""
     for name, option, annotation, default in _options_of(command):

@@ -6,7 +6,7 @@ from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
 from ..flattening import METHODS
 from ..io import SUFFIXES
-from .arguments import CHARTS, PACKING, Boundary, ConeCount, Option, Units, output_option
+from .arguments import ALLOW_OUTSIDE, CHARTS, PACKING, Boundary, ConeCount, Option, Units, output_option
 from .jobs import ExitCode
 
 INPUTS = Option("mesh files, folders of them, globs in quotes, URLs", "IN", nargs="+")
@@ -37,6 +37,7 @@ def run_batch(
     packing: Annotated[Packing | None, PACKING],
     retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
     force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
+    allow_outside: Annotated[bool, ALLOW_OUTSIDE] = False,
 ) -> ExitCode:
     """Unwrap many files on all cores or a cluster, with Dask; a second run resumes an interrupted one.
 
@@ -48,6 +49,7 @@ def run_batch(
     scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB
     heads/ -o maps/ --how flatten --method abf --boundary circle
     scans/ -o maps/ --how flatten --units mesh    # in the meshes' units of length
+    props/ -o maps/ --format glb --allow-outside    # their images are in another folder
     bodies/ -o maps/ --cones auto --cone-angles quarter
     scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart
     scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps
@@ -77,6 +79,7 @@ def run_batch(
         packing=packing,
         retry=retry,
         force=force,
+        allow_outside=allow_outside,
     )
     print(done, flush=True)
     return ExitCode.GOOD if done.good else ExitCode.NOT_VALID

@@ -60,6 +60,7 @@ def flatten_mesh(
     Examples
     --------
     camelhead.off -o camelhead.obj --picture camelhead.png
+    heads/nefertiti.gltf -o flat.glb --allow-outside    # its images are in another folder
     camelhead.off -o camelhead.obj --picture camelhead.png --force    # replaces an older picture
     camelhead.off -o camelhead.obj --method abf --units mesh
     camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too
@@ -117,6 +118,7 @@ def compare_methods(
     Examples
     --------
     camelhead.off --methods lscm,linabf,abf --repeat 11
+    scene/head.gltf --allow-outside    # its buffer is in another folder
     camelhead.off --picture side_by_side.png --quiet --force    # replaces an older picture
     camelhead.off --methods linabf,abf --boundary circle
     face.obj --boundary rectangle --corners 12 3 840 77

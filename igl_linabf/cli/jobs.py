@@ -13,8 +13,9 @@ from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 from .._runtime import progress_part, reporting, undo_at_interrupt
+from ..errors import printable
 from ..io import SUFFIXES, MeshFile, check_free, detect_suffix, files_beside, read_file, suffix_of
-from .arguments import Command, Option, bind, output_option
+from .arguments import ALLOW_OUTSIDE, Command, Option, bind, output_option
 
 STDIO = Path("-")  # stands for standard input or output
 
@@ -41,6 +42,7 @@ class Job:
     force: bool = False  # replace existing files that `output` does not name
     json: bool = False  # print figures instead of tables
     quiet: bool = False  # print nothing
+    allow_outside: bool = False  # follow references out of the folder of the mesh
     mesh: Path = STDIO  # file to read
     title: str = ""  # name of the mesh in messages
     prefix: str = ""  # beginning of messages about one of several meshes
@@ -58,7 +60,7 @@ class Job:
         if self.mesh.is_dir():
             raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
         with progress_part("reading", PROGRESS["reading"]):
-            return read_file(self.mesh, surface, partial=partial)
+            return read_file(self.mesh, surface, partial=partial, allow_outside=self.allow_outside)
 
 
 def output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:
@@ -79,7 +81,8 @@ FORCE = Option(
 MESHES = {
     "given": Option(
         "files (OBJ, PLY, GLB, STL, ...), patterns in quotes, or - for standard input", "MESH", nargs="+"
-    )
+    ),
+    "allow_outside": ALLOW_OUTSIDE,
 }
 OUTPUT = output_options("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat)", SUFFIXES)
 PICTURE = {"picture": Option("checkerboard picture to write", "OUT.png"), "force": FORCE}
@@ -160,7 +163,7 @@ def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
     except (ImportError, ValueError) as error:  # MeshError is a ValueError
         message = str(error)
     begin = "" if message.startswith(job.title) else job.prefix
-    print(f"igl-linabf: {begin}{message}", file=sys.stderr)
+    print(f"igl-linabf: {printable(begin + message)}", file=sys.stderr)
     return ExitCode.ERROR
 
 

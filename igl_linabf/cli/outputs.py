@@ -18,7 +18,7 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
-from ..errors import MeshWarning, stack_level
+from ..errors import MeshWarning, printable, stack_level
 from ..io import replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
@@ -39,7 +39,7 @@ def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
 def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
     """Print the troubles of a written map, and return the exit code."""
     for message in troubles:
-        print(f"igl-linabf: {job.prefix}{message}", file=sys.stderr)
+        print(f"igl-linabf: {printable(job.prefix + message)}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
 
 
@@ -76,7 +76,7 @@ def write_outputs(
             if job.json:
                 print(_to_json({"mesh": job.title, **figures}), flush=True)
             elif not job.quiet:
-                text = f"{job.title}\n{text}\n" if job.prefix else text
+                text = f"{printable(job.title)}\n{text}\n" if job.prefix else text
                 print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
             sys.stdout.flush()
         except OSError as error:

@@ -10,6 +10,7 @@ from typing import NoReturn
 
 import shtab
 
+from ..errors import printable
 from .arguments import Command, add_options
 from .batching import run_batch
 from .doctor import print_versions, version
@@ -40,7 +41,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that reports errors in one line, like all errors of the command."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(ExitCode.ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
+        self.exit(ExitCode.ERROR, f"igl-linabf: {printable(message)} (see {self.prog} --help)\n")
 
 
 class Help(argparse.HelpFormatter):
@@ -98,7 +99,7 @@ def _print_warnings_on_one_line() -> Iterator[None]:
     """Print each warning of the library as one line on stderr."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"igl-linabf: warning: {message}", file=sys.stderr)
+        print(f"igl-linabf: warning: {printable(message)}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")

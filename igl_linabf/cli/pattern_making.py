@@ -52,6 +52,7 @@ def draw_pattern(
     Examples
     --------
     lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres
+    lamps/shade.gltf -o shade.svg --allow-outside    # its buffer is in another folder
     lampshade.glb -o lampshade.svg    # in metres, like every GLB
     lampshade.obj -o lampshade.pdf --paper A3 --quiet
     bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf

@@ -36,6 +36,7 @@ def check_coordinates(
     Examples
     --------
     body.glb
+    scene/body.gltf --allow-outside    # its buffer is in another folder
     body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet
     'props/*.glb' --json > figures.jsonl    # one line per mesh
     """
@@ -67,6 +68,7 @@ def pack_charts(
     Examples
     --------
     body.obj -o body_2k.obj --resolution 2048 --padding 8
+    props/table.gltf -o table.glb --allow-outside    # its images are in another folder
     table.glb -o even.glb --scale even --no-rotate    # wood grain stays upright
     body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet
     scan.glb -o scan_2k.glb --scale even --unseen 0.25    # fewer texels for cavities

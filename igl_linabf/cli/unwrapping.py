@@ -71,6 +71,7 @@ def unwrap_mesh(
     Examples
     --------
     bunny.obj -o bunny.glb --picture bunny.png
+    props/chair.gltf -o chair.glb --allow-outside    # its images are in another folder
     bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels
     bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch
     bunny.obj -o bunny.obj --seams uv --method abf    # along the seams in the file

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from ..io import read_mesh, replacing
 from ..measures import Measure
-from .arguments import Boundary, ConeCount, MethodName, Option
+from .arguments import ALLOW_OUTSIDE, Boundary, ConeCount, MethodName, Option
 from .jobs import FORCE, ExitCode, Job
 
 MESH = Option("OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file", "MESH")
@@ -13,7 +13,9 @@ SCREENSHOT = Option("write a picture instead of opening a window", "OUT.png", fl
 
 
 def view_mesh(
-    job: Annotated[Job, {"given": MESH, "picture": SCREENSHOT, "force": FORCE}],
+    job: Annotated[
+        Job, {"given": MESH, "allow_outside": ALLOW_OUTSIDE, "picture": SCREENSHOT, "force": FORCE}
+    ],
     *,
     method: MethodName = "linabf",
     boundary: Boundary = "free",
@@ -29,6 +31,7 @@ def view_mesh(
     --------
     bunny.obj
     bunny.obj --method abf --frequency 60
+    scene/bunny.gltf --allow-outside    # its buffer is in another folder
     face.obj --boundary circle
     bunny.obj --cones auto    # the cones as spheres, both sides of a seam in one colour
     bunny.obj --measure area --screenshot bunny.png    # opens no window
@@ -36,7 +39,7 @@ def view_mesh(
     """
     from ..plot import view
 
-    V, F = read_mesh(job.mesh)
+    V, F = read_mesh(job.mesh, allow_outside=job.allow_outside)
     draw = partial(
         view, V, F, method=method, boundary=boundary, cones=cones, measure=measure, frequency=frequency
     )

@@ -17,9 +17,10 @@ from ..surface import Polygons, face_array, map_array, vertex_array
 from .formats import ImageArgument, parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import load_looks, save_obj
+from .references import Folder
 
 
-def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
+def read_mesh(path: str | os.PathLike[str], *, allow_outside: bool = False) -> tuple[FloatArray, IntArray]:
     """Read a triangle mesh.
 
     Parameters
@@ -27,6 +28,8 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path : path of a file that `read_file` reads
         Text or binary. Polygons are split into triangles; use `read_file` to keep them. In STL, corners at
         equal positions become one vertex.
+    allow_outside : bool
+        As in `read_file`.
 
     Returns
     -------
@@ -57,7 +60,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     ((12, 3), (20, 3))
     """
     path = Path(path)
-    found = parse_file(path)
+    found = parse_file(path, allow_outside=allow_outside)
     F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
         raise _make_no_faces_error(path, found)
@@ -75,7 +78,11 @@ def _make_no_faces_error(path: Path, found: MeshFile) -> MeshError:
 
 
 def read_file(
-    path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None, *, partial: bool = False
+    path: str | os.PathLike[str],
+    surface: str | os.PathLike[str] | None = None,
+    *,
+    partial: bool = False,
+    allow_outside: bool = False,
 ) -> MeshFile:
     """Read a mesh with all contents of its file: polygons, normals, colours, materials and parts.
 
@@ -88,6 +95,9 @@ def read_file(
     partial : bool
         Keep texture coordinates that only some corners have, and use the index -1 at all other corners.
         `check_uv` accepts such indices.
+    allow_outside : bool
+        Follow references of the file, such as images and material libraries, to files outside its folder. By
+        default these are refused, because a file from a stranger may refer to any file of this computer.
 
     Returns
     -------
@@ -97,7 +107,8 @@ def read_file(
     Raises
     ------
     MeshError
-        The file is damaged or has no faces; or the surface of a patch is missing or does not match it.
+        The file is damaged or has no faces; it refers to a file outside its folder; or the surface of a patch
+        is missing or does not match it.
     ValueError
         The suffix is unknown, or a surface is given, but the file is not a patch.
     ImportError
@@ -121,10 +132,13 @@ def read_file(
     ([[0, 1, 2, 3]], ('page',))
     """
     path = Path(path)
-    found = parse_file(path, surface)
+    found = parse_file(path, surface, allow_outside)
     if not len(found.V) or not len(found.polygons):
         raise _make_no_faces_error(path, found)
-    mesh = replace(found, V=vertex_array(found.V), extras=load_looks(found.extras, path), path=path)
+    mesh = replace(
+        found, V=vertex_array(found.V), extras=load_looks(found.extras, Folder(path.parent, allow_outside))
+    )
+    mesh = replace(mesh, path=path, allow_outside=allow_outside)
     if found.TC is None or found.texture is None or not len(found.TC):
         return replace(mesh, TC=None, texture=None)
     is_partial = (found.texture < 0).any()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from errno import EEXIST
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,7 @@ from .materials import (
     TEXTURE_SUFFIX,
     Material,
     find_keys_unknown_to_gltf,
+    has_image,
 )
 from .mesh_file import Images, MeshFile
 from .obj import (
@@ -74,8 +76,6 @@ BYTE_READERS: dict[str, Callable[[bytes, str], MeshFile]] = {
 }
 FREESURFER_SUFFIXES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")
 PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
-    ".glb": parse_gltf,
-    ".gltf": parse_gltf,
     ".3mf": parse_3mf,
     ".gii": parse_gifti,
     ".gii.gz": parse_gifti,
@@ -94,7 +94,7 @@ SUFFIX_OF_MAGIC = {
     FREESURFER_MAGIC: ".surf",
     b"\x1f\x8b": ".gii.gz",
 }
-READABLE_SUFFIXES = (*BYTE_READERS, *PATH_READERS, *PATCH_SUFFIXES)
+READABLE_SUFFIXES = (*BYTE_READERS, *GLTF_SUFFIXES, *PATH_READERS, *PATCH_SUFFIXES)
 # Formats whose writer reproduces the file that was read.
 LOSSLESS_SOURCES: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
 # Formats whose writer makes a new file, but keeps the format-specific contents listed in `kept`.
@@ -148,7 +148,9 @@ def detect_suffix(data: bytes) -> str:
     return next((suffix for begin, suffix in SUFFIX_OF_MAGIC.items() if data.startswith(begin)), ".obj")
 
 
-def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None) -> MeshFile:
+def parse_file(
+    path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None, allow_outside: bool = False
+) -> MeshFile:
     """Read the mesh of a file with the reader for its suffix; FreeSurfer files may have any suffix."""
     path = Path(path)
     suffix = suffix_of(path)
@@ -166,6 +168,8 @@ def parse_file(path: str | os.PathLike[str], surface: str | os.PathLike[str] | N
     if suffix in BYTE_READERS:
         return parse(path.read_bytes(), suffix, str(path))
     read = PATH_READERS.get(suffix, parse_freesurfer)
+    if suffix in GLTF_SUFFIXES:
+        read = partial(parse_gltf, allow_outside=allow_outside)
     try:
         return read(path)
     except Damaged as damage:
@@ -467,7 +471,7 @@ def _select_images(images: Images | None, suffix: str) -> Images | None:
         )
     accepts: dict[str, Callable[[str], bool]] = {
         ".3mf": lambda kind: kind == COLOUR,
-        ".obj": lambda kind: kind in MTL_KEYWORDS or not kind.endswith(TEXTURE_SUFFIX),
+        ".obj": lambda kind: kind in MTL_KEYWORDS or (has_image(kind) and not kind.endswith(TEXTURE_SUFFIX)),
     }
     kept = {kind: pages for kind, pages in images.maps.items() if accepts.get(suffix, _is_gltf_kind)(kind)}
     lost = sorted(set(images.maps) - set(kept))

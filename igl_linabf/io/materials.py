@@ -1,5 +1,6 @@
 """Read and write materials, both as MTL libraries and as glTF descriptions."""
 
+import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +26,7 @@ COLOUR = "baseColorTexture"  # glTF's name for the colour map; maps unknown to g
 MTL_KEYWORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
 KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # MTL keywords with a counterpart in glTF
 FIRST_UDIM_TILE = 1001
-IMAGE_KEYWORDS = ("map_", "bump", "disp", "decal", "refl", "norm")  # MTL keywords for images
+IMAGE_PATTERN = re.compile(r"(map_|bump|disp|decal|refl|norm)\w*(\s|$)", re.IGNORECASE)  # MTL keywords
 
 
 class Colour(NamedTuple):
@@ -137,7 +138,8 @@ def _parse_material(lines: tuple[str, ...]) -> Material:
     values_of_key: dict[str, list[float]] = {}
     for line in lines:
         key, *words = line.split()
-        values_of_key[key] = parse_numbers([*map(encode_utf8, words[:3])], min(len(words), 3))
+        values = parse_numbers([*map(encode_utf8, words[:3])], min(len(words), 3))
+        values_of_key[key] = values if np.isfinite(values).all() else []
 
     def colour(key: str, default: Colour) -> Colour:
         values = values_of_key.get(key) or list(default)
@@ -161,7 +163,7 @@ def _parse_material(lines: tuple[str, ...]) -> Material:
 
 def has_image(line: str) -> bool:
     """Return True if a line of an MTL file refers to an image."""
-    return line.lower().startswith(IMAGE_KEYWORDS)
+    return bool(IMAGE_PATTERN.match(line))
 
 
 def format_library(

@@ -15,6 +15,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NO_EXTRAS, Extras
+from .references import Folder
 
 Unit = Literal["um", "mm", "cm", "m", "in", "ft"]
 UNIT_SYMBOLS: dict[str, Unit] = {
@@ -72,6 +73,8 @@ class MeshFile:
         Images to be written as textures.
     first : (#TC, 2) float64 and (#C,) int64, or None
         The first texture coordinates and their rows at the corners, if `TC` are second texture coordinates.
+    allow_outside : bool
+        Whether references of the file to files outside its folder are followed.
     """
 
     V: FloatArray
@@ -82,6 +85,12 @@ class MeshFile:
     path: Path | None = None
     images: Images | None = None
     first: tuple[FloatArray, IntArray] | None = None
+    allow_outside: bool = False
+
+    @property
+    def folder(self) -> Folder | None:
+        """The folder for the references of the file."""
+        return None if self.path is None else Folder(self.path.parent, self.allow_outside)
 
     @property
     def F(self) -> Faces:  # noqa: N802

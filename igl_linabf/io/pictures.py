@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime import replacing
 from .._types import FloatArray
-from ..errors import MeshError
+from ..errors import MemoryLimitError, MeshError
+from ..linalg import fits
 
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
+PIXEL_BYTES = 40  # memory for a pixel while an image is read
 CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
@@ -36,18 +38,24 @@ def decode_image(data: bytes, name: str) -> FloatArray:
     Raises
     ------
     MeshError
-        Pillow cannot read the image.
+        Pillow cannot read the image, or its pixels do not fit into memory.
     """
     from PIL import Image, UnidentifiedImageError
 
     try:
         with Image.open(BytesIO(data)) as file:
+            if not fits(PIXEL_BYTES * file.width * file.height):  # a small file may announce many pixels
+                raise MemoryLimitError(
+                    f"{name} has {file.width} x {file.height} pixels, too many for the memory: scale it down"
+                )
             image: Image.Image = file
             if file.mode in ("P", "PA"):
                 image = file.convert("RGBA" if file.info.get("transparency") is not None else "RGB")
             elif file.mode not in PIXEL_MODES:
                 image = file.convert("RGB")
             rows = np.asarray(image, dtype=np.float64) / PIXEL_MODES[image.mode]
+    except MemoryLimitError:
+        raise
     except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
     return rows[:, :, None] if rows.ndim == 2 else rows

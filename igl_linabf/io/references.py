@@ -1,27 +1,102 @@
-"""Resolve references to other files, and update them if the referring file moves to another folder."""
+"""Resolve references to other files, and update them if the referring file moves to another folder.
+
+By default a reference leads no further than the folder of the referring file and the folders in it, because a
+file from a stranger may refer to any file of this computer.
+"""
 
 import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
+from ..errors import MeshError
 
-def find_file(name: str, folder: Path) -> Path | None:
-    """Return the file that a reference in this folder points to, or None; backslashes are allowed."""
-    for candidate in (name, name.replace("\\", "/")):
+REMEDY = "move the file into it, or allow the reference by --allow-outside (in Python, allow_outside=True)"
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder to which references are relative.
+
+    Attributes
+    ----------
+    path : Path
+    allow_outside : bool
+        Follow references to files outside `root`.
+    root : Path or None
+        The folder that references do not leave; by default `path`.
+    """
+
+    path: Path
+    allow_outside: bool = False
+    root: Path | None = None
+
+    def find(self, name: str) -> Path | None:
+        """Return the file that a reference points to, or None; backslashes are allowed.
+
+        Raises
+        ------
+        MeshError
+            The file is outside the folder, directly or by a symbolic link.
+        """
+        file, is_allowed = self._look_up(name)
+        if not is_allowed:
+            raise MeshError(
+                f"the reference {name} leads out of the folder {self.root or self.path}: {REMEDY}"
+            )
+        return file
+
+    def has(self, name: str) -> bool:
+        """Return True if a reference points to a file, and may be followed."""
+        return self._look_up(name)[0] is not None
+
+    def is_left_by(self, name: str) -> bool:
+        """Return True if a reference leads out of the folder, and must not be followed."""
+        return not self._look_up(name)[1]
+
+    def inner(self, path: Path) -> "Folder":
+        """Return the folder of a file that was found by a reference; its references have the same limit."""
+        return Folder(path, self.allow_outside, self.root or self.path)
+
+    def relocate(self, name: str, new: Path) -> str:
+        """Return a reference relative to another folder.
+
+        References to missing files and to files outside the folder do not change.
+        """
+        target, _ = self._look_up(name)
+        if target is None or Path(name).is_absolute() or self.path.resolve() == new.resolve():
+            return name
+        target = target.parent.resolve() / target.name  # symbolic links between folders
         try:
-            if name and (folder / candidate).is_file():
-                return folder / candidate
-        except (OSError, ValueError):  # the name is too long or contains a null character
-            return None
-    return None
+            return os.path.relpath(target, new.resolve()).replace(os.sep, "/")
+        except ValueError:  # on another drive
+            return target.as_posix()
+
+    def _look_up(self, name: str) -> tuple[Path | None, bool]:
+        """Return the file of a reference, or None, and whether the reference may be followed."""
+        for candidate in dict.fromkeys((name, name.replace("\\", "/"))):
+            try:
+                if not self._may_read(candidate):
+                    return None, False
+                if name and (self.path / candidate).is_file():
+                    return self.path / candidate, True
+            except (OSError, ValueError):  # the name is too long or contains a null character
+                break
+        return None, True
+
+    def _may_read(self, name: str) -> bool:
+        """Return True if a name is inside the folder, both as written and after links are resolved.
+
+        The name as written is checked first, because resolving a network path may contact its server.
+        """
+        places: tuple[Callable[[Path], str], ...] = (os.path.abspath, os.path.realpath)
+        return self.allow_outside or all(
+            _is_within(place(self.path / name), place(self.root or self.path)) for place in places
+        )
 
 
-def relocate_reference(name: str, old: Path, new: Path) -> str:
-    """Return a reference relative to another folder; references to missing files do not change."""
-    target = find_file(name, old)
-    if target is None or Path(name).is_absolute() or old.resolve() == new.resolve():
-        return name
-    target = target.parent.resolve() / target.name  # symbolic links between folders
+def _is_within(path: str, folder: str) -> bool:
     try:
-        return os.path.relpath(target, new.resolve()).replace(os.sep, "/")
+        return os.path.commonpath((path, folder)) == os.path.normpath(folder)
     except ValueError:  # on another drive
-        return target.as_posix()
+        return False

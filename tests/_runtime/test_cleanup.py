@@ -1,4 +1,4 @@
-"""Ctrl-C ends the command with exit code 130 and one line, without leaving files or processes."""
+"""Ctrl-C and SIGTERM end the command with one line, without leaving files or processes."""
 
 from __future__ import annotations
 
@@ -49,8 +49,9 @@ def is_importing(pid: int) -> bool:
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/maps"), reason="needs /proc")
 @pytest.mark.parametrize("name", ARGUMENTS)
+@pytest.mark.parametrize(("number", "end"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
 def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
-    name: str, meshes: dict[str, Path], tmp_path: Path
+    number: signal.Signals, end: str, name: str, meshes: dict[str, Path], tmp_path: Path
 ) -> None:
     temporary = tmp_path / "tmp"
     temporary.mkdir()
@@ -71,7 +72,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
         while not is_importing(process.pid):
             time.sleep(0.01)
         time.sleep(wait)
-        process.send_signal(signal.SIGINT)  # only to the process itself, which must end its child processes
+        process.send_signal(number)  # only to the process itself, which must end its child processes
         _, said = process.communicate(timeout=500)
         assert not of_session(process.pid)
         assert not list(temporary.iterdir())
@@ -80,6 +81,6 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
                 path.unlink()
         else:
             interrupted += 1
-            assert (process.returncode, said) == (130, "igl-linabf: interrupted\n")
+            assert (process.returncode, said) == (128 + number, f"igl-linabf: {end}\n")
         assert [path.name for path in tmp_path.iterdir()] == ["tmp"]
     assert interrupted

@@ -26,7 +26,7 @@ from igl_linabf import ChartOptions, Cones, MeshError, Packing, unwrap
 from igl_linabf.batch import clusters, flatten_files, places, running
 from igl_linabf.batch.one_mesh import Settings, run
 from igl_linabf.batch.running import _plan_tasks
-from igl_linabf.batch.table import Table
+from igl_linabf.batch.table import Row, Table
 from igl_linabf.flattening import method_of
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
@@ -485,3 +485,13 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
     with pytest.raises(ImportError, match=r"igl-linabf\[batch\]"):
         flatten_files(tmp_path / "in", out)
     assert not out.exists()
+
+
+def test_formulas_in_a_table_are_quoted_and_read_back(tmp_path: Path) -> None:
+    rows = [Row(input=f"/{i}", output=f"{start}1+1.obj", charts=i) for i, start in enumerate("=+-@'a")]
+    with Table(str(tmp_path)) as table:
+        table.plan(rows)
+    text = (tmp_path / "results.csv").read_text(encoding="utf-8")
+    assert [line["output"][0] for line in csv.DictReader(text.splitlines())] == ["'"] * 5 + ["a"]
+    with Table(str(tmp_path)) as table:
+        assert [table.row(row.input) for row in rows] == rows

@@ -1,9 +1,14 @@
 """Read and write GIFTI and FreeSurfer brain surfaces with nibabel."""
 
+import base64
+import binascii
 import copy
 import gzip
+import re
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +17,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...errors import MeshWarning, stack_level
 from ...surface import Polygons
+from ..limits import check_expansion, inflate, largest_expansion, refuse_entities
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras
 from ..vertex_splits import make_flat_surface, to_single_precision
@@ -21,6 +27,10 @@ POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
 TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # of FreeSurfer's triangle surfaces; two lines of text follow
+GZIP_MAGIC, ZLIB_MAGIC = b"\x1f\x8b", b"\x78"
+GIFTI_DATA_PATTERN = re.compile(rb"<Data[^>A]*>")
+GIFTI_ARRAY_PATTERN = re.compile(rb"<DataArray([^>]*)>")
+GIFTI_SIZE_PATTERN = re.compile(rb"""Dim\d+\s*=\s*["'](\d{1,18})["']""")
 VOLUME = "the volume that it was made from"
 
 
@@ -42,7 +52,9 @@ class FreeSurferFile:
 
 def parse_gifti(path: Path) -> MeshFile:
     """Read the surface of a GIFTI file, which may be compressed."""
-    image = call_reader(import_optional("nibabel").load, path)
+    nibabel = import_optional("nibabel")
+    _check_gifti(path)
+    image = call_reader(nibabel.load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
@@ -70,6 +82,25 @@ def parse_gifti(path: Path) -> MeshFile:
             source=GiftiFile(image),
         ),
     )
+
+
+def _check_gifti(path: Path) -> None:
+    """Raise `Damaged` if a GIFTI file, or one of its arrays, becomes too large after decompression."""
+    data = path.read_bytes()
+    limit, size = largest_expansion(len(data)), len(data)
+    if data.startswith(GZIP_MAGIC):
+        data = inflate([data], limit, "its text")
+    refuse_entities(data)
+    for start in (found.end() for found in GIFTI_DATA_PATTERN.finditer(data)):
+        text = data[start : data.find(b"<", start)].strip()
+        if text[:1].isalpha():  # base64 of zlib data; a number begins uncompressed text
+            with suppress(binascii.Error):  # nibabel reports them
+                packed = base64.b64decode(text)
+                if packed[:1] == ZLIB_MAGIC:
+                    limit -= len(inflate([packed], limit, "an array"))
+    for dimensions in GIFTI_ARRAY_PATTERN.findall(data):
+        sizes = [int(n) for n in GIFTI_SIZE_PATTERN.findall(dimensions)]
+        check_expansion(8 * prod(sizes), size, "an array")
 
 
 def _get_other_arrays(image: Any) -> list[Any]:
@@ -141,6 +172,7 @@ def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any
 
 def parse_freesurfer(path: Path) -> MeshFile:
     """Read the surface of a FreeSurfer file, for example lh.pial."""
+    _check_counts(path.read_bytes())
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
     trailer = _read_trailer(path.read_bytes(), 12 * (len(V) + len(F)))
@@ -152,22 +184,42 @@ def parse_freesurfer(path: Path) -> MeshFile:
     return make_checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, extras)
 
 
+def _check_counts(data: bytes) -> None:
+    """Raise `Damaged` if a surface file is too short for the vertices and faces that it announces."""
+    if data.startswith(TRIANGLE_FILE_MAGIC):
+        start = _find_counts(data)
+        n, m = (int.from_bytes(data[start + k : start + k + 4], "big") for k in (0, 4))
+        needed = start + 8 + 12 * (n + m)
+    else:  # faces of four vertices, with positions of two or four bytes
+        n, m = (int.from_bytes(data[k : k + 3], "big") for k in (3, 6))
+        needed = 9 + 3 * n * (2 if data.startswith(b"\xff\xff\xff") else 4) + 12 * m
+    if needed > len(data):
+        raise Damaged(f"it has {len(data)} bytes, but {n} vertices and {m} faces need {needed}")
+
+
+def _find_counts(data: bytes) -> int:
+    """Return the byte after the two lines of text at the start of a triangle surface."""
+    first = data.find(b"\n", len(TRIANGLE_FILE_MAGIC))
+    second = data.find(b"\n", first + 1)
+    if first < 0 or second < 0:
+        raise Damaged("its two lines of text do not end")
+    return second + 1
+
+
 def _read_trailer(data: bytes, size: int) -> bytes:
     """Return the bytes after the vertices and faces, which take `size` bytes."""
     if not data.startswith(TRIANGLE_FILE_MAGIC):
         return b""
-    first = data.index(b"\n", len(TRIANGLE_FILE_MAGIC))
-    start = data.index(b"\n", first + 1) + 1 + 8  # skip the numbers of vertices and faces
-    return data[start + size :]
+    return data[_find_counts(data) + 8 + size :]  # skip the numbers of vertices and faces
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a FreeSurfer surface."""
     points, triangles, _ = make_flat_surface(mesh)
     to_single_precision(points, "TC")
-    import_optional("nibabel.freesurfer").write_geometry(
-        temporary, points, triangles, create_stamp="igl_linabf"
-    )
-    if isinstance(mesh.extras.source, FreeSurferFile):
-        with open(temporary, "ab") as file:
-            file.write(mesh.extras.source.trailer)
+    trailer = mesh.extras.source.trailer if isinstance(mesh.extras.source, FreeSurferFile) else b""
+    counts = np.array([len(points), len(triangles)], ">i4")
+    parts = (counts, points.astype(">f4"), triangles.astype(">i4"))
+    # not nibabel's function, which leaves out rows on a full disk
+    data = b"".join((TRIANGLE_FILE_MAGIC, b"igl_linabf\n\n", *(part.tobytes() for part in parts), trailer))
+    Path(temporary).write_bytes(data)

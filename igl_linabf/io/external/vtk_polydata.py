@@ -12,6 +12,7 @@ from ..mesh_file import MeshFile
 from ..parsing import Column, Damaged, Extras, make_polygons, triangulate_strips
 from ..vertex_splits import split_vertices
 from .optional_packages import call_reader, import_optional, make_checked_mesh_file
+from .vtk_sizes import check_announced_sizes
 
 # VTK's numbers of attributes (scalars, vectors, normals, ..., tangents), and the number of attributes.
 NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
@@ -29,6 +30,7 @@ class VtpFile:
 def parse_vtp(path: Path) -> MeshFile:
     """Read the polygons of a VTP file."""
     pyvista = import_optional("pyvista")
+    check_announced_sizes(path.read_bytes())
     mesh = call_reader(_read_polydata, path)
     extra_cells = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
@@ -170,7 +172,12 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
             written.GetPointData().SetActiveAttribute("Normals", NORMALS)
     written.point_data[name] = split.TC
     written.GetPointData().SetActiveAttribute(name, TEXTURE)
-    written.save(temporary)
+    writer = import_optional("vtkmodules.vtkIOXML").vtkXMLPolyDataWriter()
+    writer.SetInputData(written)
+    writer.SetDataModeToBinary()
+    writer.SetWriteToOutputString(True)  # VTK does not report a full disk
+    writer.Write()
+    Path(temporary).write_bytes(writer.GetOutputString().encode())
 
 
 def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:

@@ -1,7 +1,7 @@
 """Determine which glTF extensions remain valid in a file with renumbered vertices, accessors and views."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -9,8 +9,11 @@ from ...errors import MeshWarning, stack_level
 from ..parsing import Damaged
 
 COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
+VARIANTS = "KHR_materials_variants"
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
 VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # keys of buffer views in properties of METADATA
+# Keys of accessors, in addition to all keys in "attributes".
+ACCESSOR_KEYS = {"indices", "input", "output", "inverseBindMatrices"}
 # Extensions without references to vertices, accessors or buffer views that are not renumbered here.
 KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
@@ -107,3 +110,17 @@ def find_implicit_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the FEATURES of a primitive that are identified by vertex numbers."""
     features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
     return [feature for feature in features if not {"attribute", "texture"} & set(feature)]
+
+
+def renumber_accessors(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
+    """Apply `change` to each accessor number in the description outside extensions."""
+    if isinstance(text, dict):
+        for key, value in text.items():
+            if isinstance(value, int) and not isinstance(value, bool):
+                if key in ACCESSOR_KEYS or inside:
+                    text[key] = change(value)
+            elif key not in ("extras", "extensions", "accessors", "bufferViews"):
+                renumber_accessors(value, change, key in ("attributes", "targets"))
+    elif isinstance(text, list):
+        for value in text:
+            renumber_accessors(value, change, inside)

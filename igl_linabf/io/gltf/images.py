@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import MeshError
 from ..materials import ImageMap
-from ..references import find_file
+from ..parsing import Damaged
 from .scene import Gltf
 
 TEXTURE_TRANSFORM = "KHR_texture_transform"
@@ -43,10 +43,13 @@ def iterate_texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUs
     for key, inner in value.items():
         if key == "extras":
             continue
-        is_use = isinstance(inner, dict) and isinstance(inner.get("index"), int)
+        is_use = isinstance(inner, dict) and type(inner.get("index")) is int
         if is_use and (inside or key.lower().endswith("texture")):
             transform = inner.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
-            yield TextureUse(value, key, int(transform.get("texCoord", inner.get("texCoord", 0))))
+            coordinates = transform.get("texCoord", inner.get("texCoord", 0))
+            if type(coordinates) is not int:
+                raise Damaged(f"its {key}.texCoord is not an integer")
+            yield TextureUse(value, key, coordinates)
         else:
             yield from iterate_texture_uses(inner, inside or key == "propertyTextures")
 
@@ -131,9 +134,9 @@ def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
     uri = str(image.get("uri", ""))
     if uri.startswith("data:"):
         return base64.b64decode(uri.partition(",")[2])
-    file = find_file(unquote(uri), gltf.folder)
+    file = gltf.folder.find(unquote(uri))
     if file is None:
-        raise MeshError(f"the image {uri} is not in {gltf.folder}: put it there")
+        raise MeshError(f"the image {uri} is not in {gltf.folder.path}: put it there")
     return file.read_bytes()
 
 

@@ -12,9 +12,10 @@ from ...surface import Polygons, distinct_corners
 from ..materials import Material, encode_srgb, make_gltf_material, parse_gltf_material
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangulate_strips
+from .container import load_gltf
 from .images import find_image_maps
 from .ngons import EXTENSION, merge_fans, reverse_polygons
-from .scene import Gltf, Mode, Placement, find_placements, load_gltf
+from .scene import Gltf, Mode, Placement, find_placements
 from .unshared import list_unshared
 
 COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
@@ -68,6 +69,8 @@ class _PrimitiveContent(NamedTuple):
     ----------
     V : (#v, 3) float64
         Vertices in the space of the scene.
+    rows : (#v,) int64
+        The row of each vertex in the accessors.
     polygons : Polygons
         Faces over these vertices.
     attributes : dict
@@ -77,23 +80,18 @@ class _PrimitiveContent(NamedTuple):
     """
 
     V: FloatArray
+    rows: IntArray
     polygons: Polygons
     attributes: dict[str, FloatArray | None]
     material: int
 
 
-def parse_gltf(path: Path) -> MeshFile:
+def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
     """Read a glTF or GLB file. A mesh with several instances is read once, where its largest instance is."""
-    try:
-        return _parse_gltf(load_gltf(path))
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
-        raise Damaged(f"its description does not follow glTF 2.0 ({type(error).__name__}: {error})") from None
-
-
-def _parse_gltf(gltf: Gltf) -> MeshFile:
+    gltf = load_gltf(path, allow_outside)
     placement_of_mesh = find_placements(gltf)
     found = [
-        (i, j, _read_primitive(gltf, primitive, i, placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix))
+        (i, j, _read_primitive(gltf, primitive, placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix))
         for i, j, primitive in gltf.primitives()
     ]
     contents = [content for _, _, content in found]
@@ -121,7 +119,7 @@ def _parse_gltf(gltf: Gltf) -> MeshFile:
             j,
             np.arange(*face[k : k + 2]),
             np.arange(*corner[k : k + 2]),
-            content.polygons.corners,
+            content.rows[content.polygons.corners],
             bool(mirrored[i]),
         )
         for k, (i, j, content) in enumerate(found)
@@ -160,43 +158,37 @@ def _gather_texture(
     `of` is the primitive of each vertex. The coordinates are None if no primitive has any.
     """
     maps = [part.attributes[TEXTURE] for part in contents]
-    has_map = np.array([map_ is not None and map_.shape[1] == 2 for map_ in maps])
+    has_map = np.array([map_ is not None for map_ in maps])
     if not has_map.any():
         return None, corner_vertices
     map_ = np.concatenate(
-        [
-            np.zeros((len(part.V), 2)) if m is None or not ok else m
-            for m, ok, part in zip(maps, has_map, contents, strict=True)
-        ]
+        [np.zeros((len(part.V), 2)) if m is None else m for m, part in zip(maps, contents, strict=True)]
     )
     TC, same = np.unique(map_, axis=0, return_inverse=True)
     texture = np.where(has_map[of][corner_vertices], same.ravel()[corner_vertices], -1)
     return TC * [1, -1] + [0, 1], texture.astype(np.int64)
 
 
-def _read_primitive(
-    gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray
-) -> _PrimitiveContent:
+def _read_primitive(gltf: Gltf, primitive: dict[str, Any], matrix: FloatArray) -> _PrimitiveContent:
     """Read the contents of a primitive, transformed by a matrix (4, 4)."""
     indices_of_attribute, linear = primitive["attributes"], matrix[:3, :3]
-    local = gltf.numbers(indices_of_attribute["POSITION"])
-    if local.ndim != 2 or local.shape[1] != 3:
-        raise Damaged(f"the positions of its mesh {mesh} do not have three columns")
-    polygons = _read_polygons(gltf, primitive, len(local))
+    polygons = _read_polygons(gltf, primitive, gltf.count(indices_of_attribute["POSITION"]))
+    rows, corners = np.unique(polygons.corners, return_inverse=True)  # other primitives may share the data
+    polygons = Polygons(corners.ravel().astype(np.int64), polygons.sizes)
+    local = gltf.numbers(indices_of_attribute["POSITION"], rows)
     if np.linalg.det(linear) < 0:
         polygons = reverse_polygons(polygons)
-    attributes: dict[str, FloatArray | None] = {}
-    for name in (TEXTURE, COLOURS, NORMALS):
-        values = gltf.numbers(indices_of_attribute[name]) if name in indices_of_attribute else None
-        fits = values is not None and values.ndim == 2 and len(values) == len(local)
-        attributes[name] = values if fits else None
+    attributes = {
+        name: gltf.numbers(indices_of_attribute[name], rows) if name in indices_of_attribute else None
+        for name in (TEXTURE, COLOURS, NORMALS)
+    }
     if (normals := attributes[NORMALS]) is not None:
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
-    number = int(primitive.get("material", -1))
-    material = number if number < len(gltf.entries("materials")) else -1
-    with np.errstate(invalid="ignore"):  # infinite positions are reported when the mesh is used
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # infinite positions are reported when the mesh is used
         V = local @ linear.T + matrix[:3, 3]
-    return _PrimitiveContent(V, polygons, attributes, material)
+    return _PrimitiveContent(V, rows, polygons, attributes, primitive.get("material", -1))
 
 
 def _gather_colours_and_normals(
@@ -257,7 +249,7 @@ def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[s
 
 def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None:
     """Return an attribute of all primitives; None unless all have it with the same width."""
-    known = [values for values in rows if values is not None and values.ndim == 2]
+    known = [values for values in rows if values is not None]
     if len(known) < len(rows) or len({values.shape[1] for values in known}) > 1:
         return None
     return np.concatenate(known)
@@ -266,6 +258,8 @@ def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None
 def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
     """Return the faces of a primitive over its own vertices."""
     index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
+    if len(index) and int(index.max()) >= n:
+        raise Damaged(f"triangles refer to vertices beyond the {n} vertices of their mesh")
     mode = primitive.get("mode", Mode.TRIANGLES)
     if mode == Mode.TRIANGLES:
         if len(index) % 3:
@@ -278,8 +272,6 @@ def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
         F = np.column_stack(
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])
         )
-    if len(F) and int(F.max()) >= n:
-        raise Damaged(f"triangles refer to vertices beyond the {n} vertices of their mesh")
     return merge_fans(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
 
 

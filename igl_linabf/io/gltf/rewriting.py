@@ -2,10 +2,10 @@
 
 import copy
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, unquote, urlsplit
+from urllib.parse import quote, unquote
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from ..materials import (
     warn_of_stale_images,
 )
 from ..mesh_file import MeshFile
-from ..references import find_file, relocate_reference
+from ..references import Folder
 from ..vertex_splits import find_face_pages, find_unique_tuples, to_single_precision
+from .container import find_referenced_file, is_relative, iterate_uris
 from .extensions import (
     COMPRESSION_EXTENSIONS,
     VIEW_KEYS,
@@ -30,6 +31,7 @@ from .extensions import (
     has_unknown_references,
     iterate_instance_attributes,
     iterate_table_properties,
+    renumber_accessors,
 )
 from .images import count_stale_textures, drop_stale_images, iterate_texture_uses
 from .ngons import EXTENSION
@@ -40,8 +42,6 @@ from .writing import Buffer, order_triangles, save_new_gltf, write_gltf
 
 TANGENT, FEATURE_ID = "TANGENT", "_FEATURE_ID_{}"
 TEXTURE_ATTRIBUTES = (TEXTURE, "TEXCOORD_1")
-# Keys of accessors, in addition to all keys in "attributes".
-ACCESSOR_KEYS = {"indices", "input", "output", "inverseBindMatrices"}
 MIME_TYPES = {
     ".png": "image/png",
     ".jpg": "image/jpeg",
@@ -90,7 +90,7 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
 
         def taken(numbers: dict[str, int], rows: IntArray = rows_used) -> dict[str, int]:
             return {
-                key: buffer.add(gltf.array(number)[rows], like=gltf.text["accessors"][number])
+                key: buffer.add(gltf.array(number, rows), like=gltf.text["accessors"][number])
                 for key, number in numbers.items()
             }
 
@@ -234,53 +234,19 @@ def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
         table_property |= {key: copy_view(table_property[key]) for key in VIEW_KEYS if key in table_property}
     for attributes in iterate_instance_attributes(text):
         attributes |= {key: copy_accessor(number) for key, number in attributes.items()}
-    _renumber_accessors(text, copy_accessor)
+    renumber_accessors(text, copy_accessor)
 
 
-def _embed_images(text: dict[str, Any], old: Path, new: Path, buffer: Buffer) -> None:
+def _embed_images(text: dict[str, Any], old: Folder, new: Path, buffer: Buffer) -> None:
     """Embed image files in the new file, and make all other references relative to its folder."""
     for image in text.get("images", ()):
         file, kind = (
-            _find_referenced_file(image.get("uri"), old),
+            find_referenced_file(image.get("uri"), old),
             MIME_TYPES.get(Path(str(image.get("uri"))).suffix.lower()),
         )
         if file is not None and kind is not None:
             del image["uri"]
             image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
-    for holder, key in _iterate_uris(text):
-        if _find_referenced_file(holder[key], old) is not None:
-            holder[key] = quote(relocate_reference(unquote(holder[key]), old, new))
-
-
-def _find_referenced_file(uri: Any, folder: Path) -> Path | None:
-    """Return the file that a relative URI points to; None for other URIs and missing files."""
-    if not isinstance(uri, str) or urlsplit(uri).scheme:
-        return None
-    return find_file(unquote(uri), folder)
-
-
-def _iterate_uris(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
-    """Yield the keys of URIs, such as "uri" and "schemaUri", and the objects that contain them."""
-    if isinstance(value, list):
-        for inner in value:
-            yield from _iterate_uris(inner)
-    elif isinstance(value, dict):
-        for key, inner in value.items():
-            if key.lower().endswith("uri"):
-                yield value, key
-            elif key not in ("extras", "buffers"):
-                yield from _iterate_uris(inner)
-
-
-def _renumber_accessors(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
-    """Apply `change` to each accessor number in the description outside extensions."""
-    if isinstance(text, dict):
-        for key, value in text.items():
-            if isinstance(value, int) and not isinstance(value, bool):
-                if key in ACCESSOR_KEYS or inside:
-                    text[key] = change(value)
-            elif key not in ("extras", "extensions", "accessors", "bufferViews"):
-                _renumber_accessors(value, change, key in ("attributes", "targets"))
-    elif isinstance(text, list):
-        for value in text:
-            _renumber_accessors(value, change, inside)
+    for holder, key in iterate_uris(text):
+        if is_relative(holder[key]) and old.has(unquote(holder[key])):
+            holder[key] = quote(old.relocate(unquote(holder[key]), new))

@@ -1,24 +1,17 @@
-"""Read the container of glTF 2.0, text or binary: the JSON description and the arrays that it describes.
+"""The arrays and nodes that a glTF description defines; it is checked by `validation` before it is used."""
 
-The description stays JSON, because libraries such as pygltflib discard unknown contents.
-"""
-
-import base64
-import binascii
-import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
-from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._types import FloatArray
+from ..._types import FloatArray, IntArray
 from ..parsing import Damaged
-from .extensions import COMPRESSION_EXTENSIONS, INSTANCES, refuse_compressed, refuse_required
+from ..references import Folder
+from .extensions import COMPRESSION_EXTENSIONS, INSTANCES, refuse_compressed
 
 
 class Component(IntEnum):
@@ -62,6 +55,8 @@ DTYPES = {
     Component.UNSIGNED_INT: "<u4",
     Component.FLOAT: "<f4",
 }
+INSTANCE_ATTRIBUTES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
+UNSIGNED = (5121, 5123, 5125)  # codes of the unsigned types, which indices have
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -91,79 +86,124 @@ class Gltf:
     text : dict
         The JSON description.
     buffers : list of bytes
-    folder : Path
+    folder : Folder
         The folder for relative references.
+    description_size : int
+        The number of bytes of the file itself.
     """
 
     text: dict[str, Any]
     buffers: list[bytes]
-    folder: Path
+    folder: Folder
+    description_size: int
+    _dense: dict[int, NDArray[Any]] = field(default_factory=dict)
 
     def entries(self, name: str) -> list[dict[str, Any]]:
         """Return all entries of a kind, such as "nodes"; an empty list if there are none."""
         return list(self.text.get(name, ()))
 
+    @property
+    def size(self) -> int:
+        """The number of bytes of the file and of the files of its buffers."""
+        return self.description_size + sum(map(len, self.buffers))
+
     def view(self, number: int) -> bytes:
         """Return the bytes of a buffer view."""
-        view = self._entry("bufferViews", number)
-        for name in COMPRESSION_EXTENSIONS & set(view.get("extensions", {})):
-            extension = self._entry("buffers", view["buffer"]).get("extensions", {}).get(name, {})
-            if extension.get("fallback"):  # the uncompressed buffer is empty
-                refuse_compressed(f"its buffer view {number}", name)
-        start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
-        buffer = self.buffers[int(view["buffer"])]
-        if start < 0 or length < 0 or start + length > len(buffer):
+        return bytes(self._span(number))
+
+    def check_view(self, number: int) -> None:
+        """Raise `Damaged` if a buffer view ends after its buffer; views of compressed data may."""
+        if not COMPRESSION_EXTENSIONS & set(self.text["bufferViews"][number].get("extensions", {})):
+            self._span(number)
+
+    def check_rows(self, number: int) -> None:
+        """Raise `Damaged` if the buffer view of an accessor is too short for its rows."""
+        accessor = self.text["accessors"][number]
+        if self._is_compressed(accessor.get("bufferView")):
+            return
+        if "bufferView" in accessor:
+            self._stored_rows(accessor, accessor, accessor["count"])
+        if "sparse" in accessor:
+            self._sparse_rows(number)
+
+    def row_bytes(self, number: int) -> int:
+        """Return the number of bytes of a row of an accessor."""
+        kind, width = self._row_type(self.text["accessors"][number])
+        return kind.itemsize * width
+
+    def array(self, number: int, rows: IntArray | slice = slice(None)) -> NDArray[Any]:
+        """Return rows of an accessor, (n,) or (n, width), as stored; by default all rows."""
+        accessor = self.text["accessors"][number]
+        if "bufferView" in accessor:
+            values = self._stored_rows(accessor, accessor, accessor["count"])
+        else:
+            kind, width = self._row_type(accessor)
+            values = np.broadcast_to(np.zeros(1, kind), (accessor["count"], width))
+        if "sparse" in accessor:
+            if number not in self._dense:
+                self._dense[number] = values.copy()
+                where, new = self._sparse_rows(number)
+                self._dense[number][where] = new
+            values = self._dense[number]
+        values = values[rows]
+        return values[:, 0] if values.shape[1] == 1 else values
+
+    def numbers(self, number: int, rows: IntArray | slice = slice(None)) -> FloatArray:
+        """Return rows of an accessor as floating-point numbers; normalised integers become fractions."""
+        stored = self.array(number, rows)
+        values = stored.astype(np.float64)
+        if self.text["accessors"][number].get("normalized") and stored.dtype.kind != "f":
+            values = np.maximum(values / np.iinfo(stored.dtype).max, -1.0)
+        return np.asarray(values)
+
+    def count(self, number: int) -> int:
+        """Return the number of rows of an accessor."""
+        return int(self.text["accessors"][number]["count"])
+
+    def _span(self, number: int) -> memoryview:
+        view = self.text["bufferViews"][number]
+        if self._is_compressed(number):
+            (name, *_) = COMPRESSION_EXTENSIONS & set(view["extensions"])
+            refuse_compressed(f"its buffer view {number}", name)
+        start, length = view.get("byteOffset", 0), view["byteLength"]
+        buffer = memoryview(self.buffers[view["buffer"]])
+        if start + length > len(buffer):
             raise Damaged(f"its buffer view {number} ends after the {len(buffer)} bytes of its buffer")
         return buffer[start : start + length]
 
-    def array(self, number: int) -> NDArray[Any]:
-        """Return the rows of an accessor, (n,) or (n, width), as stored."""
-        accessor = self._entry("accessors", number)
-        if accessor.get("componentType") not in DTYPES or accessor.get("type") not in WIDTHS:
-            raise Damaged(f"its accessor {number} has an unknown type")
-        kind, width = np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
-        n = accessor["count"]
-        if not 0 <= n < 2**32:
-            raise Damaged(f"its accessor {number} has {n} rows")
-        if "bufferView" in accessor:
-            stride = self._entry("bufferViews", accessor["bufferView"]).get("byteStride")
-            rows = self._rows(accessor, kind, width, n, stride)
-        else:
-            if n > 10**8:
-                raise Damaged(f"its accessor {number} has {n} rows and no data")
-            rows = np.zeros((n, width), kind)
-        if "sparse" in accessor:
-            sparse = accessor["sparse"]
-            m, indices = int(sparse["count"]), sparse["indices"]
-            where = self._rows(indices, np.dtype(DTYPES[indices["componentType"]]), 1, m, None)
-            if m and int(where.max()) >= n:
-                raise Damaged(f"its accessor {number} changes rows that it does not have")
-            rows = rows.copy()
-            rows[where[:, 0]] = self._rows(sparse["values"], kind, width, m, None)
-        return rows[:, 0] if width == 1 else rows
+    def _is_compressed(self, number: int | None) -> bool:
+        """Return True if a buffer view has its data only in the compressed form of an extension."""
+        if number is None:
+            return False
+        view = self.text["bufferViews"][number]
+        known = self.text["buffers"][view["buffer"]].get("extensions", {})
+        return any(
+            known.get(name, {}).get("fallback")  # the uncompressed buffer is empty
+            for name in COMPRESSION_EXTENSIONS & set(view.get("extensions", {}))
+        )
 
-    def numbers(self, number: int) -> FloatArray:
-        """Return the rows of an accessor as floating-point numbers; normalised integers become fractions."""
-        rows = self.array(number)
-        values = rows.astype(np.float64)
-        if self._entry("accessors", number).get("normalized") and rows.dtype.kind != "f":
-            values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
-        return np.asarray(values)
+    def _row_type(self, accessor: dict[str, Any]) -> tuple[np.dtype[Any], int]:
+        return np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
 
-    def _rows(
-        self, entry: dict[str, Any], kind: np.dtype[Any], width: int, n: int, stride: int | None
-    ) -> NDArray[Any]:
-        data, start = self.view(entry["bufferView"]), int(entry.get("byteOffset", 0))
-        step = stride or kind.itemsize * width
-        if n and (start < 0 or step < 1 or start + (n - 1) * step + kind.itemsize * width > len(data)):
-            raise Damaged(f"its buffer view {entry['bufferView']} is too short for {n} rows")
+    def _stored_rows(self, entry: dict[str, Any], accessor: dict[str, Any], n: int) -> NDArray[Any]:
+        """Return the `n` rows, of the type of `accessor`, that start at the place of `entry`."""
+        kind, width = self._row_type(accessor)
+        number, start = entry["bufferView"], entry.get("byteOffset", 0)
+        data, size = self._span(number), kind.itemsize * width
+        step = self.text["bufferViews"][number].get("byteStride", size) if entry is accessor else size
+        if n and (step < size or start + (n - 1) * step + size > len(data)):
+            raise Damaged(f"its buffer view {number} is too short for {n} rows of {size} bytes")
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
 
-    def _entry(self, name: str, number: int) -> dict[str, Any]:
-        entries = self.text.get(name, ())
-        if not 0 <= number < len(entries):
-            raise Damaged(f"it has no entry {number} among its {len(entries)} {name}")
-        return dict(entries[number])
+    def _sparse_rows(self, number: int) -> tuple[IntArray, NDArray[Any]]:
+        """Return the changed rows of a sparse accessor, and their values."""
+        accessor = self.text["accessors"][number]
+        sparse = accessor["sparse"]
+        index = {**sparse["indices"], "type": "SCALAR"}
+        where = self._stored_rows(index, index, sparse["count"])[:, 0].astype(np.int64)
+        if len(where) and int(where.max()) >= accessor["count"]:
+            raise Damaged(f"its accessor {number} changes rows that it does not have")
+        return where, self._stored_rows(sparse["values"], accessor, sparse["count"])
 
     def primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
         """Yield the primitives of triangles: mesh, number within the mesh, and description."""
@@ -176,121 +216,96 @@ class Gltf:
                     yield i, j, primitive
 
 
-def load_gltf(path: Path) -> Gltf:
-    """Read the container, and the buffers stored in other files."""
-    data = path.read_bytes()
-    blob = b""
-    if data[:4] == b"glTF":
-        data, blob = _split_chunks(data)
-    try:
-        text = json.loads(data)
-    except (ValueError, RecursionError) as error:
-        raise Damaged(f"its description is not valid JSON ({error})") from None
-    version = str(text.get("asset", {}).get("version", "")) if isinstance(text, dict) else ""
-    if version.split(".")[0] != "2":
-        named = f"of version {version}" if version else "without a version"
-        raise Damaged(f"it is a glTF {named}: write it as glTF 2.0, for example from Blender")
-    refuse_required(text)
-    buffers = []
-    for i, buffer in enumerate(text.get("buffers", ())):
-        uri = buffer.get("uri")
-        inside = blob if i == 0 else b""  # only the first buffer is in the container
-        buffers.append(inside if uri is None else _read_resource(uri, path, i))
-    return Gltf(text, buffers, path.parent)
-
-
-def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
-    """Return the JSON chunk and the binary chunk of a GLB file."""
-    start, declared, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
-    if declared > len(data):
-        raise Damaged(f"its header declares {declared} bytes, but it has {len(data)}")
-    while start + 8 <= len(data):
-        length, kind = int.from_bytes(data[start : start + 4], "little"), data[start + 4 : start + 8]
-        if start + 8 + length > len(data):
-            raise Damaged(f"its chunk at byte {start} is cut off")
-        chunks.setdefault(kind, data[start + 8 : start + 8 + length])
-        start += 8 + length
-    if b"JSON" not in chunks:
-        raise Damaged("it has no chunk of JSON at byte 12")
-    return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
-
-
-def _read_resource(uri: str, path: Path, number: int) -> bytes:
-    if uri.startswith("data:"):
-        try:
-            return base64.b64decode(uri.partition(",")[2], validate=True)
-        except binascii.Error:
-            raise Damaged(f"its buffer {number} is not valid base64") from None
-    file = path.parent / unquote(uri)
-    if not file.is_file():
-        raise Damaged(f"its buffer {number} is in a file that is missing, {uri}")
-    return file.read_bytes()
-
-
 def find_placements(gltf: Gltf) -> dict[int, Placement]:
     """Return the placement of each mesh by its largest instance, or by the first one of equal size."""
-    nodes, placements_of_mesh = gltf.entries("nodes"), dict[int, list[Placement]]()
-    scenes = gltf.entries("scenes")
-    scene = gltf.text.get("scene", 0)
-    roots = scenes[scene].get("nodes", ()) if 0 <= scene < len(scenes) else ()
+    nodes, scenes = gltf.entries("nodes"), gltf.entries("scenes")
+    largest, area_of_mesh = dict[int, Placement](), dict[int, float]()
+    roots = scenes[gltf.text.get("scene", 0)].get("nodes", ()) if scenes else ()
     children = {child for node in nodes for child in node.get("children", ())}
     stack = [(i, np.eye(4)) for i in (*roots, *(i for i in range(len(nodes)) if i not in children))][::-1]
-    seen = set[int]()
+    seen, instances = set[int](), dict[tuple[int, ...], FloatArray]()
     while stack:
         i, parent = stack.pop()
-        if i in seen or not 0 <= i < len(nodes):
+        if i in seen:
             continue
         seen.add(i)
-        matrix = parent @ _make_transform(nodes[i])
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = parent @ _make_transform(nodes[i])
+            placed = matrix @ _find_instance_transforms(gltf, nodes[i], instances)
+        if not np.isfinite(placed).all():
+            raise Damaged(f"its node {i} is placed beyond double precision")
         if "mesh" in nodes[i]:
-            mesh_placements, name = (
-                placements_of_mesh.setdefault(int(nodes[i]["mesh"]), []),
-                str(nodes[i].get("name", "")),
-            )
-            mesh_placements += [
-                Placement(name, matrix @ each) for each in _find_instance_transforms(gltf, nodes[i])
-            ]
+            mesh, areas = nodes[i]["mesh"], _area_scales(placed)
+            k = int(np.argmax(areas))
+            times = len(placed) + (largest[mesh].times if mesh in largest else 0)
+            if mesh not in largest or areas[k] > area_of_mesh[mesh]:
+                area_of_mesh[mesh] = float(areas[k])
+                largest[mesh] = Placement(nodes[i].get("name", ""), placed[k])
+            largest[mesh] = largest[mesh]._replace(times=times)
         stack += [(child, matrix) for child in nodes[i].get("children", ())][::-1]
-    return {mesh: _largest_placement(mesh_placements) for mesh, mesh_placements in placements_of_mesh.items()}
+    return {mesh: _with_size(placement, area_of_mesh[mesh]) for mesh, placement in largest.items()}
 
 
-def _largest_placement(candidates: list[Placement]) -> Placement:
-    """Return the largest of a mesh's placements; if all have size zero, use the mesh's own size."""
-    areas = [_area_scale(placement.matrix) for placement in candidates]
-    largest = candidates[int(np.argmax(areas))]._replace(times=len(candidates))
-    if max(areas) > 0:
-        return largest
+def _with_size(placement: Placement, area: float) -> Placement:
+    """Return the placement of a mesh; if it has size zero, use the mesh's own size."""
+    if area > 0:
+        return placement
     matrix = np.eye(4)
-    matrix[:3, 3] = largest.matrix[:3, 3]
-    return largest._replace(matrix=matrix)
+    matrix[:3, 3] = placement.matrix[:3, 3]
+    return placement._replace(matrix=matrix)
 
 
-def _area_scale(matrix: FloatArray) -> float:
-    """Return the factor by which a transform (4, 4) scales areas, a norm of its factors for three planes."""
-    a, b, c = matrix[:3, :3].T
+def _area_scales(matrices: FloatArray) -> FloatArray:
+    """Return the factors by which transforms (k, 4, 4) scale areas, norms of the factors for three planes."""
+    a, b, c = np.moveaxis(matrices[:, :3, :3], 2, 0)
     with np.errstate(all="ignore"):
-        return float(np.nan_to_num(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)])))
+        planes = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])
+        return np.asarray(np.nan_to_num(np.linalg.norm(planes, axis=1)))
 
 
-def _find_instance_transforms(gltf: Gltf, node: dict[str, Any]) -> list[FloatArray]:
-    """Return the transforms of a node's instances, or the identity."""
+def _find_instance_transforms(
+    gltf: Gltf, node: dict[str, Any], known: dict[tuple[int, ...], FloatArray]
+) -> FloatArray:
+    """Return the transforms of a node's instances, (k, 4, 4), or the identity.
+
+    `known` has the transforms by their accessors, which several nodes may share.
+    """
     attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
-    keys = {"TRANSLATION": "translation", "ROTATION": "rotation", "SCALE": "scale"}
-    rows = {key: gltf.numbers(attributes[name]) for name, key in keys.items() if name in attributes}
-    count = min(map(len, rows.values()), default=0)
-    return [_make_transform({key: rows[key][i] for key in rows}) for i in range(count)] or [np.eye(4)]
+    names = [name for name in INSTANCE_ATTRIBUTES if name in attributes]
+    count = min((gltf.count(attributes[name]) for name in names), default=0)
+    if not count:
+        return np.eye(4)[None]
+    key = tuple(attributes.get(name, -1) for name in INSTANCE_ATTRIBUTES)
+    if key in known:
+        return known[key]
+    rows = {name: gltf.numbers(attributes[name], slice(count)) for name in names}
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    if "ROTATION" in rows:
+        matrices[:, :3, :3] = np.moveaxis(_rotations(*rows["ROTATION"].T), 2, 0)
+    if "SCALE" in rows:
+        matrices[:, :3, :3] *= rows["SCALE"][:, None, :]
+    if "TRANSLATION" in rows:
+        matrices[:, :3, 3] = rows["TRANSLATION"]
+    known[key] = matrices
+    return matrices
+
+
+def _rotations(x: Any, y: Any, z: Any, w: Any) -> FloatArray:
+    """Return the rotations of quaternions, (3, 3) or (3, 3, k)."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def _make_transform(node: dict[str, Any]) -> FloatArray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = _rotations(*np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float))
     matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
     matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return matrix

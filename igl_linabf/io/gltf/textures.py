@@ -6,11 +6,11 @@ from typing import Any
 
 from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, Material
 from ..mesh_file import Images
+from .extensions import VARIANTS
 from .images import TEXTURE_TRANSFORM, drop_stale_uses, find_texture_uses, iterate_texture_uses
 from .scene import Filter
 
 SHADING = "pbrMetallicRoughness"
-VARIANTS = "KHR_materials_variants"
 Put = Callable[..., int]  # appends bytes to the buffer, and returns the number of their view
 
 

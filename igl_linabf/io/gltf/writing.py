@@ -71,7 +71,7 @@ class Buffer:
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             view_properties["byteStride"] = data.shape[1]
         accessor["bufferView"] = self.put(data.tobytes(), **view_properties)
-        if accessor["type"] == ACCESSOR_TYPES[3]:  # required for positions
+        if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # required for positions
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
         return len(self.accessors) - 1
@@ -185,9 +185,9 @@ def write_gltf(path: str, description: dict[str, Any], buffer: Buffer) -> None:
         data = base64.b64encode(b"".join(buffer.parts)).decode()
         description["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
         with open(path, "w", encoding="utf-8") as file:
-            json.dump(description, file, separators=(",", ":"))
+            json.dump(description, file, separators=(",", ":"), allow_nan=False)
         return
-    text = json.dumps(description, separators=(",", ":")).encode()
+    text = json.dumps(description, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     size = 12 + 8 + len(text) + 8 + buffer.size
     if size >= 2**32:

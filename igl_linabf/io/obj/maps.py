@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 from ...errors import MeshError
 from ..materials import MTL_KEYWORDS, ImageMap, Material, has_image
 from ..parsing import encode_utf8, parse_numbers
-from ..references import find_file
+from ..references import Folder
 
 KIND_OF_KEYWORD = {word.lower(): kind for kind, word in MTL_KEYWORDS.items()}
 OPTION_LENGTHS = {  # largest number of arguments; options with several arguments take numbers only
@@ -19,7 +18,7 @@ OPTION_LENGTHS = {  # largest number of arguments; options with several argument
 PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # depend on the old coordinates
 
 
-def attach_maps(look: Material, folder: Path) -> Material:
+def attach_maps(look: Material, folder: Folder) -> Material:
     """Return the material with the images that its lines refer to, relative to the folder of the library."""
     found = {
         image_map.kind: image_map
@@ -30,7 +29,7 @@ def attach_maps(look: Material, folder: Path) -> Material:
     return replace(look, maps=tuple(found.values()))
 
 
-def _parse_map_line(line: str, folder: Path) -> list[ImageMap]:
+def _parse_map_line(line: str, folder: Folder) -> list[ImageMap]:
     """Return the image of a line; none for reflections, which do not use texture coordinates."""
     word, *rest = line.split()
     if word.lower() == "refl" or not rest:
@@ -71,8 +70,8 @@ def _parse_pair(words: list[str], default: float) -> tuple[float, float]:
     return values[0], values[1]
 
 
-def _read_image(name: str, folder: Path) -> bytes:
-    file = find_file(name, folder)
+def _read_image(name: str, folder: Folder) -> bytes:
+    file = folder.find(name)
     if file is None:
-        raise MeshError(f"a material refers to the image {name}, which is not in {folder}: put it there")
+        raise MeshError(f"a material refers to the image {name}, which is not in {folder.path}: put it there")
     return file.read_bytes()

@@ -9,7 +9,6 @@ import os
 import re
 import warnings
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from ..parsing import (
     quote_line,
     raise_damaged,
 )
-from ..references import find_file
+from ..references import REMEDY, Folder
 from .maps import attach_maps
 
 STATEMENTS = frozenset(
@@ -162,35 +161,43 @@ def _decode_polypaint(painted: list[bytes], n: int) -> FloatArray | None:
     return values.reshape(n, 4)[:, 1:] / 255 if n and len(values) == 4 * n else None
 
 
-def parse_library_names(line: bytes, folder: Path) -> list[str]:
+def parse_library_names(line: bytes, folder: Folder) -> list[str]:
     """Return the files of a `mtllib` or `maplib` line: one whose name contains spaces, or several."""
     whole = os.fsdecode(parse_name(line))
-    if find_file(whole, folder):
+    if folder.has(whole):
         return [whole]
     return [next(filter(None, match.groups()), "") for match in LIBRARY_NAME_PATTERN.finditer(whole)]
 
 
-def load_looks(extras: Extras, path: Path) -> Extras:
+def load_looks(extras: Extras, folder: Folder) -> Extras:
     """Return the extras with the appearance of the materials of an OBJ file.
 
-    Materials are looked up in the libraries of the file; missing libraries are ignored.
+    Materials are looked up in the libraries of the file; missing libraries are ignored, and libraries outside
+    the folder are skipped with a warning.
     """
     text = extras.source
     if extras.materials is None or not isinstance(text, ObjText):
         return extras
     found: dict[str, Material] = {}
-    for line in text.lines:
-        if line.split(None, 1)[:1] != [LIBRARY_KEYWORD]:
-            continue
-        for name in parse_library_names(line, path.parent):
-            library_path = find_file(name, path.parent)
-            if library_path is not None:
-                with contextlib.suppress(OSError, Damaged):
-                    materials = {
-                        name: attach_maps(look, library_path.parent)
-                        for name, look in read_library(library_path).items()
-                    }
-                    found = materials | found  # the first definition takes precedence
+    statements = (line for line in text.lines if line.split(None, 1)[:1] == [LIBRARY_KEYWORD])
+    libraries = [name for line in statements for name in parse_library_names(line, folder)]
+    outside = [library for library in dict.fromkeys(libraries) if folder.is_left_by(library)]
+    if outside:
+        warnings.warn(
+            f"the material libraries {some(outside)} are outside the folder {folder.path}, and are not read: "
+            f"{REMEDY}",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    for library in dict.fromkeys(libraries):
+        library_path = None if library in outside else folder.find(library)
+        if library_path is not None:
+            with contextlib.suppress(OSError, Damaged):
+                materials = {
+                    name: attach_maps(look, folder.inner(library_path.parent))
+                    for name, look in read_library(library_path).items()
+                }
+                found = materials | found  # the first definition takes precedence
     if not found:
         return extras
     names = extras.materials[0]  # names may contain a comment

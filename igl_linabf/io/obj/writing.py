@@ -24,7 +24,7 @@ from ..materials import (
 )
 from ..mesh_file import MeshFile
 from ..parsing import FaceLabels, encode_utf8, parse_name
-from ..references import relocate_reference
+from ..references import Folder
 from .reading import LIBRARY_KEYWORD, ObjText, parse_library_names
 
 # Elements other than faces that may refer to texture coordinates.
@@ -183,8 +183,8 @@ def _rewrite_obj(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> N
                 if bare != statement.split():
                     stale.add(MAPPED_ELEMENTS[word])
                     line = b" ".join([*bare, *[mark + comment] * bool(mark)])
-            elif word in FILE_STATEMENTS and mesh.path is not None:
-                line = _relocate_file_names(line, word, mesh.path.parent, path.parent)
+            elif word in FILE_STATEMENTS and mesh.folder is not None:
+                line = _relocate_file_names(line, word, mesh.folder, path.parent)
             file.write(line + b"\n")
     if stale:
         warnings.warn(
@@ -223,7 +223,7 @@ def _strip_texture_index(word: bytes) -> bytes:
     return vertex + b"//" + rest[1] if len(rest) == 2 and rest[1] else vertex
 
 
-def _relocate_file_names(line: bytes, word: bytes, old: Path, new: Path) -> bytes:
+def _relocate_file_names(line: bytes, word: bytes, old: Folder, new: Path) -> bytes:
     """Return a statement with references relative to the folder of the new file, one line for each file."""
     if FILE_STATEMENTS[word] is None:
         names, arguments = parse_library_names(line, old), ""
@@ -232,7 +232,7 @@ def _relocate_file_names(line: bytes, word: bytes, old: Path, new: Path) -> byte
     else:
         name, blank, arguments = os.fsdecode(parse_name(line)).partition(" ")
         names, arguments = [name], blank + arguments
-    relocated = [relocate_reference(name, old, new) for name in names]
+    relocated = [old.relocate(name, new) for name in names]
     if relocated == names:
         return line
     return b"\n".join(word + b" " + os.fsencode(name + arguments) for name in relocated)

@@ -13,7 +13,6 @@ from ..._types import FloatArray, IntArray
 from ..materials import quantise_colours, warn_of_stale_images
 from ..mesh_file import MeshFile
 from ..parsing import Column, Property, encode_utf8
-from ..references import relocate_reference
 from ..vertex_splits import SplitVertices, find_unique_tuples, split_with_stable_indices, to_single_precision
 from .reading import (
     COLOUR_NAMES,
@@ -130,11 +129,9 @@ def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
     comments = []
     for line in source.comments:
         head, name, rest = line.partition(f"comment {IMAGE_COMMENT} ")
-        if name and not head and mesh.path is not None:
+        if name and not head and mesh.folder is not None:
             image_name = os.fsdecode(rest.encode("latin-1"))
-            rest = os.fsencode(relocate_reference(image_name.strip(), mesh.path.parent, path.parent)).decode(
-                "latin-1"
-            )
+            rest = os.fsencode(mesh.folder.relocate(image_name.strip(), path.parent)).decode("latin-1")
         comments.append(head + name + rest)
     if mesh.first is None:
         warn_of_stale_images(sum(line.startswith(f"comment {IMAGE_COMMENT} ") for line in comments))

@@ -4,6 +4,8 @@ import re
 from pathlib import Path
 from zipfile import ZipFile
 
+from ...limits import CHUNK, check_expansion, largest_expansion, refuse_entities
+
 NAMESPACE_PATTERN = re.compile(rb"""xmlns:([\w.-]+)\s*=\s*["']([^"']*)""")
 # Prefixes of the 3MF Consortium's namespaces, which lib3mf reads.
 CONSORTIUM_NAMESPACES = (
@@ -12,7 +14,25 @@ CONSORTIUM_NAMESPACES = (
 )
 TRIANGLE_PATTERN = re.compile(rb"<(?:[\w.-]+:)?triangle\s([^>]*)")
 ATTRIBUTE_PATTERN = re.compile(rb"([\w:.-]+)\s*=")
+XML_SUFFIXES = (".model", ".rels", ".xml")
 TRIANGLE_ATTRIBUTES = {b"v1", b"v2", b"v3", b"p1", b"p2", b"p3", b"pid"}
+
+
+def check_package(path: str) -> None:
+    """Raise `Damaged` if the parts of a package become too large, or declare entities."""
+    size = Path(path).stat().st_size
+    left = largest_expansion(size)
+    with ZipFile(path) as package:
+        for entry in package.infolist():
+            with package.open(entry) as file:
+                head = file.read(CHUNK)
+                if entry.filename.lower().endswith(XML_SUFFIXES):
+                    refuse_entities(head)
+                left -= len(head)
+                while left >= 0 and (chunk := file.read(CHUNK)):  # announced sizes may be wrong
+                    left -= len(chunk)
+            if left < 0:
+                check_expansion(largest_expansion(size) - left, size, "its decompressed parts")
 
 
 def find_required_extensions(path: str) -> list[str]:

@@ -1,5 +1,6 @@
 """Read the placed objects of 3MF files."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,15 +12,17 @@ from numpy.typing import NDArray
 
 from ...._types import FloatArray
 from ....surface import Polygons
+from ...limits import check_expansion
 from ...mesh_file import MeshFile
 from ...parsing import Damaged, Extras
 from ...vertex_splits import warn_of_rounding
 from ..optional_packages import call_reader, import_optional, make_checked_mesh_file
-from .packages import find_required_extensions, list_unread_content
+from .packages import check_package, find_required_extensions, list_unread_content
 from .properties import Properties, assign_colours
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # in the order of lib3mf's codes
 UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's code for a required extension that it does not support
+PLACEMENT_BYTES, CORNER_BYTES = 2048, 96  # memory for a placed object, and for a vertex or triangle of it
 METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers"
 
 
@@ -62,6 +65,7 @@ class ThreeMfFile:
 def parse_3mf(path: Path) -> MeshFile:
     """Read all objects of a 3MF file with the placements that its build defines."""
     wrapper = import_optional("lib3mf").get_wrapper()
+    call_reader(check_package, path)
     model = wrapper.CreateModel()
     reader = model.QueryReader("3mf")
     call_reader(reader.ReadFromFile, path)
@@ -72,7 +76,7 @@ def parse_3mf(path: Path) -> MeshFile:
             f"it requires an extension that lib3mf does not support ({names}), and cannot be read correctly "
             "without it: export the file without the extension"
         )
-    mesh: MeshFile = call_reader(_parse_model, model)
+    mesh: MeshFile = call_reader(partial(_parse_model, size=path.stat().st_size), model)
     rest = call_reader(partial(list_unread_content, known=_list_attachment_paths(model)), path)
     return replace(mesh, extras=replace(mesh.extras, unshared=(*mesh.extras.unshared, *rest)))
 
@@ -85,11 +89,11 @@ def _list_attachment_paths(model: Any) -> set[str]:
     return {attachment.GetPath().lstrip("/") for attachment in found}
 
 
-def _parse_model(model: Any) -> MeshFile:
+def _parse_model(model: Any, size: int) -> MeshFile:
     V, F, part = [], [], []
     properties, names, points = Properties(model), list[str](), 0
     rows: dict[str, list[NDArray[np.int64]]] = {"colour": [], "material": [], "texture": []}
-    placed = list(_iterate_placed_meshes(model))
+    placed = list(_iterate_placed_meshes(model, size))
     for mesh, matrix, name, _ in placed:
         positions = read_records(mesh.GetVertices(), "<f4", 3).astype(np.float64)
         spacing = np.abs(positions).max(initial=0) * np.finfo(np.float32).eps / 2
@@ -165,28 +169,44 @@ def _list_unshared(model: Any, source: ThreeMfFile, placed: list[PlacedMesh]) ->
     return tuple(what for what, is_there in found.items() if is_there)
 
 
-def _iterate_placed_meshes(model: Any) -> Iterator[PlacedMesh]:
-    """Yield the meshes of the build, including the meshes of assemblies."""
+def _iterate_placed_meshes(model: Any, size: int) -> Iterator[PlacedMesh]:
+    """Yield the meshes of the build, including the meshes of assemblies.
+
+    Assemblies may contain assemblies, and the number of their meshes may grow exponentially. It is limited in
+    proportion to the `size` of the file.
+    """
     items = model.GetBuildItems()
-    waiting = []
+    waiting, taken = deque[tuple[Any, FloatArray, str, str]](), 0
+    components: dict[int, list[tuple[Any, FloatArray]]] = {}
     while items.MoveNext():
         item = items.GetCurrent()
         place = _to_matrix(item.GetObjectTransform())
         waiting.append((item.GetObjectResource(), place, "", item.GetPartNumber()))
     while waiting:
-        thing, matrix, above, number = waiting.pop(0)
+        thing, matrix, above, number = waiting.popleft()
         name = thing.GetName() or above
+        taken += PLACEMENT_BYTES
+        check_expansion(taken, size, "its objects, which assemblies repeat,")
         if thing.IsMeshObject():
-            yield PlacedMesh(model.GetMeshObjectByID(thing.GetUniqueResourceID()), matrix, name, number)
+            mesh = model.GetMeshObjectByID(thing.GetUniqueResourceID())
+            taken += CORNER_BYTES * (mesh.GetVertexCount() + mesh.GetTriangleCount())
+            yield PlacedMesh(mesh, matrix, name, number)
             continue
         if thing.IsLevelSetObject():
             continue
-        assembly = model.GetComponentsObjectByID(thing.GetUniqueResourceID())
-        for i in range(assembly.GetComponentCount()):
-            component = assembly.GetComponent(i)
-            local = _to_matrix(component.GetTransform())
+        assembly = thing.GetUniqueResourceID()
+        if assembly not in components:
+            components[assembly] = list(_iterate_components(model.GetComponentsObjectByID(assembly)))
+        for part, local in components[assembly]:
             joined = np.vstack((local[:3] @ matrix[:3], local[3] @ matrix[:3] + matrix[3]))
-            waiting.append((component.GetObjectResource(), joined, name, number))
+            waiting.append((part, joined, name, number))
+
+
+def _iterate_components(assembly: Any) -> Iterator[tuple[Any, FloatArray]]:
+    """Yield the objects of an assembly and their transforms."""
+    for i in range(assembly.GetComponentCount()):
+        component = assembly.GetComponent(i)
+        yield component.GetObjectResource(), _to_matrix(component.GetTransform())
 
 
 def _to_matrix(transform: Any) -> FloatArray:

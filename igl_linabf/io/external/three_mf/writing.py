@@ -70,7 +70,8 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
     warn_of_rounding(mesh.TC, np.round(mesh.TC, decimals), "TC")
     writer = model.QueryWriter("3mf")
     writer.SetDecimalPrecision(decimals)
-    writer.WriteToFile(temporary)
+    # not WriteToFile, which does not report a full disk, and may end the process
+    Path(temporary).write_bytes(bytes(writer.WriteToBuffer()))
 
 
 def _count_decimals(rows: FloatArray) -> int:

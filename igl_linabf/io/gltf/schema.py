@@ -1,0 +1,145 @@
+"""A small checker of JSON against declared schemas."""
+
+import json
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NoReturn, Protocol
+
+from ..parsing import Damaged
+
+MAX_DEPTH = 100  # levels of lists and objects; glTF itself has about ten
+QUOTED = 40  # characters of a wrong value in a message
+
+
+class Schema(Protocol):
+    """What a value must be."""
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        """Raise `Damaged` if the value at `place` is wrong; `counts` has the lengths of the lists."""
+        ...
+
+
+@dataclass(frozen=True)
+class Whole:
+    """An integer from `low` to `high`."""
+
+    low: int = 0
+    high: int = 2**53
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if type(value) is not int or not self.low <= value <= self.high:
+            _refuse(value, place, f"an integer from {self.low} to {self.high}")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number."""
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        try:
+            is_finite = type(value) in (int, float) and math.isfinite(value)
+        except OverflowError:  # an integer beyond double precision
+            is_finite = False
+        if not is_finite:
+            _refuse(value, place, "a finite number")
+
+
+@dataclass(frozen=True)
+class Typed:
+    """A value of one of Python's types."""
+
+    kind: type
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if type(value) is not self.kind:
+            _refuse(value, place, {str: "a text", bool: "true or false"}[self.kind])
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """One of several values."""
+
+    values: Collection[int | str]
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if type(value) not in (int, str) or value not in self.values:
+            _refuse(value, place, f"one of {', '.join(str(known) for known in self.values)}")
+
+
+@dataclass(frozen=True)
+class Index:
+    """The number of an entry of the list `of`."""
+
+    of: str
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        count = counts.get(self.of, 0)
+        if type(value) is not int or not 0 <= value < count:
+            _refuse(value, place, f"the number of one of the {count} {self.of}")
+
+
+@dataclass(frozen=True)
+class Several:
+    """A list, of `length` items if it is given."""
+
+    item: Schema
+    length: int | None = None
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if not isinstance(value, list) or self.length not in (None, len(value)):
+            _refuse(value, place, "a list" if self.length is None else f"a list of {self.length} values")
+        for i, inner in enumerate(value):
+            self.item.check(inner, f"{place}[{i}]", counts)
+
+
+@dataclass(frozen=True)
+class Each:
+    """An object with values of one schema."""
+
+    item: Schema
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if not isinstance(value, dict):
+            _refuse(value, place, "an object")
+        for key, inner in value.items():
+            self.item.check(inner, f"{place}.{key}", counts)
+
+
+@dataclass(frozen=True)
+class Record:
+    """An object with known keys; other keys are allowed."""
+
+    optional: Mapping[str, Schema] = field(default_factory=dict)
+    required: Mapping[str, Schema] = field(default_factory=dict)
+
+    def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
+        if not isinstance(value, dict):
+            _refuse(value, place, "an object")
+        for key in self.required:
+            if key not in value:
+                raise Damaged(f"its {place} lacks {key}, which glTF 2.0 requires")
+        for schema in (self.required, self.optional):
+            for key in schema.keys() & value.keys():
+                schema[key].check(value[key], f"{place}.{key}" if place else key, counts)
+
+
+def _refuse(value: Any, place: str, expected: str) -> NoReturn:
+    text = json.dumps(value)
+    shown = text if len(text) <= QUOTED else f"{text[:QUOTED]}..."
+    raise Damaged(f"its {place or 'description'} is {shown}, but glTF 2.0 requires {expected}")
+
+
+def check_depth(value: Any) -> None:
+    """Raise `Damaged` if lists and objects are nested so deeply that recursive functions could fail."""
+    level = [value]
+    for _ in range(MAX_DEPTH):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(inner, dict | list)
+        ]
+        if not level:
+            return
+    raise Damaged(f"its description is nested more than {MAX_DEPTH} levels deep")

@@ -1,0 +1,231 @@
+"""Check a glTF description once, when it is read, against the parts of glTF 2.0 that this package uses."""
+
+from typing import Any
+
+import numpy as np
+
+from ...errors import some
+from ..limits import check_expansion
+from ..parsing import Damaged
+from .extensions import (
+    FEATURES,
+    INSTANCES,
+    METADATA,
+    VARIANTS,
+    VIEW_KEYS,
+    iterate_instance_attributes,
+    iterate_objects,
+    renumber_accessors,
+)
+from .images import TEXTURE_TRANSFORM, find_texture_uses
+from .scene import DTYPES, INSTANCE_ATTRIBUTES, UNSIGNED, WIDTHS, Gltf
+from .schema import Each, Index, Number, OneOf, Record, Schema, Several, Typed, Whole, check_depth
+
+CORNER_BYTES = 64  # memory for a corner of a face
+INSTANCE_BYTES = 512  # memory for the transform of an instance
+
+TEXT, FLAG = Typed(str), Typed(bool)
+NAME: dict[str, Schema] = {"name": TEXT}
+STRIDE = Whole(4, 252)
+ACCESSORS = Each(Index("accessors"))
+PLACED: dict[str, Schema] = {"bufferView": Index("bufferViews")}
+OFFSET: dict[str, Schema] = {"byteOffset": Whole()}
+FACTORS: dict[str, Schema] = {
+    "baseColorFactor": Several(Number(), 4),
+    "metallicFactor": Number(),
+    "roughnessFactor": Number(),
+}
+ACCESSOR = Record(
+    {
+        **NAME,
+        **PLACED,
+        **OFFSET,
+        "normalized": FLAG,
+        "sparse": Record(
+            required={
+                "count": Whole(0, 2**32),
+                "indices": Record(OFFSET, {**PLACED, "componentType": OneOf(UNSIGNED)}),
+                "values": Record(OFFSET, PLACED),
+            }
+        ),
+    },
+    {"componentType": OneOf(tuple(map(int, DTYPES))), "count": Whole(0, 2**32), "type": OneOf(WIDTHS)},
+)
+PRIMITIVE = Record(
+    {
+        "indices": Index("accessors"),
+        "material": Index("materials"),
+        "mode": Whole(0, 6),
+        "targets": Several(ACCESSORS),
+    },
+    {"attributes": ACCESSORS},
+)
+NODE = Record(
+    {
+        **NAME,
+        "children": Several(Index("nodes")),
+        "mesh": Index("meshes"),
+        "matrix": Several(Number(), 16),
+        "translation": Several(Number(), 3),
+        "rotation": Several(Number(), 4),
+        "scale": Several(Number(), 3),
+    }
+)
+DESCRIPTION = Record(
+    {
+        "scene": Index("scenes"),
+        "scenes": Several(Record({"nodes": Several(Index("nodes"))})),
+        "nodes": Several(NODE),
+        "meshes": Several(Record(NAME, {"primitives": Several(PRIMITIVE)})),
+        "accessors": Several(ACCESSOR),
+        "bufferViews": Several(
+            Record({**OFFSET, "byteStride": STRIDE}, {"buffer": Index("buffers"), "byteLength": Whole()})
+        ),
+        "buffers": Several(Record({"uri": TEXT})),
+        "materials": Several(
+            Record(
+                {
+                    **NAME,
+                    "pbrMetallicRoughness": Record(FACTORS),
+                    "emissiveFactor": Several(Number(), 3),
+                    "alphaMode": TEXT,
+                }
+            )
+        ),
+        "textures": Several(
+            Record(
+                {
+                    "sampler": Index("samplers"),
+                    "source": Index("images"),
+                    "extensions": Each(Record({"source": Index("images")})),
+                }
+            )
+        ),
+        "images": Several(Record({"uri": TEXT, "bufferView": Index("bufferViews")})),
+        "samplers": Several(Record({"wrapS": Whole(), "wrapT": Whole()})),
+        "animations": Several(
+            Record({"samplers": Several(Record({"input": Index("accessors"), "output": Index("accessors")}))})
+        ),
+        "skins": Several(Record({"inverseBindMatrices": Index("accessors")})),
+        "cameras": Several(Record()),
+        "extensionsUsed": Several(TEXT),
+        "extensionsRequired": Several(TEXT),
+    },
+    {"asset": Record({"copyright": TEXT}, {"version": TEXT})},
+)
+TABLE = Record({"properties": Each(Record({key: Index("bufferViews") for key in VIEW_KEYS}))})
+EXTENSIONS: dict[str, Schema] = {
+    TEXTURE_TRANSFORM: Record(
+        {
+            "offset": Several(Number(), 2),
+            "scale": Several(Number(), 2),
+            "rotation": Number(),
+            "texCoord": Whole(),
+        }
+    ),
+    FEATURES: Record({"featureIds": Several(Record())}),
+    METADATA: Record({"propertyTables": Several(TABLE)}),
+    INSTANCES: Record({"attributes": ACCESSORS}),
+    VARIANTS: Record({"mappings": Several(Record({"material": Index("materials")}))}),
+}
+# the types of the attributes that are read
+ATTRIBUTE_TYPES = {
+    "POSITION": ("VEC3",),
+    "NORMAL": ("VEC3",),
+    "TEXCOORD_0": ("VEC2",),
+    "COLOR_0": ("VEC3", "VEC4"),
+}
+
+
+def check_description(text: Any) -> None:
+    """Raise `Damaged` if a description does not follow glTF 2.0, or a number in it refers to nothing."""
+    check_depth(text)
+    if not isinstance(text, dict):
+        raise Damaged("its description is not an object of JSON")
+    counts = {name: len(entries) for name, entries in text.items() if isinstance(entries, list)}
+    DESCRIPTION.check(text, "", counts)
+    extensions = Record(EXTENSIONS)
+    for holder in iterate_objects(text):
+        if "extensions" in holder:
+            Each(Record()).check(holder["extensions"], "extensions", counts)
+            extensions.check(holder["extensions"], "extensions", counts)
+    for use in find_texture_uses(text):
+        Index("textures").check(use.holder[use.key]["index"], f"{use.key}.index", counts)
+
+    def check_accessor(number: int) -> int:
+        Index("accessors").check(number, "reference to an accessor", counts)
+        return number
+
+    renumber_accessors(text, check_accessor)
+    _refuse_cycles(text.get("nodes", []))
+
+
+def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
+    """Raise `Damaged` if a node is its own ancestor."""
+    parents = np.zeros(len(nodes), dtype=np.int64)
+    for node in nodes:
+        for child in node.get("children", ()):
+            parents[child] += 1
+    waiting, done = np.flatnonzero(parents == 0).tolist(), 0
+    while waiting:
+        done += 1
+        for child in nodes[waiting.pop()].get("children", ()):
+            parents[child] -= 1
+            if not parents[child]:
+                waiting.append(child)
+    if done < len(nodes):
+        raise Damaged(f"its nodes {some(np.flatnonzero(parents))} are their own descendants")
+
+
+def check_data(gltf: Gltf) -> None:
+    """Raise `Damaged` if the data of accessors are missing, or out of proportion to the file."""
+    accessors = gltf.entries("accessors")
+    for number in range(len(gltf.entries("bufferViews"))):
+        gltf.check_view(number)
+    unstored = 0
+    for number, accessor in enumerate(accessors):
+        gltf.check_rows(number)
+        if "bufferView" not in accessor or "sparse" in accessor:
+            unstored += accessor["count"] * gltf.row_bytes(number)
+    check_expansion(unstored, gltf.size, "its accessors without data")
+    used = 0
+    for i, j, primitive in gltf.primitives():
+        used += _check_primitive(accessors, primitive, f"meshes[{i}].primitives[{j}]")
+    check_expansion(used, gltf.size, "its primitives, which share data,")
+    for attributes in iterate_instance_attributes(gltf.text):
+        for name, kind in INSTANCE_ATTRIBUTES.items():
+            if name in attributes and accessors[attributes[name]]["type"] != kind:
+                raise Damaged(f"its instance attribute {name} is not {kind}")
+    instances = sum(
+        max((accessors[number]["count"] for number in attributes.values()), default=0)
+        for attributes in iterate_instance_attributes(gltf.text)
+    )
+    check_expansion(INSTANCE_BYTES * instances, gltf.size, "its instances")
+
+
+def _check_primitive(accessors: list[dict[str, Any]], primitive: dict[str, Any], place: str) -> int:
+    """Check the accessors of a primitive, and return the bytes of memory that it takes."""
+    attributes = primitive["attributes"]
+    for name, types in ATTRIBUTE_TYPES.items():
+        if name in attributes and accessors[attributes[name]]["type"] not in types:
+            raise Damaged(f"its {place}.attributes.{name} is not {' or '.join(types)}")
+    n = int(accessors[attributes["POSITION"]]["count"])
+    targets = primitive.get("targets", [])
+    for holder in (attributes, *targets):
+        for name, number in holder.items():
+            if accessors[number]["count"] != n:
+                raise Damaged(
+                    f"its {place} has {n} positions, but {accessors[number]['count']} rows of {name}"
+                )
+    corners = n
+    if "indices" in primitive:
+        indices = accessors[primitive["indices"]]
+        if indices["type"] != "SCALAR" or indices["componentType"] not in UNSIGNED:
+            raise Damaged(f"its {place}.indices are not unsigned integers")
+        corners = int(indices["count"])
+    row_size: int = sum(
+        WIDTHS[accessors[number]["type"]] * np.dtype(DTYPES[accessors[number]["componentType"]]).itemsize
+        for holder in (attributes, *targets)
+        for number in holder.values()
+    )
+    return CORNER_BYTES * corners + min(n, corners) * row_size

@@ -1,0 +1,72 @@
+"""Files from strangers are refused or read correctly, with bounded memory and time."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from igl_linabf import MeshError, MeshWarning
+from igl_linabf.cli import main
+from igl_linabf.io import image_maps, read_file
+
+pytest.importorskip("resource", reason="limits of a process are POSIX's")
+
+import attacks
+from fuzzing import run_all
+
+PACKAGES = {"3MF": "lib3mf", "GIFTI": "nibabel", "FreeSurfer": "nibabel", "VTP": "pyvista"}
+
+
+def is_installed(name: str) -> bool:
+    package = PACKAGES.get(name.partition(":")[0])
+    return package is None or importlib.util.find_spec(package) is not None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit the memory of a process")
+def test_each_attack_ends_as_the_table_says() -> None:
+    results = run_all([(name, 0) for name in attacks.ATTACKS if is_installed(name)], attacks.__file__, 600)
+    wrong = []
+    for name, (ends, broken) in results.items():
+        wrong += broken
+        wanted = attacks.ATTACKS[name][1]
+        wrong += [f"{name}: {end}, not {wanted}" for end in ends if end != wanted]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_references_outside_the_folder_are_followed_if_they_are_allowed(tmp_path: Path) -> None:
+    folder, outside = tmp_path / "in", tmp_path / "textures"
+    folder.mkdir()
+    outside.mkdir()
+    Image.new("RGB", (2, 2), (255, 0, 0)).save(outside / "red.png")
+    (outside / "a.mtl").write_text("newmtl red\nKd 1 0 0\nmap_Kd red.png\n")
+    obj = attacks.write_obj(folder, "mtllib ../textures/a.mtl\nusemtl red\n")
+    with pytest.warns(MeshWarning, match=r"\.\./textures/a\.mtl are outside .* --allow-outside"):
+        assert read_file(obj).extras.looks is None
+    (image,) = image_maps(read_file(obj, allow_outside=True))["baseColorTexture"]
+    assert image.pixels[0, 0].tolist() == [1, 0, 0]
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    text = attacks.gltf_text(
+        images=[{"uri": "../textures/red.png"}], textures=[{"source": 0}], materials=[material]
+    )
+    text["meshes"][0]["primitives"][0]["material"] = 0
+    gltf = attacks.write_gltf(folder, text)
+    with pytest.raises(MeshError, match=r"\.\./textures/red\.png leads out of .* --allow-outside"):
+        read_file(gltf)
+    command = ["unwrap", str(gltf), "-o", str(tmp_path / "out.glb"), "--quiet"]
+    assert main(command) == 2
+    assert main([*command, "--allow-outside"]) == 0
+    (image,) = image_maps(read_file(tmp_path / "out.glb"))["baseColorTexture"]
+    assert image.pixels[0, 0].tolist() == [1, 0, 0]
+
+
+def test_links_between_folders_inside_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    (tmp_path / "link.mtl").symlink_to(tmp_path / "data" / "a.mtl")
+    (tmp_path / "here").symlink_to(tmp_path)
+    attacks.write_obj(tmp_path, "mtllib data/../link.mtl\nusemtl red\n")
+    assert read_file(tmp_path / "here" / "a.obj").extras.looks[0].colour == (1, 0, 0)
