@@ -17,6 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # libstdc++ must be loaded before the first exception, so that a sanitizer can intercept it
 STANDARD_LIBRARY = "libstdc++.so.6"
+SUPPRESSIONS = "race:_dl_deallocate_tls\n"  # the C library frees memory of threads that have ended
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ class Sanitizer:
             subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
         (packages,) = folder.glob("lib/python3*/site-packages")
         (packages / "packages_of_venv.pth").write_text(sysconfig.get_path("purelib") + "\n")
+        (folder / "suppressions").write_text(SUPPRESSIONS)
         settings = {
             "build-dir": f"build/sanitize-{self.name}",
             "cmake.define.SANITIZE": self.flags,
@@ -74,7 +76,8 @@ class Sanitizer:
         }
         # ThreadSanitizer needs the addresses of a process without randomization
         fixed = ["setarch", platform.machine(), "-R"] if self.name == "threads" else []
-        command = [*fixed, self.python, "-m", "pytest", "-p", "no:cacheprovider", *self.tests]
+        # findings are printed at once, because pytest does not print what it captures if the process ends
+        command = [*fixed, self.python, "-m", "pytest", "-s", "-p", "no:cacheprovider", *self.tests]
         return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
 
 
@@ -92,7 +95,10 @@ SANITIZERS = (
         "threads",
         "thread",
         ["libtsan.so"],
-        {"TSAN_OPTIONS": "halt_on_error=1:exitcode=66", "OMP_NUM_THREADS": "4"},
+        {
+            "TSAN_OPTIONS": "halt_on_error=1:exitcode=66:suppressions=.venv/sanitize-threads/suppressions",
+            "OMP_NUM_THREADS": "4",
+        },
         ["tests/_core/test_threads.py"],
     ),
 )

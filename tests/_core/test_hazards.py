@@ -148,9 +148,8 @@ def test_a_checked_build_rejects_indices_out_of_range(bad: int) -> None:
         lambda: _core.lengths(V, index[None, 1:].copy()),
         lambda: _core.find_edges(corner, 3),
         lambda: _core.signed_double_areas(z, corner),
-        lambda: _core.boundary_loops(index, index, 3),
+        lambda: _core.shortest_pairs(index[None, 1:].copy(), np.ones(1), 3),
         lambda: _core.narrowest_turns(z, np.array([0, bad])),
-        lambda: _core.connected_labels(index[None, 1:].copy(), 3),
     ):
         with pytest.raises(IndexError):
             call()

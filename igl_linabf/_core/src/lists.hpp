@@ -17,7 +17,10 @@ template <class Visit>
 Lists build_lists(Index n, const Visit& visit) {
     Lists result{std::vector<Index>(n + 2), {}};
     Index* begin = result.begin.data();
-    visit([=](Index node, Index) { ++begin[node + 2]; });
+    visit([=](Index node, Index) {
+        check_index(node, n);
+        ++begin[node + 2];
+    });
     std::partial_sum(begin, begin + n + 2, begin);
     result.items = Array<Index>(begin[n + 1]);
     visit([begin, items = result.items.data()](Index node, Index item) { items[begin[node + 1]++] = item; });
