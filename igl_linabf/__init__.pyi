@@ -11,6 +11,7 @@ from . import measures as measures
 from . import patterns as patterns
 from . import plot as plot
 from . import remesh as remesh
+from . import scrolls as scrolls
 from . import surface as surface
 from . import textures as textures
 from . import uv as uv

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -120,3 +121,52 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
             if isinstance(error, OSError) and error.errno and error.filename in (None, str(temporary)):
                 raise OSError(error.errno, error.strerror, str(path)) from None
             raise
+
+
+@contextmanager
+def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Write to a temporary folder beside `path`, which replaces `path` if the block succeeds.
+
+    Parameters
+    ----------
+    path : path-like
+        The folder to write; an existing folder is removed with all its contents.
+
+    Yields
+    ------
+    Path
+        The temporary folder.
+
+    Raises
+    ------
+    OSError
+        The folder around it is missing or not writable, or the disk is full.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "notes")
+    >>> with replacing_folder(path) as temporary:
+    ...     _ = (temporary / "first.txt").write_text("whole or not at all")
+    >>> os.listdir(path)
+    ['first.txt']
+    """
+    path = Path(path)
+    temporary, old = (path.with_name(f".igl_linabf-{secrets.token_hex(8)}") for _ in range(2))
+
+    def undo() -> None:
+        shutil.rmtree(temporary, ignore_errors=True)
+        if old.exists() and not path.exists():
+            os.replace(old, path)
+
+    with undo_at_interrupt(undo):
+        try:
+            temporary.mkdir()
+            yield temporary
+            if path.exists():
+                os.replace(path, old)
+            os.replace(temporary, path)
+        except BaseException:
+            undo()
+            raise
+    shutil.rmtree(old, ignore_errors=True)

@@ -14,6 +14,7 @@ EXTRAS = {  # optional packages, explained in docs/install.md
     "cortex": ("nibabel", "nilearn"),
     "formats": ("lib3mf", "nibabel", "pyvista"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
+    "scrolls": ("tifffile", "imagecodecs"),
     "viz": ("pyvista",),
 }
 

@@ -1,20 +1,34 @@
-"""The commands `igl-linabf flatten`, `igl-linabf compare` and `igl-linabf cortex`."""
+"""The commands `igl-linabf flatten`, `compare`, `cortex` and `scroll`."""
 
 import os
+import sys
 import warnings
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from .._runtime import progress_part
+from .._runtime import progress_part, reporting
 from ..cortex import HEMISPHERES, files_of, flatten_hemispheres, writing_hemispheres
 from ..errors import MeshWarning
 from ..flattening import METHODS, Fit, compare, flatten
-from ..io import Patch, check_free, lies_flat, unit_square
+from ..io import (
+    Patch,
+    as_mesh_file,
+    check_free,
+    check_target,
+    lies_flat,
+    read_tifxyz,
+    unit_square,
+    write_atomically,
+    writing_tifxyz,
+)
 from ..layouts import LayoutName
-from ..linalg import SolverName
+from ..linalg import SolverName, gigabytes
 from ..measures import RINGS, format_pair_count, quality, table
+from ..scrolls import FlatSegment, flatten_segment, memory_needed
 from .arguments import (
     Boundary,
     Corners,
@@ -202,3 +216,84 @@ def flatten_cortex(
         if not flat.good
     ]
     return report_troubles(job, not troubles, troubles)
+
+
+SEGMENT = Option("folder in the tifxyz format", "SEGMENT")
+SCROLL_FORCE = Option("replace an existing segment and mesh")
+SCROLL_FOLDER = output_option("folder of the flat segment")
+OBJ = Option("also write the flattened mesh, with texture coordinates in voxels", "OUT.obj")
+PIECES = Option("flatten the N largest pieces, side by side", "N")
+SCROLL_UP_WORDS = ("axis", "rows")
+
+
+def _parse_up(text: str) -> list[float] | str:
+    """Convert a direction; keep "axis" and "rows"."""
+    return text if text in SCROLL_UP_WORDS else parse_axis(text)
+
+
+SCROLL_UP = Option(
+    "direction that points up in the flat segment: axis (of the scroll, z), rows (of the given grid), or a "
+    "direction in the volume, such as --up=-z",
+    "DIRECTION",
+    _parse_up,
+)
+
+
+@dataclass(frozen=True)
+class ScrollJob(Job):
+    """A job that writes a folder."""
+
+    suffixes: ClassVar[tuple[str, ...]] = (".obj",)  # of the mesh
+
+
+def flatten_scroll(
+    job: Annotated[ScrollJob, {"given": SEGMENT, "force": SCROLL_FORCE, **REPORTS}],
+    *,
+    output: Annotated[Path, SCROLL_FOLDER],
+    method: MethodName = "isometric",
+    up: Annotated[list[float] | str, SCROLL_UP] = "axis",
+    pieces: Annotated[int, PIECES] = 1,
+    obj: Annotated[Path | None, OBJ] = None,
+) -> ExitCode:
+    """Flatten a segment of a scroll, and write it as a grid at true scale.
+
+    Holes are not cut. Exit code 1: written, but with flips or overlaps.
+
+    Examples
+    --------
+    segment -o segment_flat
+    segment -o segment_flat --obj segment_flat.obj --method linabf
+    segment -o segment_flat --up rows --pieces 3 --force
+    segment -o segment_flat --json > figures.json
+    """
+    check_target(output, job.force)
+    if not os.access(output.resolve().parent, os.W_OK):
+        raise OSError(None, "the folder is missing or cannot be written to", str(output.parent))
+    if obj is not None:
+        if obj.suffix.lower() not in job.suffixes:
+            raise ValueError(f"{obj} does not end in .obj: give a file name that does")
+        check_free([obj], job.force)
+    silent = job.quiet or job.json
+    with reporting(False if silent else None):
+        with progress_part("reading", PROGRESS["reading"]):
+            segment = read_tifxyz(job.mesh)
+        if not silent:
+            needed = gigabytes(memory_needed(segment))
+            print(f"{segment.valid.sum():,} points, which take about {needed} of memory", file=sys.stderr)
+        with progress_part("flattening", PROGRESS["computing"]):
+            flat = flatten_segment(segment, method=method, up=up, pieces=pieces)
+        report = flat.report
+        good = not (report.flips or report.overlaps)
+        write = partial(_writing_scroll, flat=flat, obj=obj, force=job.force)
+        write_outputs(replace(job, output=output), str(report), {"good": good, "report": report}, write=write)
+    return report_troubles(job, good, ())
+
+
+@contextmanager
+def _writing_scroll(path: Path, flat: FlatSegment, obj: Path | None, force: bool) -> Iterator[None]:
+    """Write the files under temporary names; they are renamed if the block succeeds."""
+    with ExitStack() as stack:
+        if obj is not None:
+            stack.enter_context(write_atomically(obj, as_mesh_file(flat.V, flat.F), flat.uv, None))
+        stack.enter_context(writing_tifxyz(path, flat.segment, force=force))
+        yield

@@ -14,7 +14,7 @@ from ..errors import printable
 from .arguments import Command, add_options
 from .batching import run_batch
 from .doctor import print_versions, version
-from .flattening import compare_methods, flatten_cortex, flatten_mesh
+from .flattening import compare_methods, flatten_cortex, flatten_mesh, flatten_scroll
 from .jobs import ExitCode, run_command
 from .pattern_making import draw_pattern
 from .texture_coordinates import check_coordinates, pack_charts
@@ -29,6 +29,7 @@ COMMANDS: Mapping[str, Command] = {
     "pack": pack_charts,
     "pattern": draw_pattern,
     "cortex": flatten_cortex,
+    "scroll": flatten_scroll,
     "view": view_mesh,
     "batch": run_batch,
     "doctor": print_versions,

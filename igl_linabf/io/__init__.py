@@ -9,13 +9,17 @@ from .colours import corner_colours as corner_colours
 from .colours import image_maps
 from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
+from .external import Segment, read_tifxyz, write_tifxyz
 from .external import call_reader as call_reader
+from .external import check_scale as check_scale
+from .external import check_target as check_target
 from .external import import_optional as import_optional
 from .external import keep_data_of_polydata as keep_data_of_polydata
 from .external import mean_surface as mean_surface
 from .external import surfaces_beside as surfaces_beside
 from .external import without_strips as without_strips
 from .external import write_patch as write_patch
+from .external import writing_tifxyz as writing_tifxyz
 from .files import as_mesh_file as as_mesh_file
 from .files import (
     read_file,
@@ -56,10 +60,12 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "Segment",
     "image_maps",
     "read_file",
     "read_mesh",
     "read_texture",
+    "read_tifxyz",
     "replacing",
     "unit_square",
     "write_file",
@@ -68,4 +74,5 @@ __all__ = [
     "write_mesh",
     "write_obj",
     "write_textured",
+    "write_tifxyz",
 ]

@@ -7,5 +7,5 @@ value.
 from .baking import bake
 from .sampling import Picture as Picture
 from .sampling import Wrap as Wrap
-from .texels import covered, near_sides
+from .texels import Texels, covered, near_sides
 from .transfer import bake_texture

@@ -19,7 +19,7 @@ import igl_linabf
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api" / "index.rst"]
 SCRIPTS = [path for name in ("demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")]
 SOURCES = [*(ROOT / "igl_linabf").rglob("*.py"), *SCRIPTS]
-FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl)")
+FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl|json|tif)")
 
 
 def check_names(names: list[str]) -> None:

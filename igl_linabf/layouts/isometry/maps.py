@@ -11,14 +11,16 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import place_map
+from .coarse import CoarseHessians
 from .energy import Rest
-from .newton import STALLED_FALL, Hessians, IsometricEnergy, Springs, descend
+from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, descend
 from .slim import is_upright
 
 UNWEIGHTED_TOL = 0.05  # relative gain left to the unweighted energy when the weighted one takes over
 STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # of the springs to the pins, in turn; the surface has energy 1
 MAX_PINNED_STEPS = 40  # Newton steps for each stiffness
 PINS_MET = 1e-6  # distance to a pin, for a surface of area 1; closer vertices are moved onto their pins
+MOST_FREE_VERTICES = 1_000_000  # of a map whose vertices move independently, which takes 6 GB
 WEAK_FIT = 0.3  # with a lower correlation of the free map and its pins, the pins determine the size
 
 
@@ -60,7 +62,10 @@ def make_isometric(
     a similarity, as in the layouts of angles. With more pins, the surface is scaled so that the free map fits
     the pins best, and springs of increasing stiffness pull the vertices to their pins.
     """
-    energy, hessians = _single_chart_energy(mesh, weight, solvers)
+    energy = _single_chart_energy(mesh, weight)
+    coarse = mesh.topology.n > MOST_FREE_VERTICES and not shape_is_pinned(pinned)
+    corner = mesh.topology.corner
+    hessians = CoarseHessians(corner, start, solvers) if coarse else Hessians(corner, len(start), solvers)
     z, (steps,), (stalled,) = _lower_energy(energy, start, hessians, tol)
     missed = 0.0
     if shape_is_pinned(pinned):
@@ -96,21 +101,22 @@ def draw_to_pins(
 ) -> tuple[ComplexArray, float]:
     """Pull a map without flipped triangles to more than two pins; return it and the largest distance."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
-    energy, hessians = _single_chart_energy(mesh, weight, solvers)
+    energy = _single_chart_energy(mesh, weight)
+    hessians = Hessians(mesh.topology.corner, len(z), solvers)
     made, _, _, missed = _draw_to_pins(energy, hessians, z, pinned)
     return made, missed
 
 
-def _single_chart_energy(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEnergy, Hessians]:
-    """Return the energy of a single chart, and the pattern of its Hessian."""
+def _single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
+    """Return the energy of a single chart."""
     corner, n = mesh.topology.corner, mesh.topology.n
     faces = Ragged.of_sizes([corner.shape[1]])
     rest = Rest.of(corner, mesh.double_area, mesh.dot, faces)
-    return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight), Hessians(corner, n, solvers)
+    return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight)
 
 
 def _lower_energy(
-    energy: IsometricEnergy, start: ComplexArray, hessians: Hessians, tol: float
+    energy: IsometricEnergy, start: ComplexArray, hessians: HessianModel, tol: float
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
     """Minimise the energy with `descend`, from maps of any scale.
 
@@ -126,7 +132,7 @@ def _lower_energy(
 
 
 def _draw_to_pins(
-    energy: IsometricEnergy, hessians: Hessians, z: ComplexArray, pinned: Pins
+    energy: IsometricEnergy, hessians: HessianModel, z: ComplexArray, pinned: Pins
 ) -> tuple[ComplexArray, ComplexArray, int, float]:
     """Pull the map to its pins by springs of increasing stiffness.
 

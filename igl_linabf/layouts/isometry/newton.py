@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class Hessians:
     """The pattern of the energy's Hessian, with x and y of each vertex adjacent; analysed once."""
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
-        self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
+        self._corner, self._n = corner, n
         ends, sides, _ = find_edges(corner, n)
         indptr, indices, slot = symmetric_pattern(np.ascontiguousarray(ends.T), n)
         self._across = np.empty(corner.shape, dtype=np.int64)
@@ -80,33 +81,53 @@ class Hessians:
 
     def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
         """Return the gradient, (2 #V,), from the gradients of the triangles, (6, #F)."""
-        slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
-        if springs is not None:
-            slope += _interleave(2 * springs.stiffness * (z - springs.to))
-        return slope
+        return sum_at_vertices(self._corner, by_corner, self._n, springs, z)
 
     def factor(self, rows: FloatArray, springs: Springs | None) -> Factor:
         """Factor the sum of row row^T over the triangles, with six `rows` entries each, and the springs."""
         blocks = outer_products(rows, self._own, self._across, self._entries)
-        own = blocks[self._diagonal][:, ::3]
         if springs is not None:
-            own += 2 * springs.stiffness[:, None]
-        damping = DAMPING
-        while True:
-            own *= 1 + damping
-            blocks[self._diagonal, 0], blocks[self._diagonal, 3] = own.T
-            try:
-                return self._analysis.factor(blocks)
-            except NotPositiveDefiniteError:
-                if damping > 1:
-                    raise
-                damping *= 100
+            blocks[self._diagonal, 0] += 2 * springs.stiffness
+            blocks[self._diagonal, 3] += 2 * springs.stiffness
+        return factor_damped(self._analysis, blocks, self._diagonal)
+
+
+def sum_at_vertices(
+    corner: IntArray, by_corner: FloatArray, n: int, springs: Springs | None, z: ComplexArray
+) -> FloatArray:
+    """Return the gradient with respect to all vertices, (2 #V,), from the gradients of the triangles."""
+    index = np.concatenate((2 * corner, 2 * corner + 1)).ravel()
+    slope = np.asarray(np.bincount(index, by_corner.ravel(), 2 * n), dtype=np.float64)
+    if springs is not None:
+        slope += _interleave(2 * springs.stiffness * (z - springs.to))
+    return slope
+
+
+def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) -> Factor:
+    """Factor a Hessian given by its blocks, with a diagonal that is increased until it is definite."""
+    own, damping = blocks[diagonal][:, ::3], DAMPING
+    while True:
+        own *= 1 + damping
+        blocks[diagonal, 0], blocks[diagonal, 3] = own.T
+        try:
+            return analysis.factor(blocks)
+        except NotPositiveDefiniteError:
+            if damping > 1:
+                raise
+            damping *= 100
+
+
+class HessianModel(Protocol):
+    """The model of the energy's Hessian that `descend` solves with."""
+
+    def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray: ...
+    def factor(self, rows: FloatArray, springs: Springs | None) -> Factor: ...
 
 
 def descend(
     energy: IsometricEnergy,
     z: ComplexArray,
-    hessians: Hessians,
+    hessians: HessianModel,
     tol: float = STALLED_FALL,
     max_steps: int = MAX_NEWTON_STEPS,
 ) -> tuple[ComplexArray, IntArray, BoolArray]:

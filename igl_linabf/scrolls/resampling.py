@@ -1,0 +1,86 @@
+"""The flat segment as a grid: points of the surface at equal distances in the map."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..errors import MeshWarning, stack_level
+from ..io import Segment
+from ..textures import Texels, covered
+
+FACES_AT_ONCE = 250_000  # triangles that are sampled together, which bounds the memory
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A flattened piece of a segment.
+
+    Attributes
+    ----------
+    origin : (#V,) int64
+        The point of the given grid that each vertex comes from, by its index in the flattened grid.
+    F : (#F, 3) int64
+    cells : (#V, 2) float64
+        The column and the row of each vertex in the flat grid, as fractions.
+    """
+
+    origin: IntArray
+    F: IntArray
+    cells: FloatArray
+
+
+def grid_positions(uv: FloatArray, scale: tuple[float, float]) -> tuple[FloatArray, tuple[int, int]]:
+    """Return the columns and rows of the vertices of a map with v upwards, and the size of the grid.
+
+    The grid is centred, and its number of columns and rows is the largest that lies within the map.
+    """
+    cells = uv * scale
+    low, high = np.nanmin(cells, axis=0), np.nanmax(cells, axis=0)
+    columns, rows = (np.floor(high - low) + 1).astype(int).tolist()
+    rest = (high - low - (columns - 1, rows - 1)) / 2
+    return np.column_stack((cells[:, 0] - low[0] - rest[0], high[1] - cells[:, 1] - rest[1])), (columns, rows)
+
+
+def sample_sheets(segment: Segment, sheets: list[Sheet], size: tuple[int, int]) -> Segment:
+    """Interpolate the points and the channels of a segment at the points of the flat grid.
+
+    Integer channels take the value at the nearest corner of the triangle, all others are interpolated.
+    Channels of another size than the grid are left out, with a warning.
+    """
+    columns, rows = size
+    given = segment.points.shape[:2]
+    kept = {name: values for name, values in segment.channels.items() if values.shape[:2] == given}
+    lost = sorted(segment.channels.keys() - kept.keys())
+    if lost:
+        warnings.warn(
+            f"the channels {', '.join(lost)} do not have the size of the grid, {given}: they are left out",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    sources = {"": segment.points, **kept}
+    sources = {name: values.reshape(given[0] * given[1], -1) for name, values in sources.items()}
+    made = {
+        name: np.full((rows * columns, values.shape[1]), 0 if name else np.nan, dtype=values.dtype)
+        for name, values in sources.items()
+    }
+    for sheet in sheets:
+        for start in range(0, len(sheet.F), FACES_AT_ONCE):
+            F = sheet.F[start : start + FACES_AT_ONCE]
+            texels, F = covered(sheet.cells[F], size), sheet.origin[F]
+            for name, values in sources.items():
+                made[name][texels.index] = _interpolate(values, F, texels)
+    points = made.pop("").reshape(rows, columns, 3)
+    channels = {name: v.reshape(rows, columns, *kept[name].shape[2:]) for name, v in made.items()}
+    return Segment(points, segment.scale, dict(segment.meta), channels)
+
+
+def _interpolate(values: np.ndarray, F: IntArray, texels: Texels) -> np.ndarray:
+    """Interpolate values at the corners, (#points, k): linearly, or by the nearest corner if integer."""
+    if values.dtype.kind == "f":
+        return texels.values(values[F])
+    nearest = texels.weights.argmax(axis=1)
+    return np.asarray(values[F[texels.face, nearest]])

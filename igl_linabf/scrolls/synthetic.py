@@ -1,0 +1,64 @@
+"""A made-up scroll segment for tests, examples and benchmarks."""
+
+import numpy as np
+import scipy.ndimage
+
+from ..io import Segment
+
+STEP = 20.0  # distance between neighbouring points, in voxels
+PITCH = 200.0  # distance between neighbouring windings, in voxels
+INNERMOST = 1500.0  # radius at the start of the spiral, in voxels
+NOISE = 1.0  # standard deviation of coordinates, in voxels
+BOTTOM = 1000.0  # smallest z, in voxels
+
+
+def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
+    """Make a segment of a spiral sheet, with the faults of real ones.
+
+    The sheet has noise, bulges, a ragged border, holes, coincident neighbours, a part that hangs on a thin
+    bridge, and a second piece.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Size of the grid, at least 20 by 20. The rows run along the axis of the scroll, from high to low z.
+    seed : int
+        Seed of the random numbers.
+
+    Returns
+    -------
+    Segment
+        With a distance of 20 voxels between neighbouring points.
+
+    Raises
+    ------
+    ValueError
+        The grid is too small.
+
+    Examples
+    --------
+    >>> synthetic_segment(60, 200).points.shape
+    (60, 200, 3)
+    """
+    if min(rows, columns) < 20:
+        raise ValueError(f"the grid has {rows} x {columns} points: give at least 20 x 20")
+    rng = np.random.default_rng(seed)
+    row, column = np.mgrid[:rows, :columns].astype(float)
+    along, up = STEP * column, STEP * (rows - 1 - row)
+    grow = PITCH / (2 * np.pi)  # radius per radian
+    turn = (np.sqrt(INNERMOST**2 + 2 * grow * along) - INNERMOST) / grow  # of the length `along`, nearly
+    radius = INNERMOST + grow * turn + 0.2 * PITCH * np.sin(up / 400) * np.sin(along / 600)
+    points = np.stack((radius * np.cos(turn), radius * np.sin(turn), up), axis=2)
+    centre = 1.5 * radius.max()
+    points += rng.normal(0, NOISE, points.shape) + np.array([centre, centre, BOTTOM])
+    twice = rng.random((rows, columns - 1)) < 0.002
+    points[:, 1:][twice] = points[:, :-1][twice]  # coincident neighbours
+    missing = np.abs(column - 0.8 * columns) < 1.5
+    missing[rows // 2 - 1 : rows // 2 + 1] = False  # a bridge of one cell
+    missing |= np.abs(column - 0.93 * columns) < 1.5  # a piece of its own
+    for radius_of_hole in (1.0, 3.0):
+        seeds = rng.random((rows, columns)) < 1 / 3000
+        missing |= scipy.ndimage.distance_transform_edt(~seeds) < radius_of_hole
+    missing |= row < 2 * rng.random(columns)  # a ragged border
+    points[missing] = np.nan
+    return Segment(points, (1 / STEP, 1 / STEP), {"type": "seg", "name": "synthetic"})
