@@ -13,8 +13,14 @@ import igl_linabf
 from igl_linabf import Atlas
 from igl_linabf.charts import Chart
 from igl_linabf.flattening import Flattening
+from igl_linabf.uv import UVCheck
 
-OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # names of these objects in the docs
+OBJECTS = {
+    "result": Flattening,
+    "atlas": Atlas,
+    "chart": Chart,
+    "check": UVCheck,
+}  # names of these objects in the docs
 
 
 def get_attribute(thing: object, name: str) -> object:

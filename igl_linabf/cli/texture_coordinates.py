@@ -46,8 +46,8 @@ def check_coordinates(
         asked["resolution"] = resolution
     with progress_part("checking", PROGRESS["computing"]):
         found = check_uv(mesh.V, mesh.F, TC, FTC, **asked)
-    figures = {"good": found.good, "troubles": found.troubles, "check": found}
-    write_outputs(job, str(found), figures)
+    check = {**found.figures, "limits": found.report.limits, "flipped": found.flipped}
+    write_outputs(job, str(found), {"good": found.good, "troubles": found.troubles, "check": check})
     return report_troubles(job, found.good, found.troubles)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from .._runtime import aligned
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
 from ..errors import MeshError, is_number, some
-from ..measures import format_pair_count, quality_of
+from ..measures import Quality, format_pair_count, quality_of
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
 from .uv_charts import UVCharts
@@ -20,7 +21,67 @@ from .uv_charts import UVCharts
 CHECKED_RESOLUTION = 1024  # default texels along the side of a page, for densities and margins
 LIMIT_ROUNDING = 1e-6  # relative tolerance of limits, for rounding errors
 
-EMPTY: IntArray = np.zeros(0, dtype=np.int64)
+
+@dataclass(frozen=True)
+class TexelDensity:
+    """Texels per unit of length of V, at the checked resolution.
+
+    Attributes
+    ----------
+    mean : float
+        Mean of all charts.
+    least, most : float
+        Smallest and largest density of a chart.
+    """
+
+    mean: float
+    least: float
+    most: float
+
+
+@dataclass(frozen=True, eq=False)
+class UVCheckReport:
+    """The further figures of a check, and what was requested.
+
+    Attributes
+    ----------
+    faces : int
+        Number of faces.
+    unmapped : int
+        Number of faces without texture coordinates.
+    mirrored : int
+        Number of mirrored charts, such as a half that shares its texture with the other half.
+    stacked : int
+        Number of charts that are stacked on an earlier chart and share its texture. At least nine tenths of
+        both areas overlap.
+    seams : int
+        Number of edges along which the map is cut.
+    quality : Quality
+        Distortion of all charts at their common scale; mirrored charts are reversed.
+    texel_density : TexelDensity
+        Texels per unit of length of V: the mean, and the extremes of single charts.
+    border : float
+        Smallest distance from a chart to the border of its page, in texels; negative if a chart crosses the
+        border.
+    resolution : int or (int, int)
+        Texels along the side of a page, or its width and height.
+    limits : dict of str to float
+        The requested limits `max_stretch`, `max_spread` and `min_margin`.
+    chart : (#F,) int64
+        Chart of each face; -1 without texture coordinates or area.
+    """
+
+    faces: int
+    unmapped: int
+    mirrored: int
+    stacked: int
+    seams: int
+    quality: Quality
+    texel_density: TexelDensity
+    border: float
+    resolution: int | tuple[int, int]
+    limits: dict[str, float]
+    chart: IntArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,88 +90,62 @@ class UVCheck:
 
     Attributes
     ----------
-    faces : int
-        Number of faces.
-    unmapped : int
-        Number of faces without texture coordinates.
     charts : int
         Number of charts.
-    mirrored : int
-        Number of mirrored charts, such as a half that shares its texture with the other half.
-    stacked : int
-        Number of charts that are stacked on an earlier chart and share its texture. At least nine tenths of
-        both areas overlap.
     flips : int
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
         Number of pairs of triangles that overlap by accident, within a chart or between charts that are not
         stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001, and only charts with the
         same triangles count as stacked.
-    seams : int
-        Number of edges along which the map is cut.
     seam_length : float
         Length of the seams on the surface, in units of V.
-    stretch_l2, stretch_linf, angle_distortion, conformal_distortion : float
+    stretch_l2 : float
         As in `Quality`, for all charts at their common scale.
-    texel_density : float
-        Mean number of texels per unit of length of V, at the resolution.
-    least_density, most_density : float
-        Smallest and largest texel density of a chart.
     texel_spread : float
         As in `Quality`, the ratio between the texels of two parts of the surface; 1 is best.
-    pages : int
-        Number of unit squares (UDIM tiles) with charts.
     fill : float
         Share of the pages that is covered by charts. Stacked charts count once.
     margin : float
         Smallest distance between two charts on a page, in texels; infinite for one chart, 0 if charts
         overlap.
-    border : float
-        Smallest distance from a chart to the border of its page, in texels; negative if a chart crosses the
-        border.
-    resolution : int or (int, int)
-        Texels along the side of a page, or its width and height.
-    limits : dict of str to float
-        The requested limits `max_stretch`, `max_spread` and `min_margin`.
+    pages : int
+        Number of unit squares (UDIM tiles) with charts.
     flipped : (#flipped,) int64
         Flipped faces.
     overlapping : (#overlaps, 2) int64
         Pairs of overlapping faces.
-    chart : (#F,) int64
-        Chart of each face; -1 without texture coordinates or area.
-    uv, triangles, chart_of_triangle : (#C, 2) float64, (#T, 3) and (#T,) int64
-        The map as it is drawn in a notebook.
+    report : UVCheckReport
+        Further figures, and the requested resolution and limits.
     """
 
-    faces: int
-    unmapped: int
     charts: int
-    mirrored: int
-    stacked: int
     flips: int
     overlaps: int
-    seams: int
     seam_length: float
     stretch_l2: float
-    stretch_linf: float
-    angle_distortion: float
-    conformal_distortion: float
-    texel_density: float
-    least_density: float
-    most_density: float
     texel_spread: float
-    pages: int
     fill: float
     margin: float
-    border: float
-    resolution: int | tuple[int, int]
-    limits: dict[str, float] = field(default_factory=dict)
-    flipped: IntArray = field(default_factory=EMPTY.copy)
-    overlapping: IntArray = field(default_factory=EMPTY.reshape(0, 2).copy)
-    chart: IntArray = field(default_factory=EMPTY.copy)
-    uv: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
-    triangles: IntArray = field(default_factory=EMPTY.reshape(0, 3).copy)
-    chart_of_triangle: IntArray = field(default_factory=EMPTY.copy)
+    pages: int
+    flipped: IntArray
+    overlapping: IntArray
+    report: UVCheckReport
+    _drawn: tuple[FloatArray, IntArray, IntArray]  # map, triangles and their charts, for a notebook
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """All figures of the table, by the names that `igl-linabf check --json` uses."""
+        density, quality = self.report.texel_density, self.report.quality
+        grouped = {
+            "texel_density": density.mean,
+            "least_density": density.least,
+            "most_density": density.most,
+        }
+        for name in ("stretch_linf", "angle_distortion", "conformal_distortion"):
+            grouped[name] = getattr(quality, name)
+        flat = {**vars(self.report), **vars(self), **grouped}
+        return {name: flat[name] for name in ROWS}
 
     @property
     def good(self) -> bool:
@@ -121,9 +156,10 @@ class UVCheck:
     def troubles(self) -> list[str]:
         """One sentence about each defect."""
         lines = []
-        if self.unmapped:
+        if self.report.unmapped:
             lines.append(
-                f"{self.unmapped:,} of {self.faces:,} faces have no texture coordinates: unwrap the mesh"
+                f"{self.report.unmapped:,} of {self.report.faces:,} faces have no texture coordinates: "
+                "unwrap the mesh"
             )
         if self.flips:
             lines.append(
@@ -136,14 +172,14 @@ class UVCheck:
                 "or unwrap charts that overlap themselves"
             )
         return lines + [
-            line for limit, asked in self.limits.items() for line in self._list_exceeded(limit, asked)
+            line for limit, asked in self.report.limits.items() for line in self._list_exceeded(limit, asked)
         ]
 
     def _list_exceeded(self, limit: str, asked: float) -> list[str]:
         """Return a sentence about each figure beyond a limit."""
-        lines = []
+        lines, figures = [], self.figures
         for name, share, help_ in LIMITS[limit]:
-            value, least = getattr(self, name), limit.startswith("min")
+            value, least = figures[name], limit.startswith("min")
             bound = share * asked
             is_met = value >= bound * (1 - LIMIT_ROUNDING) if least else value <= bound * (1 + LIMIT_ROUNDING)
             if not is_met:
@@ -154,18 +190,18 @@ class UVCheck:
     def __repr__(self) -> str:
         charts = f"{self.charts:,} chart{'s' * (self.charts != 1)}"
         wrong = f"{self.flips:,} flipped, {format_pair_count(self.overlaps)} overlaps"
-        return f"<UVCheck of {self.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
+        return f"<UVCheck of {self.report.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
         return aligned(self._rows())
 
     def _repr_html_(self) -> str:
         troubles = html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
-        picture = map_svg(self.uv, self.triangles, self.chart_of_triangle)
+        picture = map_svg(*self._drawn)
         return html_row([("", picture), ("", html_table(self._rows(), header=False) + troubles)])
 
     def _rows(self) -> list[tuple[str, str]]:
-        return [(label, _format_figure(name, getattr(self, name))) for name, label in ROWS.items()]
+        return [(ROWS[name], _format_figure(name, value)) for name, value in self.figures.items()]
 
 
 def _format_figure(name: str, value: float | tuple[int, int]) -> str:
@@ -272,7 +308,7 @@ def check_uv(
 
     >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 0, 0], [6, 0, 0], [5, 1, 0]], [[0, 1, 2], [3, 4, 5]]
     >>> TC = [[0, 0], [0.5, 0], [0, 0.5], [0.1, 0], [0.6, 0], [0.1, 0.5]]
-    >>> check_uv(V, F, TC, [[0, 1, 2], [0, 1, 2]]).stacked
+    >>> check_uv(V, F, TC, [[0, 1, 2], [0, 1, 2]]).report.stacked
     1
     >>> check_uv(V, F, TC, F).troubles[0][:39]
     '1 pair of triangles overlap by accident'
@@ -293,8 +329,8 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     """Measure the charts on pages of the given size in texels."""
     surface = Submesh.of_arrays(charts.V, charts.upright)
     aspect = height / width
-    quality = quality_of(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=0)
     pairs, stack = charts.overlaps
+    quality = quality_of(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=len(pairs))
     ends = _find_seam_ends(charts)
     flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
     with np.errstate(divide="ignore"):
@@ -305,36 +341,37 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     chart = np.full(n, -1)
     chart[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
     face = charts.split.face[charts.rows]
-    return UVCheck(
+    report = UVCheckReport(
         faces=n,
         unmapped=len(charts.unmapped),
-        charts=charts.number,
         mirrored=int(charts.mirrored.sum()),
         stacked=int((~own).sum()),
-        flips=len(charts.faces_of(charts.flipped)),
-        overlaps=len(pairs),
         seams=len(ends),
-        seam_length=float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()),
-        stretch_l2=quality.stretch_l2,
-        stretch_linf=quality.stretch_linf,
-        angle_distortion=quality.angle_distortion,
-        conformal_distortion=quality.conformal_distortion,
-        texel_density=float(np.sqrt(flat.sum() * aspect / area.sum()) * width),
-        least_density=float(density.min()),
-        most_density=float(density.max()),
-        texel_spread=quality.texel_spread,
-        pages=margins.pages,
-        fill=float(flat[own].sum()) / margins.pages,
-        margin=margins.between,
+        quality=quality,
+        texel_density=TexelDensity(
+            float(np.sqrt(flat.sum() * aspect / area.sum()) * width),
+            float(density.min()),
+            float(density.max()),
+        ),
         border=margins.border,
         resolution=width if width == height else (width, height),
         limits=limits,
+        chart=chart,
+    )
+    return UVCheck(
+        charts=charts.number,
+        flips=len(charts.faces_of(charts.flipped)),
+        overlaps=len(pairs),
+        seam_length=float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()),
+        stretch_l2=quality.stretch_l2,
+        texel_spread=quality.texel_spread,
+        fill=float(flat[own].sum()) / margins.pages,
+        margin=margins.between,
+        pages=margins.pages,
         flipped=charts.faces_of(charts.flipped),
         overlapping=face[pairs],
-        chart=chart,
-        uv=charts.uv,
-        triangles=charts.upright,
-        chart_of_triangle=charts.chart,
+        report=report,
+        _drawn=(charts.uv, charts.upright, charts.chart),
     )
 
 

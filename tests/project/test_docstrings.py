@@ -24,10 +24,14 @@ CHECKS = {
 
 
 class DataclassValidator(Validator):
-    """A validator that accepts the fields of a dataclass as documented attributes."""
+    """A validator that accepts the fields of a dataclass as documented attributes, and ignores private ones."""
 
     def __init__(self, obj_name: str) -> None:
         super().__init__(get_doc_object(resolve(obj_name)))
+
+    @property
+    def signature_parameters(self) -> tuple[str, ...]:
+        return tuple(name for name in super().signature_parameters if not name.startswith("_"))
 
     @property
     def doc_all_parameters(self) -> dict[str, tuple[str, str]]:

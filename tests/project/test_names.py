@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import inspect
 import pkgutil
 import re
@@ -75,6 +76,19 @@ def test_every_dotted_name_in_backticks_exists(path: Path) -> None:
 def test_every_entry_of_the_reference_exists() -> None:
     assert len(read_reference()) > 40
     check_names(read_reference())
+
+
+LARGE = {"igl_linabf.flattening.Flattening", "igl_linabf.measures.Quality"}  # not yet divided
+
+
+@pytest.mark.parametrize("name", read_reference())
+def test_results_and_options_have_at_most_twelve_public_fields(name: str) -> None:
+    thing = resolve(name)
+    if name in LARGE or not isinstance(thing, type):
+        return
+    fields = dataclasses.fields(thing) if dataclasses.is_dataclass(thing) else ()
+    names = getattr(thing, "_fields", [field.name for field in fields])
+    assert len([one for one in names if not one.startswith("_")]) <= 12
 
 
 def read_rows(page: str, head: str) -> list[list[str]]:

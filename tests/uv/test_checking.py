@@ -61,14 +61,20 @@ def write_given(path: Path, given: Map) -> None:
 
 def test_figures_of_a_plane_are_correct() -> None:
     found = check_uv(*several(plane(), moved(plane(), (0.3, 0), size=0.5)), resolution=1000)
-    assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 0, 0, 0, 0)
-    assert (found.seams, found.seam_length, found.pages) == (0, 0, 1)
+    assert (found.charts, found.report.mirrored, found.report.stacked, found.flips, found.overlaps) == (
+        2,
+        0,
+        0,
+        0,
+        0,
+    )
+    assert (found.report.seams, found.seam_length, found.pages) == (0, 0, 1)
     assert found.fill == pytest.approx(0.04 + 0.01)
     # the first square extends from 0.05 to 0.25, the second one starts at 0.325
     assert found.margin == pytest.approx(75)
-    assert found.border == pytest.approx(25)
-    assert (found.least_density, found.most_density) == pytest.approx((50, 100))
-    assert found.texel_density == pytest.approx(1000 * np.sqrt(0.05 / 8))
+    assert found.report.border == pytest.approx(25)
+    assert (found.report.texel_density.least, found.report.texel_density.most) == pytest.approx((50, 100))
+    assert found.report.texel_density.mean == pytest.approx(1000 * np.sqrt(0.05 / 8))
     assert found.texel_spread == pytest.approx(4)
     assert found.good
 
@@ -79,9 +85,13 @@ def test_figures_on_wide_pages_are_correct() -> None:
     wide = TC * [1, 2]
     beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels is less
     found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
-    assert (found.least_density, found.most_density, found.texel_density) == pytest.approx((100, 100, 100))
-    assert found.angle_distortion == pytest.approx(0)
-    assert (found.margin, found.border) == pytest.approx((20, 30))
+    assert (
+        found.report.texel_density.least,
+        found.report.texel_density.most,
+        found.report.texel_density.mean,
+    ) == pytest.approx((100, 100, 100))
+    assert found.report.quality.angle_distortion == pytest.approx(0)
+    assert (found.margin, found.report.border) == pytest.approx((20, 30))
     assert found.fill == pytest.approx(3 * 0.08)
 
 
@@ -90,12 +100,16 @@ def test_an_atlas_is_good_and_has_the_figures_of_unwrap() -> None:
     atlas = unwrap(V, F, packing=Packing(resolution=512, padding=6), progress=False)
     found = check_uv(V, F, atlas.TC, atlas.FTC, resolution=512, min_margin=6, max_stretch=1.5)
     assert found.good, found.troubles
-    assert (found.charts, found.faces, found.seams) == (len(atlas.charts), len(F), len(atlas.seams))
+    assert (found.charts, found.report.faces, found.report.seams) == (
+        len(atlas.charts),
+        len(F),
+        len(atlas.seams),
+    )
     assert found.seam_length == pytest.approx(atlas.seam_length)
     assert found.fill == pytest.approx(atlas.fill)
     assert found.stretch_l2 == pytest.approx(atlas.quality.stretch_l2)
-    assert found.texel_density == pytest.approx(512 * atlas.report.scale)
-    assert len(np.unique(found.chart)) == found.charts
+    assert found.report.texel_density.mean == pytest.approx(512 * atlas.report.scale)
+    assert len(np.unique(found.report.chart)) == found.charts
     assert "<svg" in found._repr_html_()
 
 
@@ -104,7 +118,7 @@ def test_equal_coordinates_are_merged() -> None:
     soup = np.arange(F.size).reshape(F.shape)
     assert check_uv(V, F, TC[FTC].reshape(-1, 2), soup).charts == 1
     assert check_uv(V[F].reshape(-1, 3), soup, TC, FTC).charts == 1
-    assert check_uv(V[F].reshape(-1, 3), soup, TC[FTC].reshape(-1, 2), soup).seams == 0
+    assert check_uv(V[F].reshape(-1, 3), soup, TC[FTC].reshape(-1, 2), soup).report.seams == 0
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -112,7 +126,7 @@ def test_equal_coordinates_are_merged() -> None:
 def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
     """Stacked charts may have different triangles."""
     found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
-    assert (found.charts, found.stacked, found.mirrored) == (3, 1, int(mirrored))
+    assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, int(mirrored))
     assert (found.flips, found.overlaps) == (0, 0)
     assert found.good
     assert found.fill == pytest.approx(0.08)
@@ -122,7 +136,13 @@ def test_halves_that_share_their_coordinates_are_a_mirrored_chart_each() -> None
     V, F = grid()
     TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # folded along the middle
     found = check_uv(V, F, TC, F)
-    assert (found.charts, found.mirrored, found.stacked, found.flips, found.overlaps) == (2, 1, 1, 0, 0)
+    assert (found.charts, found.report.mirrored, found.report.stacked, found.flips, found.overlaps) == (
+        2,
+        1,
+        1,
+        0,
+        0,
+    )
     assert found.good
 
 
@@ -139,10 +159,10 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     assert found.flipped.tolist() == np.flatnonzero(sign < 0).tolist()
     assert found.flips > 0
     assert found.overlaps > 0  # between flipped faces and their neighbours
-    assert (found.charts, found.mirrored) == (1, 0)
+    assert (found.charts, found.report.mirrored) == (1, 0)
     assert "are flipped or collapsed in the map" in found.troubles[0]
     mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces in a mirrored chart
-    assert (mirror.mirrored, mirror.flipped.tolist()) == (1, found.flipped.tolist())
+    assert (mirror.report.mirrored, mirror.flipped.tolist()) == (1, found.flipped.tolist())
     TC[middle] = TC[middle + 1]
     assert set(check_uv(V, F, TC, FTC).flipped.tolist()) >= {
         t for t, face in enumerate(F.tolist()) if {middle, middle + 1} <= set(face)
@@ -159,11 +179,11 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
 )
 def test_other_overlapping_charts_are_accidents(given: Map) -> None:
     found = check_uv(*given)
-    assert found.stacked == 0
+    assert found.report.stacked == 0
     assert found.overlaps > 0
     assert found.margin == 0
     assert not found.good
-    assert {*np.unique(found.chart[found.overlapping])} == {0, 1}
+    assert {*np.unique(found.report.chart[found.overlapping])} == {0, 1}
     assert "overlap by accident" in found.troubles[0]
 
 
@@ -194,7 +214,7 @@ def test_the_margin_is_the_least_distance(gap: float) -> None:
     assert found.margin == pytest.approx(gap * np.sqrt(2))
     assert found.pages == 2
     assert check_uv(*plane(), resolution=1).margin == np.inf
-    assert check_uv(*moved(plane(), (-0.1, 0)), resolution=1).border == pytest.approx(-0.05)
+    assert check_uv(*moved(plane(), (-0.1, 0)), resolution=1).report.border == pytest.approx(-0.05)
 
 
 def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
@@ -224,7 +244,7 @@ def test_faces_without_coordinates_are_counted() -> None:
     some = FTC.copy()
     some[[3, 5]] = -1
     found = check_uv(V, F, TC, some)
-    assert (found.unmapped, np.flatnonzero(found.chart < 0).tolist()) == (2, [3, 5])
+    assert (found.report.unmapped, np.flatnonzero(found.report.chart < 0).tolist()) == (2, [3, 5])
     assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
     with pytest.raises(MeshError, match="no face has texture coordinates"):
         check_uv(V, F, TC, np.full_like(FTC, -1))
@@ -255,7 +275,7 @@ def test_stretch_agrees_with_quality_for_mirrored_charts() -> None:
     for map_ in (TC, TC * [-1, 1]):
         found = check_uv(V, F, map_, F)
         assert found.stretch_l2 == pytest.approx(expected.stretch_l2)
-        assert found.angle_distortion == pytest.approx(expected.angle_distortion)
+        assert found.report.quality.angle_distortion == pytest.approx(expected.angle_distortion)
 
 
 def test_the_exit_code_reports_troubles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

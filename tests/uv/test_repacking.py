@@ -46,9 +46,9 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
     packed = pack(*MAPS, Packing(resolution=256, padding=4), rotate=rotate)
     found = check_uv(*MAPS[:2], packed.TC, packed.FTC, resolution=256, min_margin=4)
     assert found.good, found.troubles
-    assert (found.charts, found.mirrored) == (3, 1)
+    assert (found.charts, found.report.mirrored) == (3, 1)
     assert found.fill == pytest.approx(packed.fill)
-    assert found.texel_density == pytest.approx(256 * packed.scale)
+    assert found.report.texel_density.mean == pytest.approx(256 * packed.scale)
     sizes = []
     for linear in motions(MAPS, packed).values():
         size = np.sqrt(np.linalg.det(linear))  # positive, so that the chart is not mirrored
@@ -67,8 +67,8 @@ def test_rotated_charts_fill_more() -> None:
 def test_even_charts_have_one_texel_density() -> None:
     kept, even = (pack(*MAPS, scale=scale) for scale in ("keep", "even"))
     spreads = [check_uv(*MAPS[:2], p.TC, p.FTC) for p in (kept, even)]
-    assert spreads[0].most_density > 2 * spreads[0].least_density
-    assert spreads[1].most_density == pytest.approx(spreads[1].least_density)
+    assert spreads[0].report.texel_density.most > 2 * spreads[0].report.texel_density.least
+    assert spreads[1].report.texel_density.most == pytest.approx(spreads[1].report.texel_density.least)
     with pytest.raises(ValueError, match="packing is 1024"):
         pack(*MAPS, 1024)
     with pytest.raises(ValueError, match="scale is 'same'"):
@@ -84,7 +84,7 @@ def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     given = several((V, F, TC, F), alone)
     packed = pack(*given)
     found = check_uv(*given[:2], packed.TC, packed.FTC)
-    assert (found.charts, found.stacked, found.mirrored) == (3, 1, 1)
+    assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, 1)
     assert found.good
     # two surfaces that refer to the same rows of TC
     shared = (
@@ -93,7 +93,7 @@ def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
         0.1 * V[:, :2],
         np.vstack((F, F)),
     )
-    assert check_uv(*shared[:2], *(lambda p: (p.TC, p.FTC))(pack(*shared))).stacked == 1
+    assert check_uv(*shared[:2], *(lambda p: (p.TC, p.FTC))(pack(*shared))).report.stacked == 1
 
 
 def test_polygons_come_back_as_polygons() -> None:
@@ -110,7 +110,7 @@ def test_a_density_uses_as_many_pages_as_needed() -> None:
     found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
     assert found.good, found.troubles
     assert packed.pages == found.pages == 3  # one page for each of three stacks
-    assert found.texel_density == pytest.approx(40)
+    assert found.report.texel_density.mean == pytest.approx(40)
     with pytest.raises(MeshError, match=r"do not fit on a page .*use a smaller density"):
         pack(*given, Packing(resolution=128, texel_density=80, padding=2))
 
@@ -149,7 +149,7 @@ def test_the_command_writes_the_repacked_mesh(tmp_path: Path, capsys: pytest.Cap
     assert np.allclose(made.V, MAPS[0])
     found = check_uv(made.V, made.F, made.TC, made.FTC, resolution=256, min_margin=3.99)
     assert found.good, found.troubles
-    assert found.most_density == pytest.approx(found.least_density, rel=1e-4)
+    assert found.report.texel_density.most == pytest.approx(found.report.texel_density.least, rel=1e-4)
     igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *MAPS[:2])
     assert main(["pack", str(tmp_path / "plain.obj"), "-o", str(tmp_path / "out.obj")]) == 2
     assert not (tmp_path / "out.obj").exists()

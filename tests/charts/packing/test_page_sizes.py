@@ -54,9 +54,9 @@ def test_charts_are_similar_in_texels_and_apart(size: Size, number: int) -> None
     V = np.insert(TC * size, 2, 0.0, axis=1)
     check = check_uv(V, FTC, TC, FTC, resolution=size, min_margin=4)
     assert check.good, check.troubles
-    assert check.resolution == size
+    assert check.report.resolution == size
     assert np.isclose(check.stretch_l2, 1)
-    assert np.isclose(check.texel_density, 1)
+    assert np.isclose(check.report.texel_density.mean, 1)
     assert np.isclose(check.fill, sum(new.area for new in placed))
 
 
@@ -71,7 +71,7 @@ def test_an_atlas_measures_what_lies_in_its_texels(size: Size) -> None:
     check = check_uv(V, F, atlas.TC, atlas.FTC, resolution=size, min_margin=6)
     assert check.good, check.troubles
     assert np.isclose(check.fill, atlas.fill)
-    assert np.isclose(check.texel_density, atlas.report.scale * size[0], rtol=1e-3)
+    assert np.isclose(check.report.texel_density.mean, atlas.report.scale * size[0], rtol=1e-3)
     square = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=1024, padding=6))
     assert atlas.fill > 0.7 * square.fill
     again = pack_together([atlas], Packing(resolution=512))[0]
@@ -122,8 +122,8 @@ def test_packing_anew_keeps_the_shapes_in_texels() -> None:
     packed = pack(V, F, atlas.TC, atlas.FTC, Packing(resolution=size, padding=10), scale="even")
     check = check_uv(V, F, packed.TC, packed.FTC, resolution=size, min_margin=10)
     assert check.good, check.troubles
-    assert np.isclose(check.angle_distortion, atlas.quality.angle_distortion, rtol=1e-6)
-    assert np.isclose(check.texel_density, packed.scale * 1024)
+    assert np.isclose(check.report.quality.angle_distortion, atlas.quality.angle_distortion, rtol=1e-6)
+    assert np.isclose(check.report.texel_density.mean, packed.scale * 1024)
 
 
 def test_the_commands_take_width_and_height(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
