@@ -24,7 +24,7 @@ CHECKS = {
 
 
 class DataclassValidator(Validator):
-    """A validator that accepts the fields of a dataclass as documented attributes, and ignores private ones."""
+    """A validator that accepts the public fields of a dataclass as documented attributes."""
 
     def __init__(self, obj_name: str) -> None:
         super().__init__(get_doc_object(resolve(obj_name)))
