@@ -167,7 +167,7 @@ def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
 
     with Image.open(tmp_path / "cortex.png") as picture:
         np.testing.assert_allclose(np.asarray(picture) / 255, np.clip(image, 0, 1), atol=0.002)
-    with pytest.raises(MeshError, match=r"\.glb"):
+    with pytest.raises(ValueError, match=r"\.glb"):
         write_textured(tmp_path / "cortex.ply", V, F, atlas.TC, atlas.FTC, image)
     with pytest.raises(MeshError, match="channels"):
         write_image(tmp_path / "two.png", np.zeros((4, 4, 2)))
