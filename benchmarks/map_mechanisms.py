@@ -4,8 +4,9 @@
 
 Disks are the meshes of the kinds disk and stress in IGL_LINABF_MESHES, and random meshes. They are mapped by
 linear ABF, by converged ABF, onto a circle, onto a rectangle, and with the guarantee. Meshes with holes are
-mapped by linear ABF, onto a circle and onto circles, and closed meshes with 16 cones. F/3nt and flips are
-measured on the map. The time is the CPU time of one thread. Prints Markdown.
+mapped by linear ABF, onto a circle and onto circles, closed meshes with 16 cones, and closed meshes with and
+without handles with cones of quarter turns. F/3nt, L2 stretch of quarter cones and flips are measured on the
+map. The time is the CPU time of one thread. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from meshes import Mesh, shared
 import igl_linabf
 from igl_linabf import Cones, LinABF, flatten, unwrap
 from igl_linabf.angles.steps import conformal_corrections, newton, prescribed
-from igl_linabf.angles.system import holonomy, preconditioner, schur_columns
+from igl_linabf.angles.system import preconditioner
 from igl_linabf.charts import find_cones
+from igl_linabf.charts.cones import quantisation
 from igl_linabf.flattening import methods
 from igl_linabf.flattening.fallbacks import attempts, injective, stages
-from igl_linabf.layouts import choice
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -58,27 +59,15 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
         (prescribed, "correct_conformally", lambda state, *_: state),
         (newton, "correct_conformally", lambda state, *_: state),
     ),
-    "known factors kept": ((conformal_corrections, "FEW_INNER_STEPS", -1),),
     "slow steps solved further": ((newton, "LEAST_ANCHORED_RTOL", newton.ANCHORED_RTOL),),
-    "complex columns and columns of paths": (
-        (
-            holonomy,
-            "solve_columns",
-            lambda inverse, constraints, drawn, B, D: schur_columns.solve_border(
-                lambda r: schur_columns.solve_pairs(inverse, r), B, constraints.n, drawn, D
-            ),
-        ),
-    ),
-    "loops of holes changed": ((choice, "lay_out_relaxed_loops", lambda *_: None),),
-    "loops of holes drawn": ((choice, "MAX_DRAWN_HOLES", 0),),
-    "triangles placed one by one": ((choice, "place_triangles", lambda *_: None),),
     "ears": ((attempts.Ears, "of", lambda *_: None),),
     "converged ABF after linear ABF": (
         (methods, "_default_stages", lambda rtol, tol, made=methods._default_stages: made(rtol, tol)[:2]),
     ),
     "feasible form": ((methods, "run_feasible_abf", lambda *_, **__: None),),
-    "converged ABF left out at two-digit spans": ((stages, "TWO_DIGIT_SPAN", np.inf),),
     "linear ABF after converged ABF": ((methods, "fall_back_to_linear", lambda *_, **__: None),),
+    "exchanges of quarter turns for stretch": ((quantisation, "MAX_EXCHANGES", 0),),
+    "exchanges of quarter turns for closed paths": ((quantisation, "PAIRED_EXCHANGES", 0),),
     "the attempt of the fewest flips": (
         (
             module,
@@ -130,10 +119,10 @@ def flat(V: np.ndarray, F: np.ndarray, method: str | LinABF, boundary: str) -> F
     return Figures(*measured(V, F, made.uv), RANKS.index(made.outcome.value), seconds)
 
 
-def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray) -> Figures:
+def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray | int | str, angles: str | None = None) -> Figures:
     start = process_time()
     try:
-        atlas = unwrap(V, F, cones=Cones(cones), progress=False)
+        atlas = unwrap(V, F, cones=Cones(cones, angles=angles), progress=False)
     except (igl_linabf.MeshError, ArithmeticError):
         return Figures(np.nan, 0, len(RANKS), process_time() - start)
     seconds = process_time() - start
@@ -160,6 +149,9 @@ def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
             yield f"holes, {boundary}", partial(flat, V, F, "linabf", boundary)
     for _, V, F in shared("closed"):
         yield "cones", partial(coned, V, F, find_cones(V, F, CONES))
+    for _, V, F in shared("closed", "handles"):
+        for found in ("auto", 20, 30):
+            yield "quarter cones", partial(coned, V, F, found, "quarter")
 
 
 def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...] = ()) -> list[Figures]:

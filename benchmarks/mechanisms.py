@@ -28,7 +28,6 @@ from peers import relative_seams
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import charting, unwrapping
 from igl_linabf.charts.cut_graphs import clusters
-from igl_linabf.charts.packing import layout_search
 from igl_linabf.charts.panels import Panels, RoundedPanels
 from igl_linabf.charts.seams import search
 
@@ -60,8 +59,6 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "uncut charts": [(charting, "_undo_costly_cuts", lambda done, *_: done)],
     "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
     "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
-    "random moves of packing": [(layout_search, "MAX_MOVES", 0)],
-    "several orders of packing": [(layout_search, "MAX_REORDERED_CHARTS", 0)],
     "cuts for fuller pages": [(unwrapping, "cut_for_fill", lambda done, *_: (done, np.inf))],
 }
 

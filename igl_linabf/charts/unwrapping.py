@@ -53,7 +53,6 @@ from .packing import (
     cut_to_fit,
     fill_of,
     pack_maps,
-    pack_quickly,
 )
 from .periodic import shift_by_period
 
@@ -273,7 +272,7 @@ def _pack_fully(
 
     If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
     """
-    surface, placed, moves = creased.surface, None, False
+    surface, placed = creased.surface, None
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _place_charts(done, request)
         if fill_of(placed) > MAX_SPARSE_FILL:
@@ -287,10 +286,10 @@ def _pack_fully(
     # the page size at which the uncut charts cost as much
     worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
-        placed, moves = pack_quickly(_maps(done), request)
+        placed = _place_charts(done, request)
     if placed is None or 1 / fill_of(placed) > worth:
         return _make_atlas(surface, parts, request, fuller)
-    return _make_atlas(surface, done, request, None if moves else placed)
+    return _make_atlas(surface, done, request, placed)
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:

@@ -25,10 +25,4 @@ from .methods import (
     method_of,
 )
 from .result import Attempt, Flattening, Hole, Outcome, Residuals, Status
-from .with_cones import (
-    DivergedError,
-    KnownLaplacian,
-    PrescribedHolonomy,
-    flatten_with_cones,
-    holonomy_angles_of,
-)
+from .with_cones import DivergedError, KnownLaplacian, PrescribedHolonomy, flatten_with_cones

@@ -15,7 +15,6 @@ from ..angles import (
     ClosedPath,
     HolonomyAngles,
     Linearisation,
-    SchurColumns,
     State,
     System,
     active_set,
@@ -92,14 +91,11 @@ class KnownLaplacian:
     even : bool
         Whether the surface is large with few thin triangles. Otherwise, a factor in the metric of the first
         step is a better preconditioner.
-    columns : SchurColumns or None
-        The Schur columns of the paths, computed by `holonomy_angles_of` with this inverse.
     """
 
     inverse: Factor | None
     left_out: int | None
     even: bool
-    columns: SchurColumns | None = None
 
 
 def flatten_with_cones(
@@ -159,38 +155,13 @@ def flatten_with_cones(
         return build_result(problem, method.name, results, seconds)
 
 
-def holonomy_angles_of(
-    topology: Topology,
-    surface: FloatArray,
-    sums: FloatArray,
-    paths: Sequence[ClosedPath],
-    known: KnownLaplacian | None = None,
-) -> tuple[HolonomyAngles, SchurColumns | None] | None:
-    """Compute the turnings of closed paths, and how a cone at each vertex changes them.
-
-    The parameters are those of `flatten_with_cones`; `surface` contains the angles of the surface. Also
-    return the Schur columns of the paths, which can be reused for other cones with the same omitted vertex.
-    Return None if the Laplacian is singular in double precision.
-    """
-    uncut = replace(topology, n_outer=len(topology.loops))
-    constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
-    angles, lin = AngleProblem(constraints, open_caps(surface)[0], Solvers()), None
-    if known is not None:
-        lin = _known_linearisation(angles, known)
-    try:
-        holonomy, lin = HolonomyAngles.predict(angles, np.arange(topology.n), angles.estimate, lin)
-    except NotPositiveDefiniteError:
-        return None
-    return holonomy, None if known is None or known.inverse is None else lin.columns
-
-
 def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearisation | None:
     """Return a linearisation that preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
         return None
     system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
     analysis = angles.constraints.pattern.analysis(angles.solvers)
-    return Linearisation.with_factor(angles, system, analysis, known.inverse, known.columns)
+    return Linearisation.with_factor(angles, system, analysis, known.inverse)
 
 
 def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonomy) -> tuple[Problem, State]:

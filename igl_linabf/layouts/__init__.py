@@ -8,7 +8,6 @@ Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy a
 from .boundary import Boundary, develop_boundary, harmonic
 from .choice import (
     GAP,
-    LARGEST_HOLE_GAP,
     Layout,
     LayoutName,
     LayoutOptions,
@@ -20,7 +19,7 @@ from .choice import (
 )
 from .conformal_energy import find_far_points, least_squares
 from .convex import on_circle
-from .greedy import FLAT_RESIDUAL, greedy
+from .greedy import greedy
 from .isometry import (
     InjectiveMap,
     IsometricMap,

@@ -8,8 +8,7 @@ from .. import _core
 from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Iterate, Residual, central_angles, with_identity
 from ..linalg import Analysis, Solvers
-from ..surface import complex_positions, flipped_faces
-from .around_holes import Loops, draw_loops, relax_loops
+from ..surface import complex_positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +53,7 @@ def harmonic(
 ) -> tuple[ComplexArray, str]:
     """Compute a map with harmonic coordinates inside the drawn boundaries.
 
-    The Laplacian belongs to the target angles. The loops of holes are drawn as well, if the angles are flat.
-    Returns the map and the name of the solver.
+    The Laplacian belongs to the target angles. Returns the map and the name of the solver.
 
     Raises
     ------
@@ -72,30 +70,7 @@ def harmonic(
     # boundary vertices with a prescribed sum have rows as well
     lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
-    if topology.holes:
-        loops = Loops(constraints, weight, factored.solve)
-        return loops.positions(draw_loops(loops, at.residual.holonomy, boundary.z)), factored.name
     rhs = pattern.pull(weight, z)
     rhs[n:] = 0.0
     z[topology.interior] = complex_positions(factored.solve(rhs)[:n])
-    return z, factored.name
-
-
-def lay_out_relaxed_loops(
-    boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
-) -> tuple[ComplexArray, str] | None:
-    """Approximate the map of the least squares with the Laplacian of `harmonic`.
-
-    All loops are drawn, and then moved to nearly minimise the conformal energy. Returns the map and the name
-    of the solver, or None if the energy stays large or triangles are flipped.
-    """
-    topology, pattern = constraints.topology, constraints.pattern
-    weight = topology.sum_at_edges(at.cot) / 2
-    lower = pattern.laplacian(weight)
-    analysis = laplacian or pattern.analysis(solvers)
-    factored = analysis.factor(lower.data)
-    loops = Loops(constraints, weight, factored.solve)
-    made = relax_loops(loops, draw_loops(loops, at.residual.holonomy, boundary.z))
-    if made is None or len(flipped_faces(z := loops.positions(made), topology.corner)):
-        return None
     return z, factored.name

@@ -21,7 +21,6 @@ from ..surface import (
     coordinates,
     count_vertices,
     face_array,
-    flipped_faces,
     loop_through,
     move_to_pins,
     pins,
@@ -31,15 +30,13 @@ from ..surface import (
     vertex_array,
     with_outer_loop,
 )
-from .boundary import Boundary, develop_boundary, harmonic, lay_out_relaxed_loops
+from .boundary import Boundary, develop_boundary, harmonic
 from .conformal_energy import find_far_points, least_squares
-from .greedy import FLAT_RESIDUAL, greedy, place_triangles
+from .greedy import greedy
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
 GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "auto" accepts
-LARGEST_HOLE_GAP = 0.1  # largest gap of a loop, relative to its length, for relaxed loops
-MAX_DRAWN_HOLES = 12  # with more holes, their loops are not drawn
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
@@ -72,16 +69,12 @@ class LayoutOptions:
         Area of the map without pins.
     side : (2,) or (0,) int64
         Without pins, two vertices; the map is turned so that the second is to the right of the first.
-    without_system : bool
-        Whether angles that are flat to nearly all digits are laid out triangle by triangle, without a linear
-        system.
     """
 
     method: LayoutName = "auto"
     pinned: Pins | None = None
     area: float = 1.0
     side: IntArray | None = None
-    without_system: bool = False
 
 
 def lay_out(
@@ -103,19 +96,10 @@ def lay_out(
     boundary = boundary or develop_boundary(constraints, at.residual)
     rim, gap = topology.loops[0], float(boundary.gaps.max())
     prescribed = not np.isnan(constraints.sums[rim]).all()
-    solver, relaxes, relaxed = "none", False, None
+    solver = "none"
     if method == "auto":
-        held = shape_is_pinned(pinned)
-        draws = gap <= GAP or prescribed
-        if holes:
-            # draw the loops of holes if each hole has a row and there are few holes
-            may_draw = (
-                constraints.wheels == constraints.n and not constraints.paths and holes <= MAX_DRAWN_HOLES
-            )
-            draws = draws and may_draw and at.residual.largest <= FLAT_RESIDUAL
-            widest = max(gap, float(np.abs(at.residual.holonomy.gap).max()))
-            relaxes = may_draw and not prescribed and not held and widest <= LARGEST_HOLE_GAP
-        method = "boundary" if draws and not held else "least-squares"
+        draws = (gap <= GAP or prescribed) and not holes and not shape_is_pinned(pinned)
+        method = "boundary" if draws else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
             f"the mesh has {len(topology.loops)} boundary loops, and layout='boundary' draws one: use "
@@ -123,28 +107,18 @@ def lay_out(
         )
     try:
         if method == "boundary":
-            exact = place_triangles(boundary, at, topology) if options.without_system else None
-            if exact is not None:
-                z, solver = exact, "triangles one by one"
-            else:
-                z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
-            if holes and len(flipped_faces(z, topology.corner)):
-                method, relaxes = "least-squares", False
-        if method == "least-squares" and relaxes:
-            relaxed = lay_out_relaxed_loops(boundary, at, constraints, laplacian, solvers)
-        if relaxed is not None:
-            z, solver = relaxed
+            z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
         elif method == "least-squares":
             ends = slice(None) if prescribed else find_far_points(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
-        elif method == "greedy":
+        else:
             z = greedy(topology, at.alpha)
     except NotPositiveDefiniteError:
         raise SingularSystemError(_describe_thinnest(method, at.alpha)) from None
-    if pinned is None or relaxed is not None or method != "least-squares" or prescribed:
+    if pinned is None or method != "least-squares" or prescribed:
         z = place_map(topology, z, options.area, pinned)
     if pinned is None and options.side is not None and len(options.side):
         side = z[options.side[1]] - z[options.side[0]]
@@ -186,10 +160,9 @@ def layout(
     method : {"auto", "boundary", "least-squares", "greedy"}
         "boundary" draws the boundary loop from its angles; in the interior, both coordinates are harmonic.
         "least-squares" minimises the conformal energy from the triangles with these angles (section 5 of the
-        paper). "greedy" places triangle after triangle (section 5). "auto" is "boundary" if there are at most
-        two pins, and the gap of the drawn loop is at most 2.5e-3 of its length. On a mesh with holes, it also
-        requires at most twelve holes and angles that are flat to 1e-4; then the loops of holes are drawn,
-        too. Otherwise, "auto" is "least-squares".
+        paper). "greedy" places triangle after triangle (section 5). "auto" is "boundary" on a mesh without
+        holes if there are at most two pins, and the gap of the drawn loop is at most 2.5e-3 of its length.
+        Otherwise, "auto" is "least-squares".
     outer : int, optional
         A vertex of the outer boundary loop; by default, the loop with the most edges is the outer loop. The
         default pins of "least-squares" are on this loop.

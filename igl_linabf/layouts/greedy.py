@@ -1,16 +1,10 @@
-"""Layouts that solve no system: one triangle after another, over a breadth-first tree (section 5)."""
+"""The greedy layout: one triangle after another, over a breadth-first tree (section 5)."""
 
 import numpy as np
 from scipy import sparse
 
-from .. import _core
 from .._types import ComplexArray, FloatArray
-from ..angles import Iterate
 from ..surface import Topology
-from .boundary import Boundary
-
-FLAT_RESIDUAL = 1e-4  # radians; largest residual of the constraints for nearly flat angles
-EXACT_RESIDUAL = 1e-7  # largest residual of the constraints for a layout without a system
 
 
 def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
@@ -48,21 +42,3 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     nearest = np.argsort(np.tile(depth, 3), kind="stable")
     first = np.unique(topology.corner.ravel()[nearest], return_index=True)[1]
     return np.asarray(placed[nearest[first]])
-
-
-def place_triangles(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexArray | None:
-    """Place triangles from the drawn boundary inwards, over a breadth-first tree, without a system.
-
-    If the angles satisfy all constraints, the positions do not depend on the path. Return None if the
-    constraints are not satisfied well enough, for example if small triangles lie between large triangles.
-    """
-    if not at.residual.largest <= EXACT_RESIDUAL or topology.holes:
-        return None
-    z, known = np.zeros(topology.n, dtype=np.complex128), ~topology.interior
-    z[topology.loops[0]] = boundary.z
-    one, other = topology.sides
-    twin = np.full(at.cot.size, -1)
-    inside = other >= 0
-    twin[one[inside]], twin[other[inside]] = other[inside], one[inside]
-    made, misfit = _core.develop_triangles(z, known, one[~inside], twin, topology.corner, at.cot)
-    return made if misfit <= FLAT_RESIDUAL else None

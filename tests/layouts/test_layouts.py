@@ -8,14 +8,9 @@ import pytest
 from conftest import DISKS, best_fit_distance, load
 
 from igl_linabf import LinABF, MeshError, flatten, linabf
-from igl_linabf.angles import Iterate, constraints_of
 from igl_linabf.flattening import linabf_angles
-from igl_linabf.layouts import develop_boundary, layout
-from igl_linabf.layouts.boundary import harmonic
+from igl_linabf.layouts import layout
 from igl_linabf.layouts.conformal_energy import find_far_points
-from igl_linabf.layouts.greedy import place_triangles
-from igl_linabf.linalg import Solvers
-from igl_linabf.surface import coordinates, planar_mesh
 
 METHODS = ("boundary", "least-squares", "greedy")
 
@@ -29,25 +24,6 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
     for uv, tolerance in zip(maps[1:], (1e-6, 1e-5), strict=True):
         assert best_fit_distance(uv, maps[0]) <= tolerance
     assert np.allclose(layout(F, angles), maps[0])
-
-
-@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS])
-def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> None:
-    V, F = load(name)
-    mesh = planar_mesh(V, F)
-    constraints = constraints_of(mesh.topology)
-    for off, falls in (0.0, False), (1e-5, True):
-        angles = linabf_angles(V, F, iterations=12, tol=1e-12)
-        angles[:, 0] += off
-        angles[:, 1] -= off
-        at = Iterate.of(constraints, np.ascontiguousarray(angles.T))
-        drawn = develop_boundary(constraints, at.residual)
-        exact = place_triangles(drawn, at, mesh.topology)
-        thin = "lion_o" in name  # its paths differ more
-        assert (exact is None) == (falls or thin)
-        if exact is not None:
-            z, _ = harmonic(drawn, at, constraints, None, Solvers())
-            assert best_fit_distance(coordinates(exact), coordinates(z)) <= 1e-6
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -206,27 +206,6 @@ def normalize_maps(z, corner, double_area, area):
     return z * np.sqrt(2 * area / double_area.sum()) * np.sign(share @ x**3)
 
 
-def develop_triangles(z, known, start, twin, corner, cot):
-    """Place apexes of known sides by cotangents in breadth-first order; also return the largest misfit."""
-    m = corner.shape[1]
-    z, known, seen, worst = z.copy(), known.copy(), np.zeros(m, dtype=bool), 0.0
-    queue = [(h, z[corner[(h // m + 2) % 3, h % m]] - z[corner[(h // m + 1) % 3, h % m]]) for h in start]
-    for h, side in queue:
-        (k, t) = divmod(h, m)
-        if seen[t]:
-            continue
-        seen[t] = True
-        i, j = (k + 1) % 3, (k + 2) % 3
-        to = side * (cot[i, t] + 1j) / (cot[i, t] + cot[j, t])
-        there, apex = z[corner[i, t]] + to, corner[k, t]
-        if known[apex]:
-            worst = max(worst, abs(there - z[apex]) / min(abs(side), abs(to), abs(to - side)))
-        z[apex], known[apex] = (z[apex] if known[apex] else there), True
-        beside = ((twin[i * m + t], side - to), (twin[j * m + t], to))
-        queue += [(other, along) for other, along in beside if other >= 0]
-    return z, worst
-
-
 # --- boundary loops
 
 

@@ -52,10 +52,6 @@ def arguments(g):
     huge = np.where(g.rng.random(g.cot.shape) < 0.1, 1e70, g.cot)
     factor = np.exp(g.rng.normal(size=g.n) / 4)
     length = np.sin(g.alpha)
-    twin = np.full(g.cot.size, -1)
-    (one, other), joined = g.sides, g.sides[1] >= 0
-    twin[one], twin[other[joined]] = other, one[joined]
-    edge = one[~joined]
     return {
         "sum_by": (g.corner.ravel(), g.e.ravel(), g.n),
         "side_products": (g.V, g.corner),
@@ -73,7 +69,6 @@ def arguments(g):
         "disparity": (np.delete(g.w, 3, axis=1), np.delete(g.d, 3), np.delete(g.cot, 3, axis=1)),
         "signed_double_areas": (g.z, g.corner),
         "triangle_changes": (g.V, g.V[:, 1:] + g.x.T / 9, g.corner, g.mesh.double_area, g.mesh.dot),
-        "develop_triangles": (g.z, ~g.interior, edge, twin, g.corner, g.cot),
     }
 
 
@@ -139,9 +134,6 @@ def test_system_blocks_agree_with_the_reduced_system(kind, wheels, given):
     x = g.rng.normal(size=(n, 2))
     made = core.block_product(indptr.astype(kind), indices.astype(kind), block, x.ravel())
     same(made.reshape(n, 2), np.einsum("abij,jb->ia", S, x))
-    C, upper = g.rng.normal(size=(n, 3)), half.transpose(2, 0, 1, 3).reshape(n, 4, n)
-    made = core.entry_products(indptr.astype(kind), indices.astype(kind), block, C, 5, 17)
-    same(made, (upper @ C)[5:17].reshape(12, 12))
 
 
 def test_edge_weights_agree_with_element_matrices(given):

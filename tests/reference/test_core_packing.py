@@ -8,7 +8,6 @@ from reference import packing as reference
 
 from igl_linabf import _core
 
-NONE_KNOWN = np.empty((0, 4), dtype=np.int64)
 FAN = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 
 
@@ -95,25 +94,16 @@ def test_an_outline_too_large_for_a_grid_is_rejected(corner):
 @pytest.mark.parametrize(("scale", "side", "most"), [(4, 22, 3), (4, 22, 1), (5, 70, 9), (30, 40, 2)])
 def test_masks_are_placed_where_the_bounding_square_grows_least(scale, side, most):
     spans, shapes, blocks, begin = masks_in_turn(scale)
-    made = _core.place_masks(side, most, spans, shapes, blocks, begin, NONE_KNOWN)
+    made = _core.place_masks(side, most, spans, shapes, blocks, begin)
     expected = reference.place_masks(side, most, spans, cells_of(shapes, blocks, begin))
     for a, b in zip(made, expected, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
-@pytest.mark.parametrize("known", [0, 2, 5, 6])
-def test_known_positions_of_the_first_masks_do_not_change_later_ones(known):
-    row = masks_in_turn(27)  # pages are several words wide
-    expected = _core.place_masks(144, 3, *row, NONE_KNOWN)
-    assert expected[0][:, 0].min() >= 0
-    for a, b in zip(_core.place_masks(144, 3, *row, expected[0][:known]), expected, strict=True):
         np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("side", [48, 144])
 def test_placed_charts_occupy_disjoint_cells(side):
     spans, shapes, blocks, begin = masks_in_turn(side * 3 / 16)
-    places, extents = _core.place_masks(side, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    places, extents = _core.place_masks(side, 3, spans, shapes, blocks, begin)
     cells, expected = cells_of(shapes, blocks, begin), np.zeros((len(extents), side, side), dtype=np.int64)
     for k, page, x, y in places:
         high, wide = shapes[k]
@@ -125,7 +115,7 @@ def test_placed_charts_occupy_disjoint_cells(side):
 @pytest.mark.parametrize("widest", [6, 60, 200])  # some are wider than a page
 def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
     spans, shapes, blocks, begin = masks_in_turn(9)
-    places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin)
     sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
     sizes = sizes[np.argsort(-sizes[:, 1])]
     pages = _core.occupied_cells(48, places, blocks, begin)

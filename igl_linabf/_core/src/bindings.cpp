@@ -68,9 +68,6 @@ static void bind_indexed(nb::module_& m) {
           "Return (U + U^T) x, where U has the 2 by 2 blocks `block`, (#blocks, 4), in a CSR pattern.");
     m.def("symmetric_product", wrap(&symmetric_product<I>, "n+1 s s n,2"), "indptr"_a, "indices"_a, "data"_a, "x"_a,
           "Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).");
-    m.def("entry_products", wrap(&entry_products<I>, "n+1 s s,4 n,k * *"), "indptr"_a, "indices"_a, "block"_a, "C"_a,
-          "first"_a, "last"_a,
-          "Return the rows `first` to `last` - 1 of U_e C, side by side for the entries e = 0 .. 3 of blocks.");
     m.def("block_rows", wrap(&block_rows<I>, "n+1 s n"), "indptr"_a, "indices"_a, "number"_a,
           "Return the start of each selected row, the columns of its blocks, ascending, and their positions.\n\n"
           "The position of a transposed block is ~position. `number`, (n,), is the ascending index of each selected\n"
@@ -142,13 +139,6 @@ static void bind_angles(nb::module_& m) {
           "Returns the angles in space, and the angles in the map minus those in space, (3, #F) each; twice the\n"
           "signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths,\n"
           "(3, #F).");
-    m.def("develop_triangles", wrap(&develop_triangles, "v v s 3m 3,m 3,m"), "z"_a, "known"_a, "start"_a, "twin"_a,
-          "corner"_a, "cot"_a,
-          "Place the vertices that are not `known`, triangle by triangle in breadth-first order.\n\n"
-          "The layout begins at the half-edges `start`, whose ends are known; k #F + t is opposite to corner k of\n"
-          "triangle t. `twin` is the opposite half-edge of each half-edge, or -1 at the boundary. Returns the\n"
-          "positions and the misfit: the largest distance between a placed vertex and the position that another\n"
-          "triangle implies for it, relative to the shortest side of that triangle.");
     m.def("block_dots", wrap(&block_dots, "k+1 n n"), "start"_a, "a"_a, "b"_a,
           "Return the scalar products of the blocks of two vectors; block k is `start[k]` to `start[k + 1] - 1`.");
     m.def("cg_step", wrap(&cg_step, "k+1 k n n n n"), "start"_a, "rho"_a, "p"_a, "q"_a, "x"_a.noconvert(),
@@ -335,13 +325,13 @@ turns[k] is the opposite of turns[k - 1] for the same outline, the mask is the p
 
 Returns the rows and columns of each mask, (#M, 2); the lower left corners, (#M,); the blocks, (#B, 4),
 sorted by size within each mask; and the first block of each mask, (#M + 1,).)");
-    m.def("place_masks", wrap(&place_masks, "s p c k b k+1 a"), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a,
-        "start"_a, "known"_a,
+    m.def("place_masks", wrap(&place_masks, "s p c k b k+1"), "side"_a, "most"_a, "spans"_a, "shapes"_a, "blocks"_a,
+        "start"_a,
         R"(Place charts on square pages with `side` by `side` cells, each by one of its masks.
 
 Chart i has the masks `spans[i, 0]` to `spans[i, 1] - 1`; `shapes` are their rows and columns. Mask k has
 the `blocks` from `start[k]` to `start[k + 1] - 1`: the first row and column, the number of columns and
-the number of rows, largest block first. The positions of the first charts may be `known`.
+the number of rows, largest block first.
 
 Returns the mask, page, x and y of each chart, and the width and height of the occupied part of each page.
 If a chart does not fit on an empty page or on `most` pages, this chart and all later ones get -1.)");

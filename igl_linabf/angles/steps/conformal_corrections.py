@@ -16,7 +16,6 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import Linearisation, errors, exact_direction, linearise, solve
 
-FEW_INNER_STEPS = 8  # keep the factor for the next step after at most this many inner steps
 GROWING_STEPS = 4  # consecutive steps with growing residuals after which the angles diverge
 MAX_CORRECTIONS = 12  # consecutive corrections before the next step
 INEFFECTIVE_CORRECTION = 0.5  # a correction is rejected if it leaves this share of the residual
@@ -69,26 +68,20 @@ def _has_prescribed_turning(state: State) -> bool:
 
 
 def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """Take a step with the known factor, unless the last step was limited.
+    """Take a step with the known factor, unless the last step was limited or the first one.
 
-    With `close`, the step also closes the paths. The factor of the first step is kept if the step took few
-    inner steps. If turnings are prescribed, only triangles near cones are limited, and the factor is also
-    kept after a limited step that took half as many. On large surfaces, each of these steps searches for
-    slivers again.
+    With `close`, the step also closes the paths. If turnings are prescribed, each step on a large surface
+    searches for slivers again.
     """
     turned = _has_prescribed_turning(state)
     last = state.steps[-1] if state.steps else None
     same = last is None or last.kind != "step" or not last.limited
-    if last is not None and turned:
-        same = same or 2 * last.inner_steps <= FEW_INNER_STEPS
-    if len(state.steps) == 1:
-        same = same and state.steps[0].inner_steps <= FEW_INNER_STEPS
     lin = linearise(
         state.problem,
         state.at,
         reuse=state.lin,
         close="all" if close else "none",
-        same_factor=same,
+        same_factor=same and len(state.steps) != 1,
         same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
     return state.take_step(solve(lin, state.at, rtol), "step")
@@ -97,12 +90,11 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """Take a step that closes paths, to the angles closest to the angles of the `surface`, (3, #F).
 
-    The step uses the known factor. If it takes many inner steps, later steps do not use this factor.
+    The step uses the known factor, and later steps do not use it.
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = state.take_step(direction, "step")
-    return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
+    return state.take_step(direction, "step").without_factors()
 
 
 def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) -> State:

@@ -47,7 +47,7 @@ class HolonomyAngles:
         """Predict the turnings at the angles of the surface, (3, #F).
 
         Also return a system whose factor can precondition the first step. If `known`, a system at the same
-        angles, has a factor and columns C, they are reused.
+        angles, has a factor, it is reused.
 
         Raises
         ------
@@ -68,9 +68,7 @@ class HolonomyAngles:
             with timed("factor"):
                 inverse = laplacian.factor(lower.data)
         with timed("factor"):
-            columns = None if known is None else known.columns
-            if columns is None:
-                columns = holonomy.conformal_columns(inverse.solve)
+            columns = holonomy.conformal_columns(inverse.solve)
             schur = columns.schur
             b, rows = at.residual, asked.row[vertices]
             change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())

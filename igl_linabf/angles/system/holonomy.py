@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -15,7 +16,7 @@ from ...surface import NEXT, PREV
 from .constraints import Constraints, HolonomyResidual
 from .patterns import Symmetric, solve_pairs
 from .reduced_system import System
-from .schur_columns import Border, NarrowMatrix, SchurColumns, narrow_matrix, solve_border, solve_columns
+from .schur_columns import Border, NarrowMatrix, SchurColumns, narrow_matrix, solve_border
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +221,7 @@ class HolonomyConstraints:
         NotPositiveDefiniteError
             The rows are linearly dependent.
         """
-        columns = solve_border(inner, self.B, self.rows.constraints.n, self.rows.drawn, self.D)
+        columns = self._columns(inner)
         return self._bordered_solver(inner, columns, columns.schur)
 
     def preconditioner(
@@ -241,18 +242,16 @@ class HolonomyConstraints:
             The rows are linearly dependent.
         """
 
-        def inner(r: FloatArray) -> FloatArray:
-            return solve_pairs(inverse, r)
-
-        constraints, drawn = self.rows.constraints, self.rows.drawn
+        inner = partial(solve_pairs, inverse)
+        n, drawn = self.rows.constraints.n, self.rows.drawn
         if S is None:
             columns = self.conformal_columns(inverse)
             return self._bordered_solver(inner, columns, columns.schur), columns
         if known is not None and known.serves(drawn):
             columns = known
         else:
-            columns = solve_columns(inverse, constraints, drawn, *self.rows.in_metric(system.conformal)[:2])
-        if not drawn.constrained[len(drawn.constrained) - len(constraints.paths) :, 1].any():
+            columns = solve_border(inner, *self.rows.in_metric(system.conformal)[:2], n, drawn)
+        if not drawn.constrained[len(drawn.constrained) - len(self.rows.constraints.paths) :, 1].any():
             try:
                 return self._bordered_solver(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
@@ -262,7 +261,11 @@ class HolonomyConstraints:
 
     def conformal_columns(self, inverse: Solve) -> SchurColumns:
         """Return C = diag(L, L)^-1 B with D - B^T C, if these rows use the conformal metric."""
-        return solve_columns(inverse, self.rows.constraints, self.rows.drawn, self.B, self.D)
+        return self._columns(partial(solve_pairs, inverse))
+
+    def _columns(self, inner: Solve) -> SchurColumns:
+        """Return A^-1 B from a solver `inner` of A."""
+        return solve_border(inner, self.B, self.D, self.rows.constraints.n, self.rows.drawn)
 
     def _bordered_solver(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
         """Return a solver of the bordered system from its Schur complement."""

@@ -13,8 +13,6 @@ from ..._types import Array, FloatArray, IntArray, Solve
 from ...linalg import Analysis, Solvers
 from ...surface import Topology, sum_by
 
-PRODUCT_ROWS = 1024  # rows per batch in products with the columns of paths
-
 
 @dataclass(frozen=True, eq=False)
 class Symmetric:
@@ -36,18 +34,6 @@ class Symmetric:
     def matvec(self, x: FloatArray) -> FloatArray:
         """Multiply the matrix by x."""
         return _core.block_product(*self.blocks, x)
-
-    def upper_galerkin(self, C: FloatArray) -> FloatArray:
-        """Return C^T U_ab C, (2, k, 2, k), for C of shape (n / 2, k).
-
-        U_ab consists of entry (a, b) of each block of U.
-        """
-        n, k = C.shape
-        made = np.zeros((k, 4 * k))
-        for first in range(0, n, PRODUCT_ROWS):
-            last = min(first + PRODUCT_ROWS, n)
-            made += C[first:last].T @ _core.entry_products(*self.blocks, C, first, last)
-        return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
     def values(self) -> FloatArray:
         """Return the blocks for a factorisation, (#blocks, 4), with complete diagonal blocks."""

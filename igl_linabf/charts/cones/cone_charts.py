@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._runtime import advance, progress_part
 from ..._types import FloatArray, IntArray
-from ...angles import HolonomyAngles, SchurColumns
+from ...angles import HolonomyAngles
 from ...errors import MeshError, SingularSystemError, some
 from ...flattening import (
     DivergedError,
@@ -19,7 +19,6 @@ from ...flattening import (
     Method,
     PrescribedHolonomy,
     flatten_with_cones,
-    holonomy_angles_of,
 )
 from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
@@ -27,18 +26,13 @@ from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..constants import MAX_OVERLAP_ROUNDS
 from ..splitting import seams_of_overlaps
 from .constants import CONES_PER_STRETCH, QUARTER_TURN
-from .moves import ConeMoves
 from .options import Cones
 from .placement import ConeComponent, cone_angles_of, find_on_component
 from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-MAX_THIN_SHARE = 0.2  # share of bonds with negative cotangents above which cones do not move
-MIN_NODES_OF_MOVES = 1_000  # least number of nodes for cones to move
-MIN_KNOWN_FACTOR_NODES = (
-    5_000  # least number of nodes to precondition linear ABF with the factor of the cones
-)
+MIN_KNOWN_FACTOR_NODES = 5_000  # nodes from which the factor of the cones preconditions linear ABF
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15  # largest share of bonds with negative cotangents for this preconditioner
 MAX_ANGLE_RESIDUAL = 0.5  # residual of the angle sums, radians, above which no map has these cones
 
@@ -88,7 +82,7 @@ class SurfaceCones:
         if self.vertices is None or isinstance(self.vertices, int):
             own = find_on_component(place, self.vertices, CONES_PER_STRETCH)
             assert not isinstance(self.angles, np.ndarray)
-            return _move_cones(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
+            return ComponentCones(place, own, *cone_angles_of(place, own, self.angles))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
@@ -109,9 +103,7 @@ class ComponentCones:
     scale : ConeScale or None
         The scale that determines the sums; None if the sums are given, or there are no cones.
     quarters : QuantisedCurvatures or None
-        The curvatures, if they are quarter turns that may still be exchanged.
-    columns : SchurColumns or None
-        Columns of the holonomy constraints of `place.paths`, if they are known.
+        The curvatures, if they are quarter turns.
     """
 
     place: ConeComponent
@@ -119,37 +111,6 @@ class ComponentCones:
     sums: FloatArray
     scale: ConeScale | None
     quarters: QuantisedCurvatures | None
-    columns: SchurColumns | None = None
-
-
-def _move_cones(found: ComponentCones) -> ComponentCones:
-    """Move cones with quarter turns that were found so that closed paths turn by nearly whole quarters."""
-    place, quarters = found.place, found.quarters
-    component, piece = place.component, place.piece
-    if quarters is None or not place.paths or piece.graph.n < MIN_NODES_OF_MOVES:
-        return found
-    if piece.laplacian.thin_share > MAX_THIN_SHARE:
-        return found
-    angles = holonomy_angles_of(
-        component.topology,
-        np.arctan2(*component.measured),
-        _angle_sums_of_vertices(found),
-        place.paths,
-        _known_laplacian(found),
-    )
-    if angles is None:
-        return found
-    holonomy, columns = angles
-    found = replace(found, columns=columns)
-    by_node = np.zeros((piece.graph.n, len(place.paths)))
-    by_node[piece.graph.n_holes :] = holonomy.by_vertex[place.inner]
-    best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).find_best()
-    if best is None:
-        return found
-    own = place.vertices(best.scale.nodes)
-    return ComponentCones(
-        place, own, np.asarray(2 * np.pi - best.k * QUARTER_TURN), best.scale, None, columns
-    )
 
 
 def _angle_sums_of_vertices(chosen: ComponentCones) -> FloatArray:
@@ -290,7 +251,7 @@ def _known_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
     piece = chosen.place.piece
     large = piece.graph.n >= MIN_KNOWN_FACTOR_NODES
     even = large and piece.laplacian.thin_share <= MAX_KNOWN_FACTOR_THIN_SHARE
-    return KnownLaplacian(chosen.scale.known_factor, left_out, even, chosen.columns)
+    return KnownLaplacian(chosen.scale.known_factor, left_out, even)
 
 
 def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

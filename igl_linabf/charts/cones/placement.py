@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -30,8 +30,6 @@ MAX_IDLE_CONES = 4  # consecutive cones without gain after which the search ends
 TOLERABLE_STRETCH = 3.0
 MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is put near it
 QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in quarter turns
-QUARTERS_PER_WIDE_TRIANGLE = 150 / 90  # the same if narrower triangles need too much stretch
-WIDENING_LOG_STRETCH = 1.0  # growth of the log stretch that justifies wide triangles
 
 
 def find_cones(
@@ -289,21 +287,15 @@ def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
-def least_quarters(around: IntArray, of_triangle: float = QUARTERS_PER_TRIANGLE) -> IntArray:
+def least_quarters(around: IntArray) -> IntArray:
     """Return the least curvature of a cone with `around` triangles, in quarter turns."""
-    least = 4 - np.floor(of_triangle * around).astype(np.int64)
+    least = 4 - np.floor(QUARTERS_PER_TRIANGLE * around).astype(np.int64)
     return np.asarray(np.minimum(least, MAX_QUARTERS))
 
 
 def _quantise(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
-    """Return the cones with quarter turns; triangles are wide only if that saves much stretch."""
-    around = place.valence[scale.nodes]
-    turns = QuantisedCurvatures(scale, least_quarters(around))
-    enough = np.log(scale.stretch) + WIDENING_LOG_STRETCH
-    if turns.log_stretch <= enough:
-        return turns
-    wider = replace(turns, least=least_quarters(around, QUARTERS_PER_WIDE_TRIANGLE))
-    return wider if wider.log_stretch < turns.log_stretch - WIDENING_LOG_STRETCH else turns
+    """Return the cones with quarter turns."""
+    return QuantisedCurvatures(scale, least_quarters(place.valence[scale.nodes]))
 
 
 def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:

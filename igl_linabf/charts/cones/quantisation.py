@@ -7,7 +7,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles
-from ..cut_graphs import MAX_LOG_SCALE, expected_stretch
+from ..cut_graphs import MAX_LOG_SCALE
 from .constants import DISTORTION_PER_LOG_STRETCH, MAX_QUARTERS, QUARTER_TURN
 from .scale import ConeScale
 
@@ -85,12 +85,6 @@ class QuantisedCurvatures:
                 break
             k[i], k[j] = k[i] + 1, k[j] - 1
         return self._to_nodes(k)
-
-    @property
-    def log_stretch(self) -> float:
-        """Logarithm of the expected stretch with `for_stretch`."""
-        curvature: FloatArray = np.asarray(self.for_stretch * QUARTER_TURN)
-        return float(np.log(expected_stretch(self.scale.piece, self.scale.log_scale_of(curvature))))
 
     def fit_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
         """Return the curvature of each node that also makes closed paths turn by nearly whole quarters.

@@ -1,8 +1,7 @@
 """Constants that several modules of packing share."""
 
-MAX_MOVED_CHARTS = 24  # charts up to which twice as many turns, and random moves, are tried
 MIN_SHAPED_AREA = 1 / 1600  # share of the total area below which a chart counts as a small rectangle
 COARSE_TURNS = 8  # turns of each chart on coarse grids
-TRIAL_GRID = 96  # cells along the page's side for random moves and for trial pages
+TRIAL_GRID = 96  # cells along the page's side for trial pages
 EXPECTED_FILL = 0.62  # expected fill of a page, which sets the scale of the first grid
 GROWING_ROOM = 1.3  # side of the search grid over the expected side, and its growth factor in each trial

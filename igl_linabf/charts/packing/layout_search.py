@@ -1,10 +1,8 @@
 """Search for the positions and turns of charts on pages, using masks: the grid cells that charts touch.
 
-Charts are placed one after another, usually the largest first. Each chart goes where the square that holds
-all charts grows least and, among such places, nearest to the corner. A coarse grid compares several orders,
-with many turns of each chart. The best layouts are repeated on a fine grid with fixed turns. If there are few
-charts, random moves improve the coarse layout first: a chart comes earlier or later in the order, or is
-restricted to one turn.
+Charts are placed one after another, the largest first. Each chart goes where the square that holds all
+charts grows least and, among such places, nearest to the corner. A coarse grid chooses among many turns of
+each chart. The layout is repeated on a fine grid with fixed turns.
 """
 
 from __future__ import annotations
@@ -17,27 +15,15 @@ import numpy as np
 
 from ..._core import pack_shelves
 from ..._types import ComplexArray, FloatArray, IntArray
-from .constants import (
-    COARSE_TURNS,
-    EXPECTED_FILL,
-    GROWING_ROOM,
-    MAX_MOVED_CHARTS,
-    MIN_SHAPED_AREA,
-    TRIAL_GRID,
-)
-from .outlines import NO_PLACES, ChartMasks, Outline, masks_of
+from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_AREA
+from .outlines import ChartMasks, Outline, masks_of
 from .spacing import Spacing
 
-# charts up to which three orders and two fine layouts are tried instead of two and one
-MAX_REORDERED_CHARTS = 40
 MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instead of as rectangles
 RECTANGLE_FILL = 0.9  # fill of its bounding rectangle from which a chart is turned by quarter turns only
-MOVE_TURNS = 32  # turns of each chart among which random moves choose
-COARSE_GRID = 64  # cells along the page's side when orders are compared
+COARSE_GRID = 64  # cells along the page's side when turns are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
-MAX_MOVED_PLACES = 400  # charts that all random moves together place again
-MAX_MOVES = 100  # random moves, at most
-CLOSE_SIDE = 1.02  # side of a coarse layout over the best one, up to which it is tried on the fine grid
+CLOSE_SIDE = 1.02  # side of a fine layout over the best coarse one from which the next coarse one is tried
 FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
 MAX_FINE_TRIALS = 8  # fine trials of one layout
 SIDE_HALVINGS = 7  # bisection steps for the side of several pages
@@ -140,12 +126,9 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     )
 
 
-def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
-    """Lay out charts on pages of the shortest side, where charts are largest; None if the gaps leave no room.
-
-    If `thorough`, random moves of a few charts are tried, which takes up to half a second.
-    """
-    return _convert_aspect(_find_largest_layout(charts, spacing, pages, thorough), spacing)
+def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+    """Lay out charts on pages of the shortest side, where charts are largest; None if gaps leave no room."""
+    return _convert_aspect(_find_largest_layout(charts, spacing, pages), spacing)
 
 
 def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
@@ -155,7 +138,7 @@ def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
     return replace(layout, corner=layout.corner.real + 1j * layout.corner.imag * spacing.aspect)
 
 
-def _find_largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool) -> Layout | None:
+def _find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
     """Find the layout of `largest_layout` on square pages."""
     n = len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
@@ -167,13 +150,7 @@ def _find_largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough:
     if len(shaped):
         found = _find_coarse_layouts(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
-            close = sum(entry.needed <= CLOSE_SIDE * found[0].needed for entry in _drop_duplicates(found))
-            number = min(close, 2 if n <= MAX_REORDERED_CHARTS else 1)
-            if thorough and n <= MAX_MOVED_CHARTS:
-                return _refine_layouts(
-                    charts, [_move_charts(charts, found[0], spacing), *found], spacing, number + 1
-                )
-            return _refine_layouts(charts, found, spacing, number)
+            return _refine_layout(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
     return _bisect_side(charts, shaped, turns, spacing, pages)
 
@@ -238,7 +215,6 @@ class _SquareLayout:
     placed: _PlacedCharts
     order: IntArray
     side: float  # width of the page that defines the gaps
-    cells: int  # cells along the square, including one gap
     needed: float  # width of the smallest page that holds the square
 
     @cached_property
@@ -251,107 +227,36 @@ class _SquareLayout:
 
 
 def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
-    """Return layouts on a coarse grid, best first.
-
-    The charts are placed in the order of areas, of lengths, or of the areas of their rectangles.
-    """
-    n, grid = len(shaped), COARSE_GRID
-    turns = charts.turns(COARSE_TURNS * (2 if n <= MAX_MOVED_CHARTS else 1))
-    areas, sizes = charts.areas[shaped], charts.sizes[shaped]
-    keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    all_shaped = n == len(charts.outlines)  # otherwise rectangles fill the gaps
-    number = 1 if not all_shaped else 3 if n <= MAX_REORDERED_CHARTS else 2
-    order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:number]}
-    orders = [np.array(order) for order in sorted(order_by)]
-    found: list[_SquareLayout] = []
+    """Return layouts on two coarse grids, best first."""
+    areas = charts.areas[shaped]
+    order = np.argsort(-areas, kind="stable")
+    turns, found = charts.turns(COARSE_TURNS), list[_SquareLayout]()
     expected = float(np.sqrt(areas.sum() / spacing.aspect / EXPECTED_FILL))
     side = max(expected, charts.least_side(spacing.aspect))
-    for _ in range(2 if all_shaped else 1):
-        masks = _draw_masks(charts, shaped, turns, side, grid, spacing)  # shared by all orders
-        found += [
-            _make_square_layout(
-                len(charts.outlines), shaped[order], masks, masks.spans[order], side, grid, spacing
-            )
-            for order in orders
-        ]
-        least = min(entry.needed for entry in found)
+    for _ in range(2):
+        masks = _draw_masks(charts, shaped[order], turns, side, COARSE_GRID, spacing)
+        found.append(_make_square_layout(charts, shaped[order], masks, side, COARSE_GRID, spacing))
+        least = found[-1].needed
         # retry at the width that is needed or, if it is the same, on a grid that rounds differently
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.needed)
 
 
-def _move_charts(charts: Charts, start: _SquareLayout, spacing: Spacing) -> _SquareLayout:
-    """Return a layout in a smaller square, after random moves.
-
-    A move changes the place of a chart in the order, or restricts a chart to one of its turns.
-    """
-    chance, n = np.random.default_rng(0), len(start.order)
-    side, grid = start.needed, TRIAL_GRID
-    cells = grid / side
-    masks = _draw_masks(charts, np.arange(n), charts.turns(MOVE_TURNS), side, grid, spacing)
-    best = _make_square_layout(n, start.order, masks, masks.spans[start.order], side, grid, spacing)
-    spans = masks.spans  # a chart that is restricted to one turn has a span of one mask
-    up_to = np.cumsum(charts.areas / charts.areas.sum())
-    longest = np.minimum.reduceat(masks.shapes.max(axis=1), masks.spans[:, 0])
-    least = int(longest.max())  # lower bound of the cells along the square
-    for _ in range(min(MAX_MOVES, MAX_MOVED_PLACES // n)):
-        if best.cells <= least:
-            break
-        order, now = best.order, spans
-        if chance.random() < 0.5:
-            at, to = chance.integers(n, size=2).tolist()
-            if at == to:
-                continue
-            moved = order.tolist()
-            moved.insert(to, moved.pop(at))
-            order = np.array(moved)
-        else:
-            by_area = chance.random() < 0.7
-            chart = int(up_to.searchsorted(chance.random() * up_to[-1]) if by_area else chance.integers(n))
-            (first, after), held = masks.spans[chart].tolist(), spans[chart].tolist()
-            own = [first, after]
-            if held == own or chance.random() < 0.7:  # otherwise all turns are allowed again
-                k = first + int(chance.integers(after - first))
-                own = [k, k + 1]
-            if own == held:
-                continue
-            now = spans.copy()
-            now[chart] = own
-        known = _find_unchanged_places(best, spans, order, now)
-        placed = _place_charts(n, masks, now[order], cells, best.cells, 1, known)
-        if placed is not None:  # accept ties, which may lead to a better layout
-            best, spans = _measure_square(placed, order, side, grid, spacing), now
-    return best
-
-
-def _find_unchanged_places(best: _SquareLayout, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
-    """Return the places of the first charts, up to the first one that the new order or spans affect."""
-    places = best.placed.places
-    k, (first, after), (own_first, own_after) = places[:, 0], spans[order].T, now[order].T
-    same = (order == best.order) & (own_first >= first) & (own_after <= after)
-    same &= (own_first <= k) & (k < own_after)
-    return places[: len(same) if same.all() else int(same.argmin())]
-
-
-def _refine_layouts(
-    charts: Charts, coarse: list[_SquareLayout], spacing: Spacing, number: int
-) -> Layout | None:
-    """Return the best of `number` coarse layouts, repeated on a fine grid; None if none fits its page.
+def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing) -> Layout | None:
+    """Return the best coarse layout, repeated on a fine grid; None if none fits its page.
 
     On the fine grid, a chart may just fail to fit into the bay of another chart, which makes the square much
-    larger. If this happens to all of the first layouts, further layouts are tried.
+    larger. If this happens, the next coarse layout is tried.
     """
     found: list[_SquareLayout] = []
-    grid, close = FINE_GRID, CLOSE_SIDE * min(entry.needed for entry in coarse)
-    for tried, entry in enumerate(_drop_duplicates(coarse)):
+    for entry in coarse:
         best_side = min((made.needed for made in found if made.fits), default=np.inf)
-        if tried >= number and (best_side <= close or entry.needed >= best_side):
+        if best_side <= CLOSE_SIDE * coarse[0].needed or entry.needed >= best_side:
             break
         side, turns = entry.needed * (1 + FINE_SLACK), entry.layout.turn[:, None]
         for trial in range(MAX_FINE_TRIALS):
-            masks = _draw_masks(charts, entry.order, turns, side, grid, spacing)
-            n = len(charts.outlines)
-            found.append(_make_square_layout(n, entry.order, masks, masks.spans, side, grid, spacing))
+            masks = _draw_masks(charts, entry.order, turns, side, FINE_GRID, spacing)
+            found.append(_make_square_layout(charts, entry.order, masks, side, FINE_GRID, spacing))
             if found[-1].fits:
                 break
             side = max(side, found[-1].needed) * (1 + FINE_SLACK * 2**trial)
@@ -360,14 +265,6 @@ def _refine_layouts(
         return None
     best = min(fitting, key=lambda entry: entry.needed)
     return replace(best.layout, side=best.needed)
-
-
-def _drop_duplicates(layouts: list[_SquareLayout]) -> list[_SquareLayout]:
-    """Return the first layout for each combination of order and turns."""
-    first: dict[tuple[bytes, bytes], _SquareLayout] = {}
-    for entry in layouts:
-        first.setdefault((entry.order.tobytes(), entry.layout.turn.tobytes()), entry)
-    return list(first.values())
 
 
 def _draw_masks(
@@ -380,36 +277,21 @@ def _draw_masks(
 
 
 def _make_square_layout(
-    n: int, order: IntArray, masks: ChartMasks, spans: IntArray, side: float, grid: int, spacing: Spacing
+    charts: Charts, order: IntArray, masks: ChartMasks, side: float, grid: int, spacing: Spacing
 ) -> _SquareLayout:
-    """Place some of `n` charts on one page, with the gaps of a page of this side and `grid` cells."""
+    """Place charts on one page, with the gaps of a page of this side and `grid` cells."""
     room, placed = GROWING_ROOM, None
     while placed is None:
-        placed = _place_charts(n, masks, spans, grid / side, int(room * grid), 1)
+        placed = _place_charts(len(charts.outlines), masks, grid / side, int(room * grid), 1)
         room *= GROWING_ROOM
-    return _measure_square(placed, order, side, grid, spacing)
-
-
-def _measure_square(
-    placed: _PlacedCharts, order: IntArray, side: float, grid: int, spacing: Spacing
-) -> _SquareLayout:
-    """Return the layout with the square around its charts."""
     cells = int(placed.extents.max())
     needed = (cells - spacing.gap * grid) / grid * side / spacing.inner
-    return _SquareLayout(placed, order, side, cells, needed)
+    return _SquareLayout(placed, order, side, needed)
 
 
-def _place_charts(
-    n: int,
-    masks: ChartMasks,
-    spans: IntArray,
-    cells: float,
-    side: int,
-    pages: int,
-    known: IntArray = NO_PLACES,
-) -> _PlacedCharts | None:
+def _place_charts(n: int, masks: ChartMasks, cells: float, side: int, pages: int) -> _PlacedCharts | None:
     """Place some of `n` charts with `ChartMasks.place`; None if there is no room for all of them."""
-    places, extents = masks.place(side, pages, spans, known)
+    places, extents = masks.place(side, pages, masks.spans)
     if len(places) and places[-1, 0] < 0:
         return None
     return _PlacedCharts(n, masks, cells, places, extents)
@@ -427,7 +309,7 @@ def _place_on_pages(
     inner = int(spacing.inner * grid + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
     masks = _draw_masks(charts, order, turns, side, grid, spacing)
-    placed = _place_charts(n, masks, masks.spans, cells, inner, len(order) if pages is None else pages)
+    placed = _place_charts(n, masks, cells, inner, len(order) if pages is None else pages)
     if placed is None:
         return None
     layout = placed.layout(order, side)

@@ -70,7 +70,6 @@ NO_MASKS = Masks(
     np.empty((0, 4), np.int64),
     np.zeros(1, np.int64),
 )
-NO_PLACES = np.empty((0, 4), np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +111,10 @@ class ChartMasks:
             start,
         )
 
-    def place(
-        self, side: int, pages: int, spans: IntArray, known: IntArray = NO_PLACES
-    ) -> tuple[IntArray, IntArray]:
+    def place(self, side: int, pages: int, spans: IntArray) -> tuple[IntArray, IntArray]:
         """Place charts one after another, each at one of the masks of its span, on at most `pages` pages.
 
-        A page has `side` cells along it. The places of the first charts may be `known`.
+        A page has `side` cells along it.
 
         Returns
         -------
@@ -125,7 +122,7 @@ class ChartMasks:
         extents : (#pages, 2) int64
             Cells that the charts of each page take, counted from the left and from below.
         """
-        return place_masks(side, pages, spans, self.shapes, self.blocks, self.start, known)
+        return place_masks(side, pages, spans, self.shapes, self.blocks, self.start)
 
     def find_taken_cells(self, side: int, places: IntArray) -> BoolArray:
         """Return a mask of the cells, (#pages, side, side), that charts at these places take."""

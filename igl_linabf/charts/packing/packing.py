@@ -21,7 +21,6 @@ from ...surface import (
     signed_double_areas,
     times_power_of_two,
 )
-from .constants import MAX_MOVED_CHARTS
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, given_packing, page_size
@@ -194,13 +193,6 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingReque
     ]
 
 
-def pack_quickly(
-    maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest
-) -> tuple[list[PackedChart], bool]:
-    """Pack charts without random moves; also return whether a thorough search would try moves."""
-    return pack_maps(maps, replace(request, resolution=None)), len(maps) <= MAX_MOVED_CHARTS
-
-
 def fill_of(placed: Sequence[PackedChart]) -> float:
     """Return the share of the pages that charts cover."""
     return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
@@ -253,7 +245,7 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
     """Find the layout of charts, or raise a `MeshError` that states why they do not fit."""
     n, spacing = len(charts.outlines), request.spacing
     if request.side is None:
-        found = largest_layout(charts, spacing, request.pages or 1, thorough=request.resolution is not None)
+        found = largest_layout(charts, spacing, request.pages or 1)
         if found is None:
             raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
         return found

@@ -93,7 +93,7 @@ def cut_for_fill(
         if state.worth > best.worth:
             best = state
     parts = sorted([*best.charts, *others], key=lambda chart: chart.parent)
-    return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.least_size(tried)
+    return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.size(tried)
 
 
 def cut_to_fit(done: Charts, request: PackingRequest) -> Charts:

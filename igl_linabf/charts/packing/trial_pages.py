@@ -64,16 +64,6 @@ class TrialPage:
         """Return the area of the page that charts take, over their own area; the largest are placed first."""
         return next(self.sizes([], [charts]))(np.inf)
 
-    def least_size(self, charts: Sequence[TrialChart]) -> float:
-        """Return the least `size` over orders by area, by length and by the area of the rectangle."""
-        masks = ChartMasks.of([chart.masks for chart in charts])
-        boxes = np.array([chart.masks.shapes[0] for chart in charts])
-        keys = np.array([chart.area for chart in charts]), boxes.max(axis=1), boxes.prod(axis=1)
-        least = np.inf
-        for order in sorted({tuple(np.argsort(-key, kind="stable").tolist()) for key in keys}):
-            least = min(least, self._size(masks, masks.spans[list(order)], least))
-        return least
-
     def sizes(
         self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:

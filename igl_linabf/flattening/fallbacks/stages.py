@@ -21,19 +21,19 @@ from ...angles import (
     step_and_chord,
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
-from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
-from ...surface import area_scale_ratio, chords_of, flipped_faces
+from ...layouts import GAP, Boundary, LayoutOptions, develop_boundary, lay_out
+from ...surface import chords_of, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
-from .attempts import Problem, Stage, StageResult, StageResults, select_best
+from .attempts import Problem, Stage, StageResult, StageResults
 
+LARGEST_HOLE_GAP = 0.1  # largest gap of a hole's loop, relative to its length, after the linear step
 STEP_AND_CHORD_RTOL = 0.1  # relative residual of the first step and its chord, and of steps to circles
 ACTIVE_SET_RTOL = 0.01  # relative residual of the steps of the active set
 CONTINUED_RTOL = 0.03  # relative residual of steps that are followed by conformal corrections
 MAX_ACTIVE_SET_STEPS = 12
 MAX_STEPS_TO_SUMS = 25  # steps to prescribed angle sums before converged ABF takes over
-TWO_DIGIT_SPAN = 1e28  # converged ABF is not tried at a larger ratio of area scales
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
@@ -57,13 +57,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
             layout = lay_out(
                 problem.own,
                 at if same else Iterate.of(problem.own, alpha),
-                LayoutOptions(
-                    problem.layout,
-                    problem.pinned,
-                    mesh.area,
-                    problem.shape.corners[:2],
-                    without_system=cut,  # steps across the seam run to convergence
-                ),
+                LayoutOptions(problem.layout, problem.pinned, mesh.area, problem.shape.corners[:2]),
                 angles.solvers,
                 None if lin is None or cut else lin.laplacian,
                 boundary if same else None,
@@ -157,12 +151,6 @@ def run_anchored_abf(
     """Run converged ABF by anchored steps; return None for meshes with more than `largest` triangles."""
     if not problem.angles.safeguard or len(problem.mesh.double_area) > largest:
         return None
-    if (
-        earlier
-        and earlier[-1].converged
-        and area_scale_ratio(problem.mesh, select_best(earlier)[1].z) > TWO_DIGIT_SPAN
-    ):
-        return None  # no angles help if lengths differ by nearly all digits
     result = converge(earlier[-1].state.back_to_start() if earlier else problem.start, tol)
     if not result.converged:
         failed = "the iterations do not converge"

@@ -110,25 +110,6 @@ Grid<double> symmetric_product(View<const I> indptr, View<const I> indices, View
     });
 }
 
-// Return the rows from `first` to `last` - 1 of U_e C, (#, 4 k), with the products for e = 0 .. 3 side by side. U_e
-// consists of entry e of each block, see `block_product`, and C is (n, k).
-template <class I>
-Grid<double> entry_products(View<const I> indptr, View<const I> indices, Matrix<const double> block,
-                            Matrix<const double> C, Index first, Index last) {
-    if (first < 0 || last < first || indptr.size <= last) throw std::invalid_argument("the rows are out of range");
-    const Index k = C.columns;
-    Grid<double> result = zeros<Grid<double>>(last - first, 4 * k);
-    for (Index i = first; i < last; ++i)
-        for (Index p = indptr[i]; p < Index(indptr[i + 1]); ++p) {
-            const double *b = block[p], *x = C[indices[p]];
-            double *s = result.matrix()[i - first], *t = s + k, *u = t + k, *v = u + k;
-            INDEPENDENT for (Index c = 0; c < k; ++c) {
-                s[c] += b[0] * x[c], t[c] += b[1] * x[c], u[c] += b[2] * x[c], v[c] += b[3] * x[c];
-            }
-        }
-    return result;
-}
-
 // Return the pattern of selected rows of U + U^T: the start of each row, the columns of its blocks, ascending, and
 // their positions in U, or ~position for transposed blocks. `number`, (n,), is the ascending index of each selected
 // row, or -1.

@@ -166,15 +166,14 @@ inline void occupy(Page& page, Shape shape, View<const CellBlock> blocks, Index 
     }
 }
 
-// Place charts on square pages with `side` by `side` cells, each by one of its masks. The positions of the first charts
-// may be known. If a chart does not fit on an empty page or on `most` pages, this chart and all later ones are not
-// placed.
+// Place charts on square pages with `side` by `side` cells, each by one of its masks. If a chart does not fit on an empty
+// page or on `most` pages, this chart and all later ones are not placed.
 inline std::tuple<std::vector<Placement>, std::vector<PageExtent>> place_masks(
     Index side, Index most, View<const Span> spans, View<const Shape> shapes, View<const CellBlock> blocks,
-    View<const Index> start, View<const Placement> known) {
+    View<const Index> start) {
     std::vector<Placement> places(spans.size, Placement{-1, -1, -1, -1});
     Index longest = 1;
-    for (Index chart = known.size; chart < spans.size; ++chart)
+    for (Index chart = 0; chart < spans.size; ++chart)
         for (Index k = spans[chart].first; k < spans[chart].after; ++k)
             for (const CellBlock& block : blocks.part(start[k], start[k + 1]))
                 longest = std::max(longest, block.length);
@@ -189,10 +188,8 @@ inline std::tuple<std::vector<Placement>, std::vector<PageExtent>> place_masks(
                 pages.emplace_back(side, levels);
             }
             Page& on = pages[page];
-            const bool is_known = chart < known.size;
-            Placement to = is_known ? known[chart]
-                                    : find_best_place(on, side, spans[chart], shapes, blocks, start, runs);
-            if (to.mask < 0 || (is_known && to.page != page)) continue;
+            Placement to = find_best_place(on, side, spans[chart], shapes, blocks, start, runs);
+            if (to.mask < 0) continue;
             to.page = page;
             const Shape shape = shapes[to.mask];
             occupy(on, shape, blocks.part(start[to.mask], start[to.mask + 1]), to.x, to.y);
