@@ -463,11 +463,10 @@ def sieve() -> Surface:
     return igl.upsample(*voxels(full), 1)
 
 
-@pytest.mark.filterwarnings("ignore:.*L2 stretch of 2:igl_linabf.OutcomeWarning")
 def test_few_quarter_cones_share_the_curvature_of_many_handles() -> None:
-    atlas = unwrap(*sieve(), cones=Cones(20, angles="quarter"))
+    atlas = unwrap(*sieve(), cones=Cones(30, angles="quarter"))
     assert not atlas.quality.flips and atlas.report.seam_mismatch <= 1e-8
-    assert atlas.quality.stretch_l2 < 30  # 183 if one vertex with many triangles takes all excess curvature
+    assert atlas.quality.stretch_l2 < 3
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # warnings of intermediate steps
