@@ -21,6 +21,7 @@ from ..surface import (
     Mesh,
     Pins,
     Ragged,
+    RepairedDisk,
     Submesh,
     complex_positions,
     coordinates,
@@ -30,6 +31,7 @@ from ..surface import (
     of_size_one,
     pins,
     planar_mesh,
+    repair_disk,
     scatter,
     shape_is_pinned,
     signed_double_areas,
@@ -355,6 +357,7 @@ def flatten(
     corners: ArrayLike | None = None,
     up: ArrayLike | None = None,
     fit: Fit = "area",
+    clean: bool = False,
     progress: Progress = None,
 ) -> Flattening:
     """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
@@ -393,6 +396,10 @@ def flatten(
     fit : {"area", "lengths"}
         The scale of a map without pins. "area": the map has the area of the surface. "lengths": the mean
         error of distances within 7 rings is minimal (`distance_error`), which takes half a second.
+    clean : bool
+        Repair the surface first, as `igl_linabf.clean` does. This removes faces between coincident
+        neighbours, which get the same position in the map, and opens other faces without area. The result
+        has a row of `uv` for each given vertex; its `F` lacks the removed faces.
     progress : callable or False, optional
         Called with the name of a stage and the completed fraction, from 0 to 1. An exception that it raises
         ends the computation. By default, a bar is shown on a terminal after two seconds; False shows nothing.
@@ -409,7 +416,8 @@ def flatten(
         The surface is not one oriented manifold piece with a boundary and without handles; a face is
         degenerate; `outer` is not on a boundary loop; the pins are not two or more different vertices, or are
         mirrored, such as a boundary that is pinned clockwise; or no flat map has such a `boundary`. The
-        message then suggests valid angles.
+        message then suggests valid angles. With `clean`: the repair cuts the surface apart at a vertex, which
+        would have several positions in the map.
     ValueError
         The name of the method, of the `boundary` or of the `fit` is unknown, or the method cannot shape the
         boundary. `up` is not a direction, or is combined with another placement of the map. `fit` is combined
@@ -430,12 +438,52 @@ def flatten(
     >>> result = flatten(V, F[1:])
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
+
+    Two neighbours at the same position:
+
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 4], [1, 2, 4], [2, 3, 4]]
+    >>> result = flatten(V, F, clean=True)
+    >>> result.uv[1].tolist() == result.uv[2].tolist(), len(result.F)
+    (True, 2)
     """
     if fit not in get_args(Fit):
         raise ValueError(f"fit is {fit!r}: use 'area' or 'lengths'")
     if fit == "lengths" and b is not None:
         raise ValueError("the pins set the scale of the map: leave out fit, or pin nothing")
-    return flatten_mesh(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up, fit)
+    if not clean:
+        return flatten_mesh(
+            lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up, fit
+        )
+    disk = repair_disk(V, F)
+    made = flatten_mesh(
+        lambda: planar_mesh(
+            disk.cleaned.V, disk.cleaned.F, None if outer is None else int(disk.rows("outer", [outer])[0])
+        ),
+        method,
+        None if b is None else disk.rows("b", b),
+        bc,
+        progress,
+        boundary if isinstance(boundary, str) else disk.at_vertices(boundary),
+        None if corners is None else disk.rows("corners", corners),
+        up,
+        fit,
+    )
+    return _restore_given_vertices(made, disk, placed=b is not None)
+
+
+def _restore_given_vertices(made: Flattening, disk: RepairedDisk, placed: bool) -> Flattening:
+    """Return a result for the given vertices of a repaired disk; `placed` means that pins set its scale."""
+    origin, used = disk.cleaned.origin, disk.row >= 0
+    uv = np.full((len(disk.row), 2), np.nan)
+    uv[used] = np.ldexp(made.uv[disk.row[used]], 0 if placed else -disk.cleaned.power)
+    return replace(
+        made,
+        uv=uv,
+        F=origin[made.F],
+        holes=tuple(replace(hole, vertex=int(origin[hole.vertex])) for hole in made.holes),
+        corners=origin[made.corners],
+        repairs=disk.cleaned.repairs,
+    )
 
 
 def flatten_mesh(

@@ -12,7 +12,7 @@ from .._notebook import html_row, html_table, map_svg
 from .._types import FloatArray, IntArray
 from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
-from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh
+from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh, Repair
 
 NO_INDICES: IntArray = np.empty(0, dtype=np.int64)
 Guarantee = Literal["injective"]
@@ -280,6 +280,8 @@ class Flattening:
         The requested shape of the boundary.
     corners : (4,) or (0,) int64
         The vertices at the corners of the rectangle, counterclockwise from the lower left corner.
+    repairs : tuple of Repair
+        The repairs before flattening, with `flatten(..., clean=True)`.
     """
 
     uv: FloatArray
@@ -302,6 +304,7 @@ class Flattening:
     seconds: dict[str, float] = field(default_factory=dict)
     boundary: str = "free"
     corners: IntArray = field(default_factory=NO_INDICES.copy)
+    repairs: tuple[Repair, ...] = ()
 
     @property
     def iterations(self) -> int:
@@ -345,6 +348,8 @@ class Flattening:
             "layout": f"{self.layout} ({self.layout_solver})",
             "seconds": f"{self.seconds['total']:.3f}",
         }
+        if self.repairs:
+            rows["repairs"] = "; ".join(map(str, self.repairs))
         if len(self.repaired):
             rows["repaired faces"] = some(self.repaired)
         return rows

@@ -49,10 +49,12 @@ from .repair import (
     Cleaned,
     PatchFaces,
     Repair,
+    RepairedDisk,
     clean,
     cleaned_surface,
     merge_coincident,
     patch_faces,
+    repair_disk,
     unrepaired,
 )
 from .submesh import Submesh, cut_faces

@@ -5,4 +5,5 @@ vertices have been removed.
 """
 
 from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired
+from .disks import RepairedDisk, repair_disk
 from .patches import PatchFaces, patch_faces
