@@ -27,7 +27,43 @@ def plate(holes: int, wave: float) -> Surface:
     return V, F
 
 
+def slotted_plate(turns: int) -> Surface:
+    """Return a square plate with a slot along a square spiral, whose edge is longer than the rim."""
+    n, cell, step = 8 * turns + 8, (4 * turns + 4) * (1 + 1j), 1 + 0j
+    cut = np.zeros((n, n), dtype=bool)
+    for side in range(1, 4 * turns):
+        for _ in range(2 * side):
+            cut[int(cell.imag), int(cell.real)] = True
+            cell += step
+        step *= 1j
+    return grid_without(cut)
+
+
+def plate_with_comb(teeth: int) -> Surface:
+    """Return a square plate with a window like a comb, whose edge is longer than that of the plate."""
+    n = 4 * teeth + 4
+    cut = np.zeros((n, n), dtype=bool)
+    cut[2:-2, 2:-2] = (np.arange(n - 4) % 4 < 2) | (np.arange(n - 4) < 2)[:, None]
+    return grid_without(cut)
+
+
+def grid_without(cut: np.ndarray) -> Surface:
+    """Return a square plate of 10 x 10 of as many cells as the mask (n, n), without the marked cells."""
+    n = len(cut)
+    y, x = np.divmod(np.arange((n + 1) ** 2), n + 1)
+    V = np.column_stack((x, y, 0 * x)) * (10 / n)
+    row, column = np.nonzero(~cut)
+    corner = row * (n + 1) + column
+    F = np.concatenate([corner[:, None] + [0, *ends] for ends in ((1, n + 2), (n + 2, n + 1))])
+    V, F, *_ = igl.remove_unreferenced(V, F)
+    return V, F
+
+
 def surface(name: str) -> Surface:
+    if name == "comb":
+        return plate_with_comb(5)
+    if name == "slot":
+        return slotted_plate(3)
     if name == "annulus":
         return plate(1, 0.0)
     if name == "plate":

@@ -21,6 +21,7 @@ from ..surface import (
     coordinates,
     count_vertices,
     face_array,
+    find_outer_loop_of_angles,
     loop_through,
     move_to_pins,
     pins,
@@ -164,7 +165,7 @@ def layout(
         holes if there are at most two pins, and the gap of the drawn loop is at most 2.5e-3 of its length.
         Otherwise, "auto" is "least-squares".
     outer : int, optional
-        A vertex of the outer boundary loop; by default, the loop with the most edges is the outer loop. The
+        A vertex of the outer boundary loop; by default, the loop that encloses the others. The
         default pins of "least-squares" are on this loop.
     solver : {"auto", "cholmod", "direct"}
         See `linabf`.
@@ -198,9 +199,12 @@ def layout(
     n = count_vertices(faces)
     vertices, compacted = compact(faces, n)
     topology = planar_topology(compacted, vertices)
-    if outer is not None:
-        topology = with_outer_loop(topology, loop_through(topology, outer, vertices))
     alpha = check_angles(angles, len(faces))
+    if outer is not None:
+        first = loop_through(topology, outer, vertices)
+    else:
+        first = find_outer_loop_of_angles(topology, alpha)
+    topology = with_outer_loop(topology, first)
     pinned = pins(b, bc, vertices, n)
     constraints = constraints_of(topology)
     at, options = Iterate.of(constraints, alpha), LayoutOptions(method, pinned)

@@ -22,9 +22,9 @@ from .arrays import (
     vertex_array,
     vertex_indices,
 )
-from .chords import chords_of, split_chords
 from .disks import Disks, sound_disks
 from .mesh import Mesh, PlanarFaces, loop_through, planar_mesh, planar_mesh_of
+from .outer_loop import find_outer_loop_of_angles
 from .plane import (
     HOPELESS_AREA_RATIO,
     SAFE_AREA_RATIO,
@@ -50,11 +50,13 @@ from .repair import (
     PatchFaces,
     Repair,
     RepairedDisk,
+    chords_of,
     clean,
     cleaned_surface,
     merge_coincident,
     patch_faces,
     repair_disk,
+    split_chords,
     unrepaired,
 )
 from .submesh import Submesh, cut_faces

@@ -13,6 +13,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
 from .arrays import check_finite, check_indices, compact, count_vertices, face_array, vertex_array
+from .outer_loop import find_outer_loop
 from .submesh import Submesh
 from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer_loop
 
@@ -63,7 +64,7 @@ def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     F : (#F, 3) array of any integer dtype, or of integral floats
         Oriented triangles.
     outer : int, optional
-        A vertex of the outer boundary loop; by default the outer loop is the longest one.
+        A vertex of the outer boundary loop; by default the loop that encloses the others.
 
     Raises
     ------
@@ -102,18 +103,13 @@ def _build_mesh(
     V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None
 ) -> Mesh:
     """Build a mesh whose outer loop comes first."""
-    first = 0
+    double_area, dot = measure(V, topology.corner, vertices)
     if outer is not None:
         first = loop_through(topology, outer, vertices)
-    elif len(topology.loops) > 1:
-        ahead = [np.roll(loop, -1) for loop in topology.loops]
-        length = [
-            np.linalg.norm(V[b] - V[a], axis=1).sum() for a, b in zip(topology.loops, ahead, strict=True)
-        ]
-        first = int(np.argmax(length))
+    else:
+        first = find_outer_loop(V, topology, double_area, dot)
     if first:
         topology = topology.once(f"outer {first}", lambda: with_outer_loop(topology, first))
-    double_area, dot = measure(V, topology.corner, vertices)
     return Mesh(V, topology, double_area, dot, vertices, n_given)
 
 

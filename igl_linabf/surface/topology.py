@@ -65,8 +65,8 @@ class Topology:
     sides : (2, #E) int64
         The two half-edges of each edge, numbered k #F + t; -1 for the missing half-edge of a boundary edge.
     loops : tuple of int64 arrays
-        Boundary loops, with the mesh on their left. The first loop is the outer one, by default the loop
-        with the most edges.
+        Boundary loops, with the mesh on their left, those with the most edges first. In a `Mesh` the first
+        loop is the outer one.
     n_outer : int
         Number of outer loops, which come first in `loops`: one for each disk in a batch of disks.
     """

@@ -16,6 +16,7 @@ import pytest
 import trimesh
 from commands import run
 from conftest import CLOSED, ROOT, load, pixels
+from holed_surfaces import plate_with_comb, slotted_plate
 from overlapping_surfaces import spiral
 
 from igl_linabf import (
@@ -129,6 +130,16 @@ def test_holes_stay_uncut_if_asked() -> None:
     assert len(chart.result.holes) == 2
     assert unwrap(V, F, charts=ChartOptions(keep_holes=True)).seams.shape == (0, 2)
     assert all(disk.result.holes == () for disk in unwrap(V, F).charts)
+
+
+@pytest.mark.parametrize("method", ["linabf", "isometric"])
+@pytest.mark.parametrize("plate", [plate_with_comb(5), slotted_plate(3)], ids=["comb", "slot"])
+def test_a_flat_plate_keeps_its_shape_and_a_window_with_a_long_edge(
+    plate: tuple[np.ndarray, np.ndarray], method: str
+) -> None:
+    atlas = unwrap(*plate, method=method, charts=ChartOptions(keep_holes=True))
+    assert len(atlas.charts) == 1 and len(atlas.charts[0].result.holes) == 1
+    assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
 
 
 def test_unreferenced_vertices_and_degenerate_faces() -> None:

@@ -1,4 +1,4 @@
-"""Validation of a mesh: defects are rejected with their location, and the longest loop is the outer one."""
+"""Validation of a mesh: defects are rejected with their location, and the outer loop encloses the others."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bad_input import REFUSED
+from holed_surfaces import surface
 
 from igl_linabf import MeshError
 from igl_linabf.surface import Submesh, pins, planar_mesh
@@ -50,6 +51,21 @@ def test_the_outer_loop_is_the_longest_regardless_of_its_number_of_edges(around:
         np.testing.assert_allclose(np.linalg.norm(V[hole], axis=1), 1)
     asked = planar_mesh(V, F, outer=3).topology.loops
     assert 3 in asked[0] and len(asked) == 2
+
+
+@pytest.mark.parametrize("name", ["comb", "slot"])
+@pytest.mark.parametrize("shape", ["flat", "rolled up", "bumpy", "bowl"])
+def test_the_outer_loop_is_the_rim_even_if_a_window_has_the_longer_edge(name: str, shape: str) -> None:
+    V, F = surface(name)
+    (x, y, _), is_rim = V.T, (V[:, :2] == 0).any(axis=1) | (V[:, :2] == 10).any(axis=1)
+    space = {
+        "flat": V,
+        "rolled up": np.column_stack((2 * np.cos(x / 2), y, 2 * np.sin(x / 2))),
+        "bumpy": V + np.outer(np.random.default_rng(0).normal(0, 0.1, len(V)), [0, 0, 1]),
+        "bowl": np.column_stack((x, y, -(np.hypot(x - 5, y - 5) ** 2) / 6)),
+    }[shape]
+    rim, window = planar_mesh(space, F).topology.loops
+    assert is_rim[rim].all() and not is_rim[window].any()
 
 
 @pytest.mark.parametrize("height", [0.0, 1e-11, 1e-9, 1e-6])

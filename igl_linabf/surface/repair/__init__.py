@@ -1,9 +1,10 @@
 """Repair of arbitrary triangles into an oriented manifold without degenerate faces.
 
 `clean` also reports each repair. `patch_faces` extracts the largest piece of a surface after some of its
-vertices have been removed.
+vertices have been removed, and `split_chords` splits edges between boundary vertices.
 """
 
+from .chords import chords_of, split_chords
 from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired
 from .disks import RepairedDisk, repair_disk
 from .patches import PatchFaces, patch_faces

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
-from .submesh import Submesh
-from .topology import NEXT, PREV, Topology
+from ..._types import FloatArray, IntArray
+from ..submesh import Submesh
+from ..topology import NEXT, PREV, Topology
 
 
 def chords_of(topology: Topology) -> IntArray:
