@@ -54,8 +54,8 @@ def cut_open(mesh: Mesh) -> Mesh:
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
     """Return the distance of the loop from its circle or upright rectangle, over the size of the shape."""
     z = result.uv[loop]
-    if len(result.corners):
-        low, high = (end(result.uv[result.corners], axis=0) for end in (np.min, np.max))
+    if len(result.report.corners):
+        low, high = (end(result.uv[result.report.corners], axis=0) for end in (np.min, np.max))
         distance = np.minimum(np.abs(z - low), np.abs(z - high)).min(axis=1)
         return float(distance.max() / np.linalg.norm(high - low))
     return circle_error(z)
@@ -132,7 +132,7 @@ def print_row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], 
     for shape, result in results.items():
         q = quality(V, F, result.uv)
         cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}; "
-        cell += f"{result.iterations} ({result.inner_steps})"
+        cell += f"{result.report.iterations} ({result.report.inner_steps})"
         if shape != FREE:
             loops = mesh.topology.loops[: None if shape == "circles" else 1]
             worst = max(shape_error(result, mesh.vertices[loop]) for loop in loops)

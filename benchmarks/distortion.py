@@ -26,8 +26,8 @@ def main() -> None:
         def cell(result: Flattening, V=V, F=F) -> str:
             q = quality(V, F, result.uv)
             text = f"{q.angle_distortion:.3g}, {q.stretch_l2:.4g}, {q.flips}"
-            if result.steps:
-                text += f"; {result.iterations} ({result.inner_steps}), {result.layout}"
+            if result.report.steps:
+                text += f"; {result.report.iterations} ({result.report.inner_steps}), {result.report.layout}"
             return text
 
         results = [flatten(V, F, method="lscm")]

@@ -37,7 +37,7 @@ def time_map(V: object, F: object, method: str, fork: str) -> tuple[float, int]:
             patches.enter_context(patch.object(import_module(f"igl_linabf.angles.{module}"), name, value))
         start = perf_counter()
         result = flatten(V, F, method=method)
-        return perf_counter() - start, result.inner_steps
+        return perf_counter() - start, result.report.inner_steps
 
 
 def make_row(name: str, V: object, F: object, method: str, repeat: int) -> str:

@@ -100,10 +100,12 @@ def main() -> None:
             calls = partial(flatten, V, F, method=method), partial(restart, V, F, method, solution)
             runs = np.array([[time_call(call) for call in calls] for _ in range(options.repeat)])
             all_, remaining = np.median(runs, axis=0)
-            steps = [sum(step.inner_steps for step in result.steps) for result in (solution, restarted)]
+            steps = [
+                sum(step.inner_steps for step in result.report.steps) for result in (solution, restarted)
+            ]
             rows.append(
-                f"| {name} | {len(F):,} | {label} | {len(solution.steps)}, {steps[0]} inner | "
-                f"{len(restarted.steps)}, {steps[1]} inner | "
+                f"| {name} | {len(F):,} | {label} | {len(solution.report.steps)}, {steps[0]} inner | "
+                f"{len(restarted.report.steps)}, {steps[1]} inner | "
                 f"{remaining / all_:.2f} | {decimation / all_:.2f} | "
                 f"{all_ / remaining:.1f} | {all_ / (remaining + decimation):.1f} |"
             )

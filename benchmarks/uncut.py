@@ -43,8 +43,8 @@ def main() -> None:
         for result, seconds in zip(results, (lscm, *times), strict=True):
             q = quality(V, F, result.uv)
             cell = f"{q.angle_distortion:.3g}, {q.flips}"
-            if result.steps:
-                cell += f"; {result.iterations}, {result.after.closure:.0e}, **{seconds / lscm:.1f}**"
+            if result.report.steps:
+                cell += f"; {result.report.iterations}, {result.after.closure:.0e}, **{seconds / lscm:.1f}**"
             cells.append(cell)
         print(f"| {name} | {len(F):,} | {len(results[0].holes)} | {' | '.join(cells)} |", flush=True)
 

@@ -59,7 +59,7 @@ def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, l
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
     """Return the distance of the loop from its circle or upright rectangle, over the size of the map."""
     z = result.uv[loop]
-    if result.boundary == "circle":
+    if result.report.boundary == "circle":
         system = np.column_stack((z, np.ones(len(z))))
         centre = np.linalg.lstsq(system, (z**2).sum(axis=1), rcond=None)[0][:2] / 2
         radius = np.linalg.norm(z - centre, axis=1)
@@ -78,7 +78,9 @@ def show(
         results[shape] = result = flatten(V, F, boundary=shape, corners=chosen)
         q = quality(V, F, result.uv)
         caption = f"{name}, {shape}: {result.outcome.value}, F/3nt {q.angle_distortion:.2e}"
-        print(f"{caption}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped, {result.iterations} solves")
+        print(
+            f"{caption}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped, {result.report.iterations} solves"
+        )
         assert q.flips == 0
     path = Path("out") / f"{name}_shapes.png"
     path.parent.mkdir(exist_ok=True)

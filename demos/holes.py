@@ -55,7 +55,7 @@ if __name__ == "__main__":
     if len(sys.argv) == 1:
         assert len(converged.holes) == 7
         assert max(hole.largest for hole in converged.holes) < 1e-8
-        assert len(converged.steps) <= 12
+        assert len(converged.report.steps) <= 12
         assert away < 1e-6
         assert measured["igl.lscm"].flips > 0
         assert measured["linABF"].flips == measured["ABF"].flips == 0

@@ -52,7 +52,7 @@ if __name__ == "__main__":
         angle = np.degrees(np.abs(result.angles - abf.angles).max())
         print(
             f"{label:8} flipped triangles: {len(result.flipped)}; from ABF at most {angle:.2f} degrees "
-            f"and {distance:.1e} of the map's size; {result.iterations} iterations"
+            f"and {distance:.1e} of the map's size; {result.report.iterations} iterations"
         )
         assert len(result.flipped) == 0
         assert distance < 1e-3

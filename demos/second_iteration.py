@@ -48,7 +48,8 @@ if __name__ == "__main__":
         print(f"{iterations:10}  {greedy.after.wheel:14.1e}  {flips[-1][0]:15}  {flips[-1][1]:22}")
         maps[f"iteration {iterations}"] = greedy.uv
     default = flatten(V, F)
-    print(f"by default: {len(default.flipped)} flipped, {default.iterations} solves, {default.layout} layout")
+    report = default.report
+    print(f"by default: {len(default.flipped)} flipped, {report.iterations} solves, {report.layout} layout")
     assert solid > 10
     assert flips == [(1, 0), (0, 0), (0, 0)]
     assert len(default.flipped) == 0

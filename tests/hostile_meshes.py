@@ -228,7 +228,7 @@ def check_guarantee(seed: int) -> str:
         if not len(bare.flipped):
             require(bool((bare.uv == sure.uv).all()), "the guarantee changed a map without flips")
             return end
-        last = sure.attempts[-1]
+        last = sure.report.attempts[-1]
         require(last.name == "injective", f"the guarantee was not tried: {last}")
         if len(exactly_flipped(sure.uv, F)):
             require(last.status is Status.NO_VALID_START, f"the guarantee left flips: {last}")

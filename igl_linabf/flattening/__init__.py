@@ -24,5 +24,5 @@ from .methods import (
     guaranteed,
     method_of,
 )
-from .result import Attempt, Flattening, Hole, Outcome, Residuals, Status
+from .result import Attempt, Flattening, FlatteningReport, Hole, Outcome, Residuals, Status
 from .with_cones import DivergedError, KnownLaplacian, PrescribedHolonomy, flatten_with_cones

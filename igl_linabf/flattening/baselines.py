@@ -37,7 +37,7 @@ from ..surface import (
     signed_double_areas,
 )
 from .fallbacks import Problem, StageResult, StageResults, add_layout
-from .result import Flattening, Hole, Outcome, Residuals
+from .result import Flattening, FlatteningReport, Hole, Outcome, Residuals
 
 SCP_SIZE = 1 / 32  # square root of the area of a surface scaled for the eigensolver of igl
 
@@ -158,9 +158,8 @@ def _result_of_map(
         before=Residuals.of(residual(constraints, corner_angles(mesh))),
         after=Residuals.of(b),
         holes=Hole.all_of(mesh, b),
-        layout="least-squares",
-        layout_solver=solver,
         seconds=seconds,
+        report=FlatteningReport(layout="least-squares", layout_solver=solver),
     )
 
 

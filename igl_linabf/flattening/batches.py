@@ -140,6 +140,7 @@ def isometric_maps(
             Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)
         )
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])
+        attempts = (*linear.report.attempts, Attempt("isometric", Status.GOOD, 0, residuals.largest, ""))
         yield (
             int(found[k]),
             replace(
@@ -149,10 +150,8 @@ def isometric_maps(
                 method=method.name,
                 outcome=outcome,
                 message=message,
-                attempts=(*linear.attempts, Attempt("isometric", Status.GOOD, 0, residuals.largest, "")),
                 after=residuals,
-                layout="isometric",
-                layout_solver=how,
                 seconds={**linear.seconds, "isometric": share, "total": linear.seconds["total"] + share},
+                report=replace(linear.report, attempts=attempts, layout="isometric", layout_solver=how),
             ),
         )

@@ -173,7 +173,7 @@ def compare(
     for method, result, taken in zip(chosen, first, seconds, strict=True):
         taken = base if method.name == "lscm" else taken
         measured = quality(V, F, result.uv)
-        iterations = result.iterations if result.steps else None
+        iterations = result.report.iterations if result.report.steps else None
         label = method.label if method.label not in entries else str(method)
         entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
     for name in other_programs.installed_programs() if others else ():

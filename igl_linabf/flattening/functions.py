@@ -436,7 +436,7 @@ def flatten(
     >>> import igl
     >>> V, F = igl.icosahedron()
     >>> result = flatten(V, F[1:])
-    >>> result.outcome.value, len(result.flipped), result.layout
+    >>> result.outcome.value, len(result.flipped), result.report.layout
     ('valid', 0, 'boundary')
 
     Two neighbours at the same position:
@@ -481,8 +481,7 @@ def _restore_given_vertices(made: Flattening, disk: RepairedDisk, placed: bool) 
         uv=uv,
         F=origin[made.F],
         holes=tuple(replace(hole, vertex=int(origin[hole.vertex])) for hole in made.holes),
-        corners=origin[made.corners],
-        repairs=disk.cleaned.repairs,
+        report=replace(made.report, corners=origin[made.report.corners], repairs=disk.cleaned.repairs),
     )
 
 

@@ -23,7 +23,7 @@ from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
 from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
-from .result import Attempt, Findings, Flattening, Residuals, Status, judge
+from .result import Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
 
 LARGEST_TOGETHER = 10_000  # triangles of the largest mesh that shares its system with others
 TOGETHER = 4 * LARGEST_TOGETHER  # triangles per system
@@ -262,15 +262,17 @@ def _results_of_batch(
             outcome=outcome,
             message=message,
             flipped=nothing,
-            attempts=(Attempt("linear step", Status.GOOD, 0, last, ""),),
-            steps=steps,
             before=Residuals(*before[k]),
             after=Residuals(*after[k]),
-            gap=gap[k],
-            layout="boundary",
-            solver=stepped.state.how if steps else "none",
-            layout_solver=solver,
             seconds={stage: share * value for stage, value in seconds.items()},
+            report=FlatteningReport(
+                attempts=(Attempt("linear step", Status.GOOD, 0, last, ""),),
+                steps=steps,
+                gap=gap[k],
+                layout="boundary",
+                solver=stepped.state.how if steps else "none",
+                layout_solver=solver,
+            ),
         )
         made.append((places[k], result))
     return made

@@ -84,7 +84,7 @@ class LinABF(Method):
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> igl_linabf.flatten(V, F[1:], method=LinABF(iterations=1)).iterations
+    >>> igl_linabf.flatten(V, F[1:], method=LinABF(iterations=1)).report.iterations
     1
     """
 

@@ -239,9 +239,58 @@ class Hole:
         )
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FlatteningReport:
+    """How a map was computed: attempts, steps, layout and solvers.
+
+    Attributes
+    ----------
+    repairs : tuple of Repair
+        The repairs before flattening, with `flatten(..., clean=True)`.
+    repaired : (#caps,) int64
+        Faces with an angle so close to pi that it was changed before flattening.
+    attempts : tuple of Attempt
+        The attempts in order. The map is from the last attempt without flipped triangles, or otherwise from
+        the attempt with the fewest flips.
+    steps : tuple of Step
+        The linear solves in order.
+    gap : float
+        Gap of the boundary loop drawn from the target angles, relative to its length.
+    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
+        The layout of the map. With "isometric" and "embedding", the target angles are the angles of the map.
+    solver, layout_solver : str
+        Names of the solvers of the angle systems and of the layout.
+    boundary : {"free", "circle", "circles", "rectangle", "angles"}
+        The requested shape of the boundary.
+    corners : (4,) or (0,) int64
+        The vertices at the corners of the rectangle, counterclockwise from the lower left corner.
+    """
+
+    repairs: tuple[Repair, ...] = ()
+    repaired: IntArray = field(default_factory=NO_INDICES.copy)
+    attempts: tuple[Attempt, ...] = ()
+    steps: tuple[Step, ...] = ()
+    gap: float = 0.0
+    layout: str
+    solver: str = "none"
+    layout_solver: str
+    boundary: str = "free"
+    corners: IntArray = field(default_factory=NO_INDICES.copy)
+
+    @property
+    def iterations(self) -> int:
+        """Number of linear solves, including chord steps, without restoration steps."""
+        return sum(step.kind != "restoration" for step in self.steps)
+
+    @property
+    def inner_steps(self) -> int:
+        """Total number of conjugate gradient steps."""
+        return sum(step.inner_steps for step in self.steps)
+
+
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Flattening:
-    """A flat map, with the angles, residuals, steps and outcome of the computation.
+    """A flat map, with the angles, residuals and outcome of the computation.
 
     Attributes
     ----------
@@ -257,31 +306,14 @@ class Flattening:
         The outcome in a sentence: what is wrong, where, and what to do.
     flipped : (#flips,) int64
         Faces that are flipped or collapsed in the map.
-    repaired : (#caps,) int64
-        Faces with an angle so close to pi that it was changed before flattening.
-    attempts : tuple of Attempt
-        The attempts in order. The map is from the last attempt without flipped triangles, or otherwise from
-        the attempt with the fewest flips.
-    steps : tuple of Step
-        The linear solves in order.
     before, after : Residuals
         Constraint residuals of the initial estimate and of `angles`.
     holes : tuple of Hole
         Residuals of `angles` at each hole, without the outer loop.
-    gap : float
-        Gap of the boundary loop drawn from `angles`, relative to its length.
-    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
-        The layout of the map. With "isometric" and "embedding", `angles` are the angles of the map.
-    solver, layout_solver : str
-        Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
-    boundary : {"free", "circle", "circles", "rectangle", "angles"}
-        The requested shape of the boundary.
-    corners : (4,) or (0,) int64
-        The vertices at the corners of the rectangle, counterclockwise from the lower left corner.
-    repairs : tuple of Repair
-        The repairs before flattening, with `flatten(..., clean=True)`.
+    report : FlatteningReport
+        Attempts, steps, layout, solvers, and further facts about how it was computed.
     """
 
     uv: FloatArray
@@ -291,34 +323,11 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
-    repaired: IntArray = field(default_factory=NO_INDICES.copy)
-    attempts: tuple[Attempt, ...] = ()
-    steps: tuple[Step, ...] = ()
     before: Residuals
     after: Residuals
     holes: tuple[Hole, ...] = ()
-    gap: float = 0.0
-    layout: str
-    solver: str = "none"
-    layout_solver: str
     seconds: dict[str, float] = field(default_factory=dict)
-    boundary: str = "free"
-    corners: IntArray = field(default_factory=NO_INDICES.copy)
-    repairs: tuple[Repair, ...] = ()
-
-    @property
-    def iterations(self) -> int:
-        """Number of linear solves, including chord steps, without restoration steps."""
-        return sum(step.kind != "restoration" for step in self.steps)
-
-    @property
-    def inner_steps(self) -> int:
-        """Total number of conjugate gradient steps."""
-        return sum(step.inner_steps for step in self.steps)
-
-    @property
-    def _kinds(self) -> list[str]:
-        return list(dict.fromkeys(step.kind for step in self.steps))
+    report: FlatteningReport
 
     def __repr__(self) -> str:
         flips = f", {len(self.flipped):,} flipped" * bool(len(self.flipped))
@@ -334,22 +343,25 @@ class Flattening:
         return html_row([("", map_svg(self.uv, self.F)), ("", table)])
 
     def _rows(self) -> dict[str, str]:
-        runs = {kind: [s.inner_steps for s in self.steps if s.kind == kind] for kind in self._kinds}
-        kinds = ", ".join(f"{len(inner)} {kind} ({sum(inner)})" for kind, inner in runs.items())
+        report = self.report
+        kinds: dict[str, list[int]] = {}
+        for step in report.steps:
+            kinds.setdefault(step.kind, []).append(step.inner_steps)
+        solves = ", ".join(f"{len(inner)} {kind} ({sum(inner)})" for kind, inner in kinds.items())
         rows = {
             "method": self.method,
             "outcome": f"{self.outcome.value}: {self.message}",
-            "tried": ", then ".join(map(str, self.attempts)) or self.method,
-            "linear solves (CG steps)": kinds or "none needed",
+            "tried": ", then ".join(map(str, report.attempts)) or self.method,
+            "linear solves (CG steps)": solves or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
-            "boundary gap": f"{self.gap:.2e}",
+            "boundary gap": f"{report.gap:.2e}",
             "closure of holes": ", ".join(f"{hole.largest:.1e}" for hole in self.holes) or "no holes",
-            "solver": self.solver,
-            "layout": f"{self.layout} ({self.layout_solver})",
+            "solver": report.solver,
+            "layout": f"{report.layout} ({report.layout_solver})",
             "seconds": f"{self.seconds['total']:.3f}",
         }
-        if self.repairs:
-            rows["repairs"] = "; ".join(map(str, self.repairs))
-        if len(self.repaired):
-            rows["repaired faces"] = some(self.repaired)
+        if report.repairs:
+            rows["repairs"] = "; ".join(map(str, report.repairs))
+        if len(report.repaired):
+            rows["repaired faces"] = some(report.repaired)
         return rows

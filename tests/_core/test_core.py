@@ -81,7 +81,9 @@ def test_both_builds_give_the_same_maps(
     # the axes of a symmetric map are less accurate
     assert best_fit_distance(fast.uv, plain.uv) < 1e-9
     assert fast.outcome == plain.outcome
-    assert [step.inner_steps for step in fast.steps] == [step.inner_steps for step in plain.steps]
+    assert [step.inner_steps for step in fast.report.steps] == [
+        step.inner_steps for step in plain.report.steps
+    ]
 
 
 def test_a_map_has_the_same_bits_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> None:

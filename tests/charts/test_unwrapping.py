@@ -175,7 +175,7 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.flips == atlas.quality.overlaps == 0
-    assert all(chart.result.layout != "SLIM" for chart in atlas.charts)
+    assert all(chart.result.report.layout != "SLIM" for chart in atlas.charts)
 
 
 def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypatch) -> None:
@@ -196,7 +196,7 @@ def test_the_guarantee_is_used_with_a_warning_if_no_seam_helps(monkeypatch) -> N
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F, charts=ChartOptions(max_stretch=np.inf))
     assert atlas.good
-    assert any(chart.result.attempts[-1].name == "injective" for chart in atlas.charts)
+    assert any(chart.result.report.attempts[-1].name == "injective" for chart in atlas.charts)
 
 
 def test_troubles_describe_faulty_charts() -> None:

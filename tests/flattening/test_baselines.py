@@ -106,7 +106,7 @@ def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     step = np.linalg.lstsq(system, right, rcond=None)[0][: start.size].reshape(start.shape)
     result = flatten(V, F, method="one-step-abf++")
     assert np.abs(result.angles - start - step).max() < 1e-7
-    assert result.iterations == 1
+    assert result.report.iterations == 1
 
 
 @pytest.mark.parametrize("name", ["ball", "disk__igl_camel_b.obj"])

@@ -57,16 +57,18 @@ def test_the_boundary_is_the_circle_or_the_rectangle_without_flips(name: str) ->
         result = flatten(V, F, boundary=shape)
         assert result.outcome is Outcome.CONVERGED, (shape, result.message)
         assert quality(V, F, result.uv).flips == 0
-        assert result.boundary == shape
+        assert result.report.boundary == shape
         if shape == "circle":
             assert off_circle(result.uv[loop]) < 1e-6
         else:
-            assert off_rectangle(result.uv, loop, result.corners) < 1e-6
+            assert off_rectangle(result.uv, loop, result.report.corners) < 1e-6
             assert result.after.largest < 1e-8
             sums = np.bincount(F.ravel(), weights=result.angles.ravel(), minlength=len(V))
-            assert np.abs(sums[result.corners] - np.pi / 2).max() < 1e-8
+            assert np.abs(sums[result.report.corners] - np.pi / 2).max() < 1e-8
             assert (
-                np.abs(np.delete(sums[loop], np.flatnonzero(np.isin(loop, result.corners))) - np.pi).max()
+                np.abs(
+                    np.delete(sums[loop], np.flatnonzero(np.isin(loop, result.report.corners))) - np.pi
+                ).max()
                 < 1e-8
             )
             inside = np.setdiff1d(np.arange(len(V)), loop)
@@ -94,7 +96,7 @@ def test_angles_may_be_asked_for_at_some_vertices_only() -> None:
     asked = np.full(len(V), np.nan)
     asked[loop[:10]] = own[loop[:10]] + 0.1
     result = flatten(V, F, boundary=asked)
-    assert result.boundary == "angles"
+    assert result.report.boundary == "angles"
     assert quality(V, F, result.uv).flips == 0
     assert np.abs(turns(result.uv, F) - asked)[loop[:10]].max() < 1e-8
 
@@ -107,7 +109,7 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
     V[inside, :2] += 0.2 * rng.uniform(-1, 1, (inside.sum(), 2))
     turned = V @ np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]])
     result = flatten(turned, F, method=method, boundary="rectangle")
-    assert sorted(result.corners) == [0, 5, 72, 77]
+    assert sorted(result.report.corners) == [0, 5, 72, 77]
     assert best_fit_distance(result.uv, V[:, :2]) < 1e-6
     assert (
         np.abs(np.ptp(result.uv, axis=0) - [12, 5]).max() < 1e-6
@@ -206,10 +208,10 @@ def test_corners_are_where_they_are_asked_for() -> None:
     loop = rim(V, F)
     corners = loop[[5, 12, 30, 41]]
     result = flatten(V, F, boundary="rectangle", corners=corners[[1, 3, 2, 0]])
-    assert result.corners.tolist() == np.roll(corners, -1).tolist()  # in loop order from the first one
-    assert off_rectangle(result.uv, loop, result.corners) < 1e-6
+    assert result.report.corners.tolist() == np.roll(corners, -1).tolist()  # in loop order from the first one
+    assert off_rectangle(result.uv, loop, result.report.corners) < 1e-6
     low = result.uv.min(axis=0)
-    assert np.abs(result.uv[result.corners[0]] - low).max() < 1e-9 * np.ptp(result.uv)
+    assert np.abs(result.uv[result.report.corners[0]] - low).max() < 1e-9 * np.ptp(result.uv)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -245,7 +247,11 @@ def test_converged_abf_has_the_shape_and_the_least_change_of_angles(shape: str) 
     assert least.outcome is Outcome.CONVERGED
     assert least.after.largest < 1e-6
     assert quality(V, F, least.uv).angle_distortion < 1.001 * quality(V, F, linear.uv).angle_distortion
-    off = off_circle(least.uv[loop]) if shape == "circle" else off_rectangle(least.uv, loop, least.corners)
+    off = (
+        off_circle(least.uv[loop])
+        if shape == "circle"
+        else off_rectangle(least.uv, loop, least.report.corners)
+    )
     assert off < 1e-6
 
 
@@ -265,7 +271,11 @@ def test_with_holes_the_outer_loop_has_the_shape(shape: str) -> None:
     result = flatten(V, F, boundary=shape)
     loop = rim(V, F)
     assert result.outcome is Outcome.CONVERGED and quality(V, F, result.uv).flips == 0
-    off = off_circle(result.uv[loop]) if shape == "circle" else off_rectangle(result.uv, loop, result.corners)
+    off = (
+        off_circle(result.uv[loop])
+        if shape == "circle"
+        else off_rectangle(result.uv, loop, result.report.corners)
+    )
     assert off < 1e-6
     assert max(hole.largest for hole in result.holes) < 1e-6
 
@@ -282,7 +292,7 @@ def test_an_ear_on_a_straight_side_is_named_and_its_chord_can_be_split() -> None
     assert abs(igl.doublearea(W, G).sum() - igl.doublearea(V, F).sum()) < 1e-12
     result = flatten(W, G, boundary="rectangle", corners=[0, 2, 34, 4])
     assert quality(W, G, result.uv).flips == 0
-    assert off_rectangle(result.uv, rim(W, G), result.corners) < 1e-6
+    assert off_rectangle(result.uv, rim(W, G), result.report.corners) < 1e-6
 
 
 def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
@@ -346,7 +356,7 @@ def test_the_guarantee_keeps_the_shape() -> None:
     V, F = grid(80, 3)  # on a circle, its ends are too small for double precision
     result = flatten(V, F, method=LinABF(guarantee="injective"), boundary="circle")
     assert quality(V, F, result.uv).flips == 0
-    assert result.layout == "embedding"
+    assert result.report.layout == "embedding"
     assert off_circle(result.uv[rim(V, F)]) < 1e-6
 
 
@@ -376,6 +386,10 @@ def test_a_circle_of_converged_abf_without_a_map_in_double_precision_is_that_of_
     V, F = load("disk__igl_camel_b.obj")
     made = flatten(V, F, method="abf", boundary="circle")
     assert made.outcome is Outcome.NOT_CONVERGED and "this is the map of linear ABF" in str(made)
-    assert [attempt.name for attempt in made.attempts] == ["converged abf", "feasible abf", "active set"]
+    assert [attempt.name for attempt in made.report.attempts] == [
+        "converged abf",
+        "feasible abf",
+        "active set",
+    ]
     linear = linabf(V, F, boundary="circle")
     assert quality(V, F, made.uv).flips == 0 and np.allclose(made.uv, linear, atol=1e-6 * np.ptp(linear))

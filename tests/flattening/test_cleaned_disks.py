@@ -32,7 +32,7 @@ def test_coincident_neighbours_get_the_same_position() -> None:
     assert np.isfinite(result.uv).all() and result.outcome.good
     for keep, moved in PAIRS:
         np.testing.assert_array_equal(result.uv[keep], result.uv[moved])
-    assert [repair.kind for repair in result.repairs] == ["collapsed"]
+    assert [repair.kind for repair in result.report.repairs] == ["collapsed"]
     given = {frozenset(face) for face in F.tolist()}
     merged = {moved: keep for keep, moved in PAIRS}
     assert {frozenset(merged.get(i, i) for i in face) for face in given} >= {
@@ -50,7 +50,7 @@ def test_options_refer_to_given_vertices() -> None:
     pinned = flatten(V, F, [1, 143], [[0, 0], [3, 4]], clean=True).uv
     np.testing.assert_allclose(pinned[[0, 1, 143]], [[0, 0], [0, 0], [3, 4]], atol=1e-9)
     square = flatten(V, F, boundary="rectangle", corners=[1, 11, 143, 132], clean=True)
-    assert sorted(square.corners.tolist()) == [0, 11, 132, 143]
+    assert sorted(square.report.corners.tolist()) == [0, 11, 132, 143]
     assert np.isfinite(square.uv).all()
 
 

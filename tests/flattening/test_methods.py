@@ -32,7 +32,7 @@ def test_one_iteration_reaches_the_angle_distortion_of_table_1(name: str) -> Non
     V, F = load(name)
     result = flatten(V, F, method=LinABF(iterations=1))
     measured = quality(V, F, result.uv)
-    assert result.iterations == 1
+    assert result.report.iterations == 1
     assert measured.flips == 0
     assert measured.angle_distortion <= 1.02 * ONE_ITERATION[name]
 
@@ -49,8 +49,8 @@ def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None
         assert result.after.largest < result.before.largest
     assert converged.outcome is Outcome.CONVERGED
     assert converged.after.largest < 1e-8
-    assert converged.iterations <= 7
-    assert auto.gap < 2.5e-3
+    assert converged.report.iterations <= 7
+    assert auto.report.gap < 2.5e-3
 
 
 @pytest.mark.parametrize(
@@ -129,11 +129,11 @@ def test_flipped_are_the_faces_of_no_positive_area_collapsed_ones_too(method: st
 def test_auto_goes_on_only_where_it_must(name: str) -> None:
     V, F = load("cortex")
     easy = flatten(V, F)
-    assert [step.kind for step in easy.steps] == ["step", "chord"]
+    assert [step.kind for step in easy.report.steps] == ["step", "chord"]
     V, F = load(name)
     hard = flatten(V, F)
-    assert [step.kind for step in hard.steps][:2] == ["step", "step"]
-    assert hard.steps[0].limited > 0
+    assert [step.kind for step in hard.report.steps][:2] == ["step", "step"]
+    assert hard.report.steps[0].limited > 0
     assert hard.outcome is Outcome.CONVERGED
 
 

@@ -34,7 +34,7 @@ def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
     result = flatten(flat, F, method=LinABF(layout=method))
     assert best_fit_distance(result.uv, flat[:, :2]) <= 1e-6
     assert result.outcome.value == "converged"
-    assert result.iterations == 0
+    assert result.report.iterations == 0
     corners = V[:, :2][F[0]], result.uv[F[0]]
     lengths = [np.linalg.norm(c - np.roll(c, 1, axis=0), axis=1) for c in corners]
     assert np.allclose(*lengths, rtol=1e-6)  # in the units of the mesh
@@ -113,11 +113,11 @@ def test_pins_matter_little_after_one_step_and_not_after_convergence() -> None:
 def test_auto_takes_the_boundary_only_where_it_closes(name: str) -> None:
     V, F = load(name)
     one = flatten(V, F, method=LinABF(iterations=1))
-    assert one.gap > 1e-2
-    assert one.layout == "least-squares"
+    assert one.report.gap > 1e-2
+    assert one.report.layout == "least-squares"
     both = flatten(V, F)
-    assert both.gap < 2.5e-3
-    assert both.layout == "boundary"
+    assert both.report.gap < 2.5e-3
+    assert both.report.layout == "boundary"
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def test_pins_are_met_and_are_those_of_lscm(name: str) -> None:
     ]
     for result in made:
         assert np.abs(result.uv[b] - bc).max() <= 1e-10
-        assert result.layout == "least-squares"
+        assert result.report.layout == "least-squares"
         assert (result.outcome is Outcome.FLIPPED) == (exactly_flipped(result.uv, F) > 0)
     dncp, by_igl = (result.uv for result in made[-2:])
     assert np.abs(by_igl - dncp).max() <= 1e-6

@@ -22,10 +22,12 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
         assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
     for made in maps.values():
         assert (
-            ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (made is maps.get("cholmod"))
+            ("CHOLMOD" in made.report.solver)
+            == ("CHOLMOD" in made.report.layout_solver)
+            == (made is maps.get("cholmod"))
         )
-    assert maps["direct"].solver.startswith("direct")
-    assert maps["direct"].inner_steps == 0
+    assert maps["direct"].report.solver.startswith("direct")
+    assert maps["direct"].report.inner_steps == 0
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "ball", "disk__igl_camel_b.obj"])
@@ -44,8 +46,11 @@ def test_results_are_the_same_without_scikit_sparse(monkeypatch) -> None:
     for name, uv in expected.items():
         without = linabf(V, F, layout=name, rtol=1e-11)
         assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
-    assert flatten(V, F).solver == f"conjugate gradients, {Cholesky.name}"
-    assert flatten(V, F, method=LinABF(iterations=1, solver="direct")).solver == f"direct, {Cholesky.name}"
+    assert flatten(V, F).report.solver == f"conjugate gradients, {Cholesky.name}"
+    assert (
+        flatten(V, F, method=LinABF(iterations=1, solver="direct")).report.solver
+        == f"direct, {Cholesky.name}"
+    )
     with pytest.raises(ImportError, match="libsuitesparse-dev"):
         linabf(V, F, solver="cholmod")
 
@@ -76,7 +81,7 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
     factored.clear()
     result = flatten(V, F, method=LinABF(iterations=12))
     assert analysed == [n, slivers]
-    assert factored == [n, slivers] * result.iterations + [n]
+    assert factored == [n, slivers] * result.report.iterations + [n]
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf"])
@@ -96,8 +101,8 @@ def test_the_system_is_factored_where_conjugate_gradients_do_not_converge(monkey
     with pytest.warns(FallbackWarning, match="did not converge") as caught:
         result = flatten(V, F, method=LinABF(iterations=2, rtol=1e-10, layout="greedy"))
     assert len([w for w in caught if "did not converge" in str(w.message)]) == 1
-    assert result.solver.startswith("direct")
-    assert "after conjugate gradients" in result.solver
+    assert result.report.solver.startswith("direct")
+    assert "after conjugate gradients" in result.report.solver
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
 
 

@@ -101,15 +101,16 @@ def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: Fl
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)
     place[rows] = np.arange(len(rows))
-    flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[result.repaired]))
+    report = result.report
+    flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[report.repaired]))
     made = replace(
         result,
         uv=uv,
         F=part.F,
         angles=result.angles[rows],
         flipped=flipped,
-        repaired=repaired,
         holes=result.holes if len(part.topology.loops) > 1 else (),
+        report=replace(report, repaired=repaired),
     )
     if made.outcome is not Outcome.FLIPPED or len(flipped):
         return made

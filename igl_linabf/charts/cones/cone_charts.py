@@ -225,7 +225,7 @@ def _flatten_component(
     except DivergedError as error:
         raise MeshError(_describe_failure(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
-    if not made.outcome.good and missing > MAX_ANGLE_RESIDUAL and len(made.attempts) > 1:
+    if not made.outcome.good and missing > MAX_ANGLE_RESIDUAL and len(made.report.attempts) > 1:
         raise MeshError(
             _describe_failure(chosen, quarter, f"the angle sums end {missing:.2g} away from them")
         )

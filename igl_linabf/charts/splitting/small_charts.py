@@ -205,13 +205,14 @@ class _Host:
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         number = len(whole.F) - len(piece.F)
+        report = chart.result.report
         result = replace(
             chart.result,
             uv=flat,
             F=whole.F,
             angles=np.concatenate(angles)[order],
-            repaired=np.sort(place[chart.result.repaired]),
             message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
+            report=replace(report, repaired=np.sort(place[report.repaired])),
         )
         return key, replace(chart, faces=whole.faces, result=result), whole
 

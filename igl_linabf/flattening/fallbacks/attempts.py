@@ -23,7 +23,18 @@ from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
 from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces, shape_is_pinned
 from ..boundary_shapes import FREE, Shape, resolve_shape
-from ..result import NO_INDICES, Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
+from ..result import (
+    NO_INDICES,
+    Attempt,
+    Findings,
+    Flattening,
+    FlatteningReport,
+    Hole,
+    Residuals,
+    StageName,
+    Status,
+    judge,
+)
 from .ears import Ears
 
 
@@ -234,17 +245,19 @@ def build_result(
         outcome=outcome,
         message=message + best.remark,
         flipped=flipped,
-        repaired=problem.repaired,
-        attempts=tuple(attempts),
-        steps=results[-1].state.steps,
         before=Residuals.of(angles.start.residual),
         after=Residuals.of(at.residual),
         holes=Hole.all_of(problem.mesh, at.residual),
-        gap=layout.gap,
-        layout=layout.method,
-        solver=results[-1].state.how,
-        layout_solver=layout.solver,
         seconds=seconds,
-        boundary=problem.shape.name,
-        corners=problem.mesh.vertices[problem.shape.corners],
+        report=FlatteningReport(
+            repaired=problem.repaired,
+            attempts=tuple(attempts),
+            steps=results[-1].state.steps,
+            gap=layout.gap,
+            layout=layout.method,
+            solver=results[-1].state.how,
+            layout_solver=layout.solver,
+            boundary=problem.shape.name,
+            corners=problem.mesh.vertices[problem.shape.corners],
+        ),
     )

@@ -71,7 +71,7 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     V, F = cone(1.0) if name == "cone" else load(name)
     result = flatten(V, F, method=ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
-    assert result.iterations <= (60 if name == "cone" or name in STRESS else 16)
+    assert result.report.iterations <= (60 if name == "cone" or name in STRESS else 16)
     vertex_and_wheel, triangle = right_hand_sides(constraints_of(planar_mesh(V, F).topology), result.angles.T)
     assert np.abs(vertex_and_wheel).max() <= 1e-9
     assert np.abs(triangle).max() <= 1e-9
@@ -116,13 +116,13 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     for start in (alpha, estimate):
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
         assert default == pytest.approx(exact, rel=5e-5, abs=1e-10)
-    assert made[0].steps[-1].residual <= ABF().tol
+    assert made[0].report.steps[-1].residual <= ABF().tol
 
 
 def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     V, F = cone(2.0)
     result = flatten(V, F, method="abf")
-    assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
+    assert [step.kind for step in result.report.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert 0.9 * ANGLE_BOUND <= (result.angles / estimate).min() <= 1.01 * ANGLE_BOUND
@@ -133,7 +133,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
 def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: float) -> None:
     V, F = cone(height)
     result = flatten(V, F, method=ABF(tol=1e-5))
-    kinds = [step.kind for step in result.steps]
+    kinds = [step.kind for step in result.report.steps]
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" not in kinds
     assert 1 <= kinds.count("feasible") <= 20
@@ -148,8 +148,8 @@ def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> No
     areas = np.abs(igl.doublearea(result.uv, F))
     assert areas.max() > 1e18 * areas.min()
     assert result.outcome is Outcome.CONVERGED
-    assert "restoration" in [step.kind for step in result.steps]
-    assert result.steps[-1].residual <= 1e-8
+    assert "restoration" in [step.kind for step in result.report.steps]
+    assert result.report.steps[-1].residual <= 1e-8
     assert stationarity(V, F, result.angles) <= 1e-3
 
 
@@ -160,7 +160,7 @@ def test_the_feasible_form_ends_after_a_fixed_amount_of_work(monkeypatch: pytest
     bounded = flatten(V, F, method="abf")
     assert bounded.outcome is Outcome.NOT_CONVERGED
     assert "did not converge in its feasible form" in bounded.message
-    assert bounded.iterations < whole.iterations
+    assert bounded.report.iterations < whole.report.iterations
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:

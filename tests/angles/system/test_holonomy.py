@@ -53,7 +53,7 @@ def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> 
     V, F = surface(name)
     result = converged(name)
     assert result.outcome is Outcome.CONVERGED
-    assert result.iterations <= 12
+    assert result.report.iterations <= 12
     assert result.holes
     for hole in result.holes:
         assert max(hole.rotation, hole.scale, hole.translation) < 1e-8

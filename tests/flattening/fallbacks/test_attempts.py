@@ -54,7 +54,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
     default, sure = flatten(V, F), flatten(V, F, method=LinABF(guarantee="injective"))
     assert default.outcome is Outcome.FLIPPED
     assert sure.outcome is Outcome.VALID
-    assert sure.layout == "SLIM"
+    assert sure.report.layout == "SLIM"
     assert len(sure.flipped) == exactly_flipped(sure.uv, F) == 0
     assert "near the end of double precision" in sure.message
     lscm = quality(V, F, flatten(V, F, method="lscm").uv)
@@ -99,30 +99,30 @@ def test_each_attempt_follows_a_failed_one() -> None:
     for name, expected in names.items():
         V, F = load(name)
         result = flatten(V, F, method=LinABF(guarantee="injective"))
-        assert [attempt.name for attempt in result.attempts] == expected
-        assert all(attempt.failed for attempt in result.attempts[:-1])
-        assert result.attempts[-1].flips == 0
-        assert result.attempts[-1].failed == ""
+        assert [attempt.name for attempt in result.report.attempts] == expected
+        assert all(attempt.failed for attempt in result.report.attempts[:-1])
+        assert result.report.attempts[-1].flips == 0
+        assert result.report.attempts[-1].failed == ""
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # some angles are close to pi
 def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = Disk.random(np.random.default_rng(25)).build()
     small = flatten(V, F)
-    assert [attempt.name for attempt in small.attempts][2:] == ["converged abf", "feasible abf"]
+    assert [attempt.name for attempt in small.report.attempts][2:] == ["converged abf", "feasible abf"]
     assert small.outcome is Outcome.CONVERGED
     monkeypatch.setattr(methods, "LARGEST_FOR_ABF", len(F) - 1)
     large = flatten(V, F)
-    assert [attempt.name for attempt in large.attempts] == ["linear step", "active set"]
+    assert [attempt.name for attempt in large.report.attempts] == ["linear step", "active set"]
     assert large.outcome is Outcome.FLIPPED
 
 
 def test_a_boundary_that_is_still_open_after_a_step_and_a_chord_asks_for_more_steps() -> None:
     result = flatten(*bumps(80, 0, 1.3))
-    first, second = result.attempts
+    first, second = result.report.attempts
     assert "a boundary loop fails to close by" in first.failed and first.flips is None
     assert (second.name, second.failed, result.outcome) == ("active set", "", Outcome.CONVERGED)
-    assert result.gap < GAP
+    assert result.report.gap < GAP
 
 
 @pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
@@ -131,15 +131,15 @@ def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: 
     if name.startswith("closed"):
         V, F = tree_cut(V, F, 5, None)
     result, active_set = flatten(V, F), flatten(V, F, method=LinABF(iterations=12))
-    kinds, inner = [s.kind for s in result.steps], [s.inner_steps for s in result.steps]
+    kinds, inner = [s.kind for s in result.report.steps], [s.inner_steps for s in result.report.steps]
     first = kinds.index("conformal")
     assert set(kinds[first:]) == {"conformal"}
     assert not any(inner[first:])
-    assert result.inner_steps < 0.7 * active_set.inner_steps
+    assert result.report.inner_steps < 0.7 * active_set.report.inner_steps
     assert result.after.largest <= 1e-8
     ours, theirs = (quality(V, F, made.uv).angle_distortion for made in (result, active_set))
     assert abs(ours / theirs - 1) < 2e-3
-    assert "conformal" not in {s.kind for s in flatten(V, F, method=LinABF(rtol=1e-3)).steps}
+    assert "conformal" not in {s.kind for s in flatten(V, F, method=LinABF(rtol=1e-3)).report.steps}
 
 
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
@@ -161,7 +161,7 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
         assert np.allclose(sure.uv[b], bc)
         # the angles of the result are the angles of its map
         assert sure.after.largest < 1e-6
-        assert sure.attempts[-1].name == "injective"
+        assert sure.report.attempts[-1].name == "injective"
     assert exactly_flipped(abf(V, F, guarantee="injective"), F) == 0
 
 

@@ -51,8 +51,8 @@ def test_no_triangle_is_flipped_and_less_is_stretched(name: str) -> None:
     V, F = load(name)
     result, angles = flatten(V, F, method="isometric"), flatten(V, F)
     assert result.outcome.good, result.message
-    assert result.layout == "isometric"
-    assert str(result.attempts[-1]) == "isometric (no flips)"
+    assert result.report.layout == "isometric"
+    assert str(result.report.attempts[-1]) == "isometric (no flips)"
     assert len(result.flipped) == exactly_flipped(result.uv, F) == 0
     ours, theirs = quality(V, F, result.uv), quality(V, F, angles.uv)
     assert ours.stretch_l2 < theirs.stretch_l2
@@ -193,7 +193,7 @@ def test_many_at_once_come_out_as_one_by_one() -> None:
     for together, (V, F) in zip(flatten_many(meshes, method="isometric"), meshes, strict=True):
         alone = flatten(V, F, method="isometric")
         assert together.message == alone.message
-        assert together.attempts[-1].name == alone.attempts[-1].name == "isometric"
+        assert together.report.attempts[-1].name == alone.report.attempts[-1].name == "isometric"
         assert together.outcome is alone.outcome
         assert np.abs(together.uv - alone.uv).max() <= 1e-9 * np.ptp(alone.uv)
         assert np.abs(together.angles - alone.angles).max() <= 1e-9

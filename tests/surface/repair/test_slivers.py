@@ -42,7 +42,7 @@ def test_thin_triangles_are_flattened_as_well_as_others(
     assert igl.internal_angles(V, F).min() < eps
     result = flatten(V, F, method=method)
     assert result.outcome.good
-    assert not len(result.repaired)
+    assert not len(result.report.repaired)
     measured, before = (quality(*m).angle_distortion for m in ((V, F, result.uv), (*load("bumps"), plain.uv)))
     assert measured < 1.05 * before
 
@@ -58,7 +58,7 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
     edge = np.linalg.norm(V[F] - V[np.roll(F, 1, axis=1)], axis=2)
     rest = igl.doublearea(V, F) / edge.min(axis=1) / np.sort(edge, axis=1)[:, 1]  # sine of the largest angle
     thin = np.flatnonzero((rest < CAP_ANGLE) & (igl.internal_angles(V, F).max(axis=1) > 2))
-    assert np.array_equal(result.repaired, thin)
+    assert np.array_equal(result.report.repaired, thin)
     assert "repaired faces" in str(result)
     # all other faces are as good as without caps
     uv = np.insert(result.uv, 2, 0.0, axis=1)
