@@ -75,7 +75,7 @@ def print_cortex() -> None:
         seconds = "" if name == "shipped" else f"{perf_counter() - start:.1f}"
         q = quality(V, F, uv)
         print(
-            f"| {name} | {q.area_distortion:.3f} | {q.edge_change:.1%} | {q.edge_change_99:.1%} | "
+            f"| {name} | {q.area_distortion:.3f} | {q.edge_change:.1%} | {q.report.edge_change_99:.1%} | "
             f"{q.angle_distortion:.3g} | {q.stretch_l2:.3f} | {q.flips} | {seconds} |"
         )
 

@@ -60,5 +60,5 @@ if __name__ == "__main__":
         assert deficit > 4
         assert (measured["igl.lscm"].flips > 0) == lscm_flips
         assert measured["linABF"].flips == measured["ABF"].flips == 0
-        assert measured["linABF"].angle_error < measured["igl.lscm"].angle_error
+        assert measured["linABF"].report.angle_error < measured["igl.lscm"].report.angle_error
         assert measured["linABF"].angle_distortion < 1.06 * measured["ABF"].angle_distortion

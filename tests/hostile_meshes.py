@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 
 import igl
@@ -180,9 +180,16 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.flattening.Flatteni
         )
     measured = il.quality(V, F, uv)
     require(measured.flips == len(flipped), f"quality counts {measured.flips} flips of {len(flipped)}")
-    for name, value in vars(measured).items():
-        require(value is None or not np.isnan(value), f"quality's {name} is NaN")
+    require_numbers(measured)
     return result.outcome.value
+
+
+def require_numbers(measured: il.measures.Quality) -> None:
+    """Require that no figure of a quality is NaN."""
+    figures = asdict(measured)
+    figures |= figures.pop("report")
+    for name, value in figures.items():
+        require(value is None or not np.isnan(value), f"quality's {name} is NaN")
 
 
 def run_refusable(work: Callable[[], str]) -> str:
@@ -564,8 +571,7 @@ def check_map(seed: int) -> str:
 
     def check_figures() -> str:
         q = il.quality(V, F, uv)
-        for name, value in vars(q).items():
-            require(value is None or not np.isnan(value), f"quality's {name} is NaN")
+        require_numbers(q)
         require(spoilt not in ("NaN", "inf"), f"quality of {spoilt}")
         pairs = il.overlaps(uv, F)
         require(bool((pairs[:, 0] < pairs[:, 1]).all()), "overlaps are not i < j")

@@ -6,7 +6,7 @@ Sander, Snyder, Gortler and Hoppe (2001).
 """
 
 from .distances import RINGS, Distances, check_rings, distance_error
-from .figures import Quality, quality, quality_of, quality_of_each, table
+from .figures import Quality, QualityReport, quality, quality_of, quality_of_each, table
 from .overlapping import (
     MAX_PAIRS,
     format_pair_count,

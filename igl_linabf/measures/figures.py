@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,28 @@ from .overlapping import format_pair_count, overlapping_pairs
 from .per_triangle import Change, change_of
 
 
+@dataclass(frozen=True)
+class QualityReport:
+    """Further figures of a flat map.
+
+    Attributes
+    ----------
+    angle_error : float
+        Mean of (angle in uv - angle in 3-D)^2, in square radians.
+    conformal_distortion_max : float
+        The largest sigma1 / sigma2.
+    edge_change_99 : float
+        The 99th percentile of `|length in uv / length in 3-D - 1|` over the triangles' sides; 0 is best.
+    faces : int
+        Number of triangles.
+    """
+
+    angle_error: float
+    conformal_distortion_max: float
+    edge_change_99: float
+    faces: int
+
+
 @dataclass(frozen=True, repr=False)
 class Quality:
     """The distortion of a whole flat map; `print` shows it as a table.
@@ -25,13 +48,9 @@ class Quality:
     ----------
     angle_distortion : float
         F/3nt of the paper: mean over corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2.
-    angle_error : float
-        Mean of (angle in uv - angle in 3-D)^2, in square radians.
     conformal_distortion : float
         Quasi-conformal distortion sigma1 / sigma2, mean weighted by area in 3-D; 1 is best.
         Infinite if a triangle has collapsed.
-    conformal_distortion_max : float
-        The largest sigma1 / sigma2.
     area_distortion : float
         Area-weighted mean of `|log(area in uv / area in 3-D)|`, with both total areas scaled to 1;
         0 is best. Infinite if a triangle has collapsed.
@@ -41,9 +60,9 @@ class Quality:
     symmetric_dirichlet : float
         Area-weighted mean of (s1^2 + s2^2 + s1^-2 + s2^-2) / 4, s1 and s2 the singular values, with both
         total areas scaled to 1; 1 is best. Infinite if a triangle has collapsed.
-    edge_change, edge_change_99 : float
-        Mean and 99th percentile, over the triangles' sides, of `|length in uv / length in 3-D - 1|`, with
-        both total areas scaled to 1; 0 is best.
+    edge_change : float
+        Mean, over the triangles' sides, of `|length in uv / length in 3-D - 1|`, with both total areas scaled
+        to 1; 0 is best.
     texel_spread : float
         Ratio of the 99th to the 1st percentile, over the surface area, of area in uv / area in 3-D: how many
         times more texels one part gets than another; 1 is best. Infinite if 1 % of the surface has collapsed.
@@ -52,32 +71,29 @@ class Quality:
     overlaps : int
         Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`). They are counted up to 5,000,000
         per chart; beyond, the number is 5,000,001.
-    faces : int
-        Number of triangles.
+    report : QualityReport
+        Error of angles, extremes of distortion, and the number of triangles.
     distance_error : float or None
         Mean relative error of distances (`measures.distance_error`), without rescaling the map; None unless
         `rings` is given.
     """
 
     angle_distortion: float
-    angle_error: float
     conformal_distortion: float
-    conformal_distortion_max: float
     area_distortion: float
     stretch_l2: float
     stretch_linf: float
     symmetric_dirichlet: float
     edge_change: float
-    edge_change_99: float
     texel_spread: float
     flips: int
     overlaps: int
-    faces: int
+    report: QualityReport
     distance_error: float | None = None
 
     def __repr__(self) -> str:
         figures = f"F/3nt {self.angle_distortion:.3g}, L2 stretch {self.stretch_l2:.4g}"
-        return f"<Quality of {self.faces:,} triangles: {figures}, {self.flips:,} flipped>"
+        return f"<Quality of {self.report.faces:,} triangles: {figures}, {self.flips:,} flipped>"
 
     def __str__(self) -> str:
         return table({"": self})
@@ -87,19 +103,19 @@ class Quality:
 
 
 ROWS = {
-    "faces": "triangles",
+    "report.faces": "triangles",
     "flips": "flipped triangles",
     "overlaps": "overlapping pairs",
     "angle_distortion": "angle distortion F/3nt",
-    "angle_error": "mean squared angle error, rad^2",
+    "report.angle_error": "mean squared angle error, rad^2",
     "conformal_distortion": "conformal distortion, mean",
-    "conformal_distortion_max": "conformal distortion, largest",
+    "report.conformal_distortion_max": "conformal distortion, largest",
     "area_distortion": "area distortion",
     "stretch_l2": "stretch, L2",
     "stretch_linf": "stretch, largest",
     "symmetric_dirichlet": "symmetric Dirichlet energy",
     "edge_change": "change of edge lengths, mean",
-    "edge_change_99": "change of edge lengths, 99 %",
+    "report.edge_change_99": "change of edge lengths, 99 %",
     "texel_spread": "texel areas, 99 % : 1 %",
     "distance_error": "distance error",
 }
@@ -124,7 +140,7 @@ def _make_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
     """Return a row for each figure: its label and its value in each column."""
     cells = []
     for name, label in ROWS.items():
-        values = [getattr(quality, name) for quality in columns.values()]
+        values = list(map(attrgetter(name), columns.values()))
         if any(v is not None for v in values):
             cells.append([label, *(_format_value(name, value) for value in values)])
     return cells
@@ -219,19 +235,22 @@ def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) ->
         conformal_mean, area_distortion, squared_stretch, dirichlet = faces.sum(weighted) / faces.sum(area)
         figures = (
             faces.sum(changed.angle_distortion.mean(axis=0)) / faces.sizes,
-            faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
             conformal_mean,
-            faces.max(conformal),
             area_distortion,
             np.sqrt(squared_stretch),
             faces.max(changed.largest_stretch),
             dirichlet,
             faces.sum(changed.edge_change.mean(axis=0)) / faces.sizes,
-            _percentile_99(changed.edge_change, faces),
             _texel_spread(changed, faces),
         )
+        further = (
+            faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
+            faces.max(conformal),
+            _percentile_99(changed.edge_change, faces),
+        )
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
-    return list(map(Quality, *np.stack(figures).tolist(), flips, overlaps, faces.sizes.tolist()))
+    reports = map(QualityReport, *np.stack(further).tolist(), faces.sizes.tolist())
+    return list(map(Quality, *np.stack(figures).tolist(), flips, overlaps, reports))
 
 
 def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:

@@ -232,6 +232,7 @@ def test_an_atlas_of_many_pieces_is_what_its_charts_are_alone() -> None:
         surface = V[atlas.origin[corners]], local.reshape(-1, 3)
         np.testing.assert_allclose(chart.result.uv, il.flatten(*surface).uv, rtol=0, atol=1e-10)
         alone, here = map(dataclasses.asdict, (il.quality(*surface, atlas.TC[corners]), chart.quality))
+        assert alone.pop("report") == pytest.approx(here.pop("report"), rel=1e-9, abs=1e-12)
         assert alone.pop("distance_error") is here.pop("distance_error") is None
         assert here == pytest.approx(alone, rel=1e-9, abs=1e-12)
     boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]  # each box has an exact net

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from ..._types import BoolArray, IntArray
-from ...measures import Quality
+from ...measures import Quality, QualityReport
 from ...surface import Cleaned, seam_mask, times_power_of_two
 from .atlas import Atlas, AtlasReport
 
-NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of an empty mesh
+NO_QUALITY = Quality(  # of an empty mesh
+    0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 0, 0, QualityReport(0.0, 1.0, 0.0, 0)
+)
 
 
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
