@@ -114,7 +114,9 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
             data = image_map.read()
             if data not in decoded:
                 decoded[data] = decode_image(data, f"{image_map.kind} of the material {mesh.materials[i]}")
-            images[image_map.kind][i] = Picture(decoded[data], image_map.wrap, image_map.matrix)
+            images[image_map.kind][i] = Picture(
+                decoded[data], image_map.wrap, image_map.matrix, image_map.nearest
+            )
     return images
 
 

@@ -171,7 +171,7 @@ def write_file(
         Texture coordinates, v upwards.
     FTC : same shape as `mesh.F`, optional
         Rows of `TC` at the corners; by default `mesh.F`.
-    image : (#rows, #columns[, 1, 3 or 4]) float, optional
+    image : (#rows, #columns[, 1 to 4]) float, optional
         The texture, from 0 to 1, as returned by `bake`. It is embedded in GLB, glTF and 3MF, and written as a
         PNG file next to OBJ. For an atlas of several pages, pass a list of images or an array
         (#pages, #rows, #columns, k); each material is then copied for each page. A dict of images with the
@@ -368,7 +368,7 @@ def write_textured(
     TC : (#TC, 2) float
         Texture coordinates in the unit square, v upwards.
     FTC : (#F, 3) int, or same shape as `F`
-    image : (#rows, #columns[, 1, 3 or 4]) float
+    image : (#rows, #columns[, 1 to 4]) float
         From 0 to 1, top row first, as returned by `bake`. Viewers interpret the values as sRGB.
     force : bool
         Replace existing MTL and PNG files next to an OBJ file.

@@ -266,7 +266,10 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         pass  # the image shows them
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
-    elif any(look.images for look in extras.looks or ()) and not (mesh.images and mesh.images.moved):
+    elif mesh.images is not None and mesh.images.moved:
+        nearest = any(image_map.nearest for look in extras.looks or () for image_map in look.maps)
+        lost += ["the filter NEAREST of its images"] * (suffix == ".obj" and nearest)
+    elif any(look.images for look in extras.looks or ()):
         lost.append("the images of its materials")
     elif mesh.materials and extras.looks is None:
         lost.append("its materials, except for their names")

@@ -56,6 +56,8 @@ class ImageMap:
         Maps texture coordinates (u, v, 1), v upwards, to image coordinates.
     options : str
         MTL options that do not depend on the texture coordinates.
+    nearest : bool
+        Whether a lookup returns the nearest pixel instead of interpolating.
     """
 
     kind: str
@@ -63,6 +65,7 @@ class ImageMap:
     wrap: tuple[str, str] = ("repeat", "repeat")
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     options: str = ""
+    nearest: bool = False
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,7 @@ def format_library(
                     [
                         MTL_KEYWORDS.get(image_map.kind, image_map.kind),
                         *image_map.options.split(),
+                        *_format_wrap(image_map, len(images[image_map.kind])),
                         images[image_map.kind][look.page],
                     ]
                 )
@@ -197,6 +201,11 @@ def format_library(
             body = (*body, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
         text += body
     return "\n".join([*text, ""])
+
+
+def _format_wrap(image_map: ImageMap, pages: int) -> list[str]:
+    """Return the MTL option that clamps an image; pages beyond the first lie beyond the unit square."""
+    return ["-clamp", "on"] if image_map.wrap == ("clamp", "clamp") and pages == 1 else []
 
 
 def _format_material(look: Material) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from ..linalg import fits
 
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
 PIXEL_BYTES = 40  # memory for a pixel while an image is read
-CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
+CHANNELS = {1: "L", 2: "LA", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
 def make_image(image: ArrayLike) -> Any:
@@ -27,7 +27,7 @@ def make_image(image: ArrayLike) -> Any:
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
     if pixels.ndim != 3 or pixels.shape[2] not in CHANNELS or 0 in pixels.shape:
-        raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1, 3 or 4 channels")
+        raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1 to 4 channels")
     bytes_ = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * 255).astype(np.uint8)
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
 
@@ -49,8 +49,9 @@ def decode_image(data: bytes, name: str) -> FloatArray:
                     f"{name} has {file.width} x {file.height} pixels, too many for the memory: scale it down"
                 )
             image: Image.Image = file
-            if file.mode in ("P", "PA"):
-                image = file.convert("RGBA" if file.info.get("transparency") is not None else "RGB")
+            transparent = file.mode == "PA" or file.info.get("transparency") is not None
+            if transparent and file.mode in ("1", "L", "P", "PA", "RGB"):
+                image = file.convert("LA" if file.mode in ("1", "L") else "RGBA")
             elif file.mode not in PIXEL_MODES:
                 image = file.convert("RGB")
             rows = np.asarray(image, dtype=np.float64) / PIXEL_MODES[image.mode]
@@ -74,8 +75,9 @@ def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
     Parameters
     ----------
     path : path of a PNG file, or of another format that Pillow supports
-    image : (#rows, #columns) or (#rows, #columns, 1, 3 or 4) float
-        Values are clipped to the range 0 to 1, NaN becomes 0, and 8 bits per channel are written.
+    image : (#rows, #columns) or (#rows, #columns, 1 to 4) float
+        Two channels are grey and alpha. Values are clipped to the range 0 to 1, NaN becomes 0, and 8 bits
+        per channel are written.
 
     Raises
     ------

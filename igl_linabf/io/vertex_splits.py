@@ -13,8 +13,8 @@ from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
 MAX_OFFSET = 8  # largest coordinate, in extents of the mesh, up to which it is written without a translation
-ROUNDING_TOLERANCE = 1e-6  # rounding error, relative to the extent, from which a warning is issued
-COORDINATE_NAMES = ("V", "TC")  # arrays whose rounding error is checked
+# rounding error, relative to the extent, from which a warning is issued; for TC half a texel of 16,384
+ROUNDING_TOLERANCES = {"V": 1e-6, "TC": 0.5 / 16384}
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +170,20 @@ def choose_origin(V: FloatArray) -> FloatArray:
 
 def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
     """Warn if rounding changes coordinates by more than a tolerance relative to their extent."""
+    warn_of_error(find_rounding_error(rows, rounded), name)
+
+
+def find_rounding_error(rows: FloatArray, rounded: NDArray[Any]) -> float:
+    """Return the largest rounding error of coordinates, relative to their extent."""
     extent = np.ptp(rows, axis=0).max() if len(rows) else 0.0
-    error = np.abs(rows - rounded).max(initial=0)
-    if error > ROUNDING_TOLERANCE * extent > 0:
+    return float(np.abs(rows - rounded).max() / extent) if extent > 0 else 0.0
+
+
+def warn_of_error(error: float, name: str) -> None:
+    """Warn if a relative rounding error exceeds the tolerance for this array."""
+    if error > ROUNDING_TOLERANCES.get(name, ROUNDING_TOLERANCES["V"]):
         warnings.warn(
-            f"{name} is rounded by up to {error / extent:.2g} of its extent, because the format has too few "
+            f"{name} is rounded by up to {error:.2g} of its extent, because the format has too few "
             "digits: write OBJ, which keeps all digits, or move it to the origin and scale it to a size of 1",
             MeshWarning,
             stacklevel=stack_level(),
@@ -182,10 +191,15 @@ def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None
 
 
 def to_single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
-    """Convert rows to single precision."""
-    if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
-        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it or write OBJ")
-    rounded = rows.astype("<f4")
-    if name in COORDINATE_NAMES:
+    """Convert rows to single precision, with a warning if coordinates lose digits."""
+    rounded = round_to_single(rows, name)
+    if name in ROUNDING_TOLERANCES:
         warn_of_rounding(rows, rounded, name)
     return rounded
+
+
+def round_to_single(rows: FloatArray, name: str) -> NDArray[np.float32]:
+    """Convert rows to single precision without a warning."""
+    if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
+        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it or write OBJ")
+    return rows.astype("<f4")

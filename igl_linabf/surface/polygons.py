@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .constants import LARGEST_SEARCHED_POLYGON
-from .ragged import Ragged
+from .ragged import Ragged, index_and_rank
 from .triangulation import triangulate_polygons
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -81,6 +81,11 @@ class Polygons:
     def owner(self) -> IntArray:
         """The polygon of each corner, (#C,)."""
         return np.repeat(np.arange(len(self)), self.sizes)
+
+    def corners_of(self, faces: IntArray) -> IntArray:
+        """Return the indices of the corners of some polygons, in order."""
+        row, rank = index_and_rank(self.sizes[faces])
+        return np.asarray(self.starts[faces][row] + rank)
 
     @cached_property
     def following(self) -> IntArray:
@@ -205,6 +210,17 @@ class Triangles:
     def rows(self, rows: IntArray) -> Triangles:
         """Select triangles by row."""
         return Triangles(self.polygons, self.F[rows], self.face[rows], self.place[rows], self.inner[rows])
+
+    def of_faces(self, faces: IntArray) -> Triangles:
+        """Return the triangles of some polygons, ascending, as a triangulation of these polygons alone."""
+        polygons, corners = self.polygons, self.polygons.corners_of(faces)
+        first, end = (np.searchsorted(self.face, faces, side) for side in ("left", "right"))
+        face, rank = index_and_rank(end - first)
+        rows = first[face] + rank
+        own = Polygons(polygons.corners[corners], polygons.sizes[faces])
+        return Triangles(
+            own, self.F[rows], face, np.searchsorted(corners, self.place[rows]), self.inner[rows]
+        )
 
     def at_corners(self, values: IntArray) -> IntArray:
         """Convert values at the triangles' corners, (#T, 3), to values at the polygons' corners, (#C,)."""

@@ -1,4 +1,4 @@
-"""Bilinear lookups in images at texture coordinates."""
+"""Lookups in images at texture coordinates."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -22,17 +22,26 @@ class Picture:
         Continuation in u and in v.
     matrix : ((3,), (3,)) of float
         Affine map from texture coordinates (u, v, 1), with v pointing up, to image coordinates.
+    nearest : bool
+        Whether a lookup returns the nearest pixel, such as for pixel art, instead of interpolating.
     """
 
     pixels: FloatArray
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    nearest: bool = False
 
     def at(self, uv: FloatArray) -> FloatArray:
-        """Interpolate bilinearly at texture coordinates (n, 2), with v pointing up; return values (n, k)."""
+        """Return values (n, k) at texture coordinates (n, 2), with v pointing up, by bilinear interpolation.
+
+        With `nearest`, they are the values of the nearest pixels.
+        """
         rows, columns = self.pixels.shape[:2]
         u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
         x, y = u * columns - 0.5, (1 - v) * rows - 0.5
+        if self.nearest:
+            i = _wrap_indices(np.floor(y + 0.5), rows, self.wrap[1])
+            return self.pixels[i, _wrap_indices(np.floor(x + 0.5), columns, self.wrap[0])]
         left, upper = np.floor(x), np.floor(y)
         across, down = (x - left)[:, None], (y - upper)[:, None]
         i, j = (_wrap_indices(upper + k, rows, self.wrap[1]) for k in (0, 1))

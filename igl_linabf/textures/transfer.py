@@ -37,7 +37,8 @@ def bake_texture(
     """Transfer images from old texture coordinates to an atlas.
 
     Each texel gets the value of the old image at the corresponding point of the surface, by bilinear
-    interpolation. Texels around a chart are filled as in `bake`.
+    interpolation, or of the nearest pixel if the `Picture` says so. Texels around a chart are filled as in
+    `bake`.
 
     Parameters
     ----------
@@ -93,7 +94,8 @@ def bake_texture(
     pictures = _convert_images(images)
     label = _get_labels(labels, len(uv), len(pictures), atlas)
     frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
-    channels = max(picture.pixels.shape[2] for picture in pictures if picture is not None)
+    widths = {picture.pixels.shape[2] for picture in pictures if picture is not None}
+    channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, and alpha
     made = []
     for mine, shown in rasterise_pages(atlas, size):
         values = np.zeros((len(shown.index), channels))

@@ -170,7 +170,7 @@ def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"\.glb"):
         write_textured(tmp_path / "cortex.ply", V, F, atlas.TC, atlas.FTC, image)
     with pytest.raises(MeshError, match="channels"):
-        write_image(tmp_path / "two.png", np.zeros((4, 4, 2)))
+        write_image(tmp_path / "five.png", np.zeros((4, 4, 5)))
 
 
 @pytest.mark.parametrize("kind", ["colors", "normals", "position"])

@@ -14,11 +14,13 @@ from scipy.ndimage import map_coordinates
 
 from igl_linabf import MeshError, MeshWarning, Packing, unwrap
 from igl_linabf.cli import main
-from igl_linabf.io import MeshFile, read_file
+from igl_linabf.io import MeshFile, image_maps, read_file
 from igl_linabf.textures import Picture, bake, bake_texture
+from igl_linabf.textures.texels import covered
 
 # a box whose faces do not share vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
+BAKE_TEXTURE = ["--bake", "texture", "--resolution", "128", "--quiet"]
 KINDS = ("baseColorTexture", "metallicRoughnessTexture", "occlusionTexture", "emissiveTexture")
 
 
@@ -236,7 +238,7 @@ def test_options_of_an_mtl_file_are_applied_and_its_other_lines_are_kept(tmp_pat
     assert main(["unwrap", str(tmp_path / "in.obj"), "-o", str(tmp_path / "out.obj"), *words]) == 0
     library = (tmp_path / "out.mtl").read_text()
     assert "map_Kd out.png" in library
-    assert "map_Ks out_map_Ks.png" in library
+    assert "map_Ks -clamp on out_map_Ks.png" in library
     assert "Kd 0.5 1 1" in library
     assert "illum 2" in library
     after = read_file(tmp_path / "out.obj")
@@ -281,6 +283,12 @@ def test_images_with_different_channels_are_combined() -> None:
     labels = np.arange(len(F)) // 4
     shades = np.array([[0.3, 0.3, 0.3, 1], [0.1, 0.2, 0.3, 1], [0.5, 0.6, 0.7, 0.8]])
     images = [np.full((2, 2, 1), 0.3), np.full((2, 2, 3), shades[1, :3]), np.full((2, 2, 4), shades[2])]
+    translucent_grey = bake_texture(V, F, atlas, TC, FTC, np.full((2, 2, 2), [0.3, 0.7]), 64)
+    assert translucent_grey.shape == (64, 64, 2)
+    np.testing.assert_allclose(translucent_grey[translucent_grey[..., 1] > 0].mean(axis=0), [0.3, 0.7])
+    pair = [np.full((2, 2, 2), [0.3, 0.7]), np.full((2, 2, 3), 0.5), np.full((2, 2, 1), 0.1)]
+    mixed = bake_texture(V, F, atlas, TC, FTC, pair, 64, labels=labels)
+    assert set(mixed[..., 3].ravel().round(9)) - {0.0} == {0.7, 1.0}
     moved = bake_texture(V, F, atlas, TC, FTC, images, 64, labels=labels)
     wanted = bake(V, F, atlas, np.repeat(shades[labels][:, None], 3, axis=1), 64)
     assert np.abs(moved - wanted).max() < 1e-9
@@ -298,6 +306,62 @@ def test_labels_select_images_and_pictures_clamp() -> None:
     ramp = np.linspace(0, 1, 8).reshape(1, 8, 1)
     clamped = Picture(ramp, ("clamp", "clamp"))
     assert clamped.at(np.array([[-3.0, 0.5], [3.0, 0.5]])).ravel().tolist() == [0, 1]
+
+
+def test_filters_and_wrap_modes_of_images_are_kept(tmp_path: Path) -> None:
+    """The colours of pixel art are not mixed, and each material has the samplers of its own images."""
+    pixel_art = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [255, 255, 0]]]) / 255
+    nearest = {"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33648}
+    materials = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": i}}} for i in range(2)]
+    scene(
+        tmp_path / "in.glb", materials, [png(pixel_art), png(1 - pixel_art)], [nearest, {"magFilter": 9729}]
+    )
+    kept = tmp_path / "out.glb"
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(kept), *BAKE_TEXTURE]) == 0
+    mesh = read_file(kept)
+    text = mesh.extras.source.gltf.text
+    textures = [
+        text["textures"][m["pbrMetallicRoughness"]["baseColorTexture"]["index"]] for m in text["materials"]
+    ]
+    assert [text["samplers"][texture["sampler"]] for texture in textures] == [nearest, {"magFilter": 9729}]
+    assert textures[0]["source"] == textures[1]["source"]
+    image = image_maps(mesh)["baseColorTexture"][0]
+    uv = mesh.TC[mesh.FTC[mesh.extras.materials[1] == 0]]
+    row, column = np.divmod(covered(uv * 128 - 0.5, (128, 128)).index, 128)
+    colours = np.unique(image.pixels[127 - row, column], axis=0)
+    assert image.nearest and len(colours) > 1
+    assert {tuple(colour) for colour in colours} <= {tuple(colour) for colour in pixel_art.reshape(-1, 3)}
+
+
+@pytest.mark.parametrize("mode", ["LA", "PA", "L"])
+def test_the_transparency_of_grey_and_palette_images_is_kept(mode: str, tmp_path: Path) -> None:
+    data = BytesIO()
+    colour = Image.new("LA", (4, 4), (128, 64))
+    if mode == "LA":
+        colour.save(data, "PNG")
+    elif mode == "PA":
+        colour.convert("RGBA").quantize(4).save(data, "PNG")
+    else:
+        Image.new("L", (4, 4), 128).save(data, "PNG", transparency=128)
+    scene(
+        tmp_path / "in.glb", [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], [data.getvalue()]
+    )
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "out.glb"), *BAKE_TEXTURE]) == 0
+    pixels = image_maps(read_file(tmp_path / "out.glb"))["baseColorTexture"][0].pixels
+    shown = pixels[pixels[..., 0] > 0]
+    np.testing.assert_allclose(shown[:, -1] * 255, 0 if mode == "L" else 64, atol=1)
+    np.testing.assert_allclose(shown[:, 0] * 255, 128, atol=2)
+
+
+def test_options_of_images_without_a_counterpart_are_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nearest = {"magFilter": 9728, "wrapS": 33071, "wrapT": 33071}
+    materials = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    scene(tmp_path / "in.glb", materials, [png(picture(0, (8, 8)))], [nearest])
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "out.obj"), *BAKE_TEXTURE]) == 0
+    assert "OBJ does not keep the filter NEAREST of its images" in capsys.readouterr().err
+    assert "map_Kd -clamp on out.png" in (tmp_path / "out.mtl").read_text()
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".obj"])

@@ -11,9 +11,10 @@ import numpy as np
 from ...errors import MeshError
 from ..materials import ImageMap
 from ..parsing import Damaged
-from .scene import Gltf
+from .scene import Filter, Gltf
 
 TEXTURE_TRANSFORM = "KHR_texture_transform"
+SAMPLER = "sampler"  # key of a reference to a removed texture
 WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF's codes; all other codes mean "repeat"
 
 
@@ -75,13 +76,15 @@ def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
 def drop_stale_images(text: dict[str, Any]) -> None:
     """Remove textures and images that only materials with the first texture coordinates use.
 
-    References to them get the index -1 until they are replaced or removed.
+    References to them get the index -1 until they are replaced or removed, and keep their samplers.
     """
     old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
     others = [use for use in find_texture_uses(text) if (id(use.holder), use.key) not in ids]
     for use in old:
-        use.holder[use.key]["index"] = -1
+        info = use.holder[use.key]
+        info[SAMPLER] = find_sampler(text, info)
+        info["index"] = -1
     textures = sorted({use.holder[use.key]["index"] for use in others})
     for use in others:
         use.holder[use.key]["index"] = textures.index(use.holder[use.key]["index"])
@@ -101,6 +104,14 @@ def drop_stale_images(text: dict[str, Any]) -> None:
         text |= {name: entries} if entries else {}
 
 
+def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the sampler of a texture reference, also if its texture has been removed; None without one."""
+    if SAMPLER in info or info["index"] < 0:
+        return info.get(SAMPLER)
+    number = text["textures"][info["index"]].get("sampler")
+    return None if number is None else text["samplers"][number]
+
+
 def find_image_maps(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
     """Return the images of a material that use the first texture coordinates."""
     return tuple(_make_image_map(gltf, use) for use in iterate_texture_uses(material) if use.coordinates == 0)
@@ -109,8 +120,7 @@ def find_image_maps(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...
 def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     info = use.holder[use.key]
     texture = gltf.entries("textures")[info["index"]]
-    samplers = gltf.entries("samplers")
-    sampler = samplers[texture["sampler"]] if "sampler" in texture else {}
+    sampler = find_sampler(gltf.text, info) or {}
     wrap = tuple(WRAP_MODES.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
     transform = info.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
     (x, y), (across, down) = transform.get("offset", (0, 0)), transform.get("scale", (1, 1))
@@ -119,7 +129,10 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     # matches existing programs but not the listing in the extension's specification.
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
-    return ImageMap(use.key, partial(_read_image, gltf, texture), (wrap[0], wrap[1]), upwards)
+    nearest = sampler.get("magFilter") == Filter.NEAREST
+    return ImageMap(
+        use.key, partial(_read_image, gltf, texture), (wrap[0], wrap[1]), upwards, nearest=nearest
+    )
 
 
 def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:

@@ -43,6 +43,7 @@ class Target(IntEnum):
 class Filter(IntEnum):
     """glTF's codes for texture filters."""
 
+    NEAREST = 9728
     LINEAR = 9729
     LINEAR_MIPMAP_LINEAR = 9987
 

@@ -4,13 +4,23 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, Material
+from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, ImageMap, Material
 from ..mesh_file import Images
 from .extensions import VARIANTS
-from .images import TEXTURE_TRANSFORM, drop_stale_uses, find_texture_uses, iterate_texture_uses
+from .images import (
+    SAMPLER,
+    TEXTURE_TRANSFORM,
+    WRAP_MODES,
+    drop_stale_uses,
+    find_sampler,
+    find_texture_uses,
+    iterate_texture_uses,
+)
 from .scene import Filter
 
 SHADING = "pbrMetallicRoughness"
+SMOOTH = {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}
+Sampler = dict[str, Any] | None  # None: the texture has no sampler
 Put = Callable[..., int]  # appends bytes to the buffer, and returns the number of their view
 
 
@@ -62,7 +72,7 @@ def add_images(
     for material in text["materials"]:
         drop_stale_uses(material)
     _drop_unused_textures(text)
-    textures = _add_textures(text, put, images.maps[COLOUR], {})
+    textures = [_add_texture(text, _add_image(text, put, file, {}), SMOOTH) for file in images.maps[COLOUR]]
     for i, material in enumerate(text["materials"]):
         shading = material.get(SHADING, {})
         shading.pop("baseColorFactor", None)  # the image would be multiplied by it
@@ -76,49 +86,66 @@ def add_images(
 def _replace_images(
     text: dict[str, Any], put: Put, images: Images, pages: Mapping[int, int], looks: Sequence[Material]
 ) -> None:
-    """Replace the old images of the materials; their factors do not change."""
-    uses: list[tuple[dict[str, Any], str, dict[str, Any], int]] = []
+    """Replace the old images of the materials; their factors and samplers do not change."""
+    uses: list[tuple[dict[str, Any], str, dict[str, Any], int, Sampler]] = []
     for i, material in enumerate(text["materials"]):
         page = pages.get(i, 0)
         for use in [use for use in iterate_texture_uses(material) if use.coordinates == 0]:
             info = use.holder.pop(use.key)
             if use.key in images.maps:
-                uses.append((use.holder, use.key, _strip_placement(info), page))
+                uses.append((use.holder, use.key, _strip_placement(info), page, find_sampler(text, info)))
     for material, look in zip(text["materials"], looks, strict=False):
-        for kind in (image_map.kind for image_map in look.maps if image_map.kind in images.maps):
-            uses.append((material[SHADING] if kind == COLOUR else material, kind, {}, look.page))
+        for image_map in (image_map for image_map in look.maps if image_map.kind in images.maps):
+            kind, holder = image_map.kind, material[SHADING] if image_map.kind == COLOUR else material
+            uses.append((holder, kind, {}, look.page, _make_sampler(image_map)))
             if kind == "emissiveTexture" and look.emission == BLACK:
                 material["emissiveFactor"] = [1.0, 1.0, 1.0]
     _drop_unused_textures(text)
     known: dict[bytes, int] = {}
-    textures = {kind: _add_textures(text, put, files, known) for kind, files in images.maps.items()}
-    for holder, key, info, page in uses:
-        holder[key] = {**info, "index": textures[key][page]}
+    for holder, key, info, page, sampler in uses:
+        if sampler is not None and images.pages > 1:  # further pages lie beyond the unit square
+            sampler = {key_: value for key_, value in sampler.items() if key_ not in ("wrapS", "wrapT")}
+        image = _add_image(text, put, images.maps[key][page], known)
+        holder[key] = {**info, "index": _add_texture(text, image, sampler)}
+
+
+def _make_sampler(image_map: ImageMap) -> dict[str, Any]:
+    """Return the sampler of an image from a material of another format."""
+    modes = {name: code for code, name in WRAP_MODES.items()}
+    wraps = {
+        key: modes[wrap]
+        for key, wrap in zip(("wrapS", "wrapT"), image_map.wrap, strict=True)
+        if wrap in modes
+    }
+    return {**SMOOTH, **wraps}
 
 
 def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
     """Return a texture reference without its index, set of coordinates and transform."""
-    kept = {key: value for key, value in info.items() if key not in ("index", "texCoord", "extensions")}
+    placed = ("index", "texCoord", "extensions", SAMPLER)
+    kept = {key: value for key, value in info.items() if key not in placed}
     extensions = {
         name: value for name, value in info.get("extensions", {}).items() if name != TEXTURE_TRANSFORM
     }
     return {**kept, **({"extensions": extensions} if extensions else {})}
 
 
-def _add_textures(
-    text: dict[str, Any], put: Put, files: Sequence[bytes], texture_of_file: dict[bytes, int]
-) -> list[int]:
-    """Return the numbers of new textures, one for each file; equal files share a texture."""
-    numbers = []
-    for file in files:
-        if file not in texture_of_file:
-            image = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
-            linear = {"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}
-            samplers = text.setdefault("samplers", [])
-            sampler = samplers.index(linear) if linear in samplers else _append(text, "samplers", linear)
-            texture_of_file[file] = _append(text, "textures", {"source": image, "sampler": sampler})
-        numbers.append(texture_of_file[file])
-    return numbers
+def _add_image(text: dict[str, Any], put: Put, file: bytes, image_of_file: dict[bytes, int]) -> int:
+    """Return the number of a new image; equal files share an image."""
+    if file not in image_of_file:
+        image_of_file[file] = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
+    return image_of_file[file]
+
+
+def _add_texture(text: dict[str, Any], image: int, sampler: Sampler) -> int:
+    """Return the number of a texture of an image and a sampler; equal ones are shared."""
+    texture = {"source": image}
+    if sampler is not None:
+        samplers = text.setdefault("samplers", [])
+        known = samplers.index(sampler) if sampler in samplers else _append(text, "samplers", sampler)
+        texture["sampler"] = known
+    textures = text.setdefault("textures", [])
+    return textures.index(texture) if texture in textures else _append(text, "textures", texture)
 
 
 def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:

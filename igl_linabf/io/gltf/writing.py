@@ -3,25 +3,27 @@
 import base64
 import json
 import struct
-from collections.abc import Mapping
-from dataclasses import replace
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._types import IntArray
-from ...errors import MeshError
+from ..._types import FloatArray, IntArray
+from ...errors import MeshError, MeshWarning, stack_level
 from ..colours import get_stored_colours
 from ..materials import Material, decode_srgb, make_gltf_material
 from ..mesh_file import MeshFile
 from ..parsing import encode_utf8
-from ..vertex_splits import choose_origin, split_vertices, to_single_precision
+from ..vertex_splits import choose_origin, round_to_single, split_vertices, warn_of_error, warn_of_rounding
 from .ngons import EXTENSION, order_as_fans
 from .scene import DTYPES, Component, Target
 from .textures import add_images
 
 ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+MAX_PRIMITIVES = 256  # number of primitives beyond which materials that look the same are merged
 METRES_PER_UNIT = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
 KEPT_ACCESSOR_KEYS = (
     "componentType",
@@ -81,29 +83,29 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     """Write polygons with a node for each part and texture coordinates at the vertices, v downwards."""
     extras, buffer = mesh.extras, Buffer()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
-    material_names, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    material_names, material, looks = _share_materials(mesh, part)
     meshes: list[dict[str, Any]] = []
     nodes: list[dict[str, Any]] = []
     metres = METRES_PER_UNIT.get(extras.units or "meter", 1.0)
     size = {} if metres == 1 else {"scale": [metres] * 3}
-    for i in np.unique(part).tolist():
-        origin = choose_origin(mesh.V[mesh.polygons.corners[(part == i)[mesh.polygons.owner]]])
-        shifted = replace(mesh, V=mesh.V - origin)
-        primitives = [
-            _write_primitive(
-                shifted,
-                np.flatnonzero((part == i) & (material == k)),
-                k if k >= 0 else len(material_names),
-                buffer,
-            )
-            for k in np.unique(material[part == i]).tolist()
-        ]
+    colours, error = get_stored_colours(mesh), 0.0
+    for i, by_material in _group_faces(part, material):
+        faces = np.concatenate(list(by_material.values()))
+        positions = mesh.V[mesh.polygons.corners[mesh.polygons.corners_of(faces)]]
+        origin, extent, primitives = choose_origin(positions), np.ptp(positions, axis=0).max(), []
+        for k, of_material in by_material.items():
+            primitive, rounding = _write_primitive(mesh, of_material, origin, colours, buffer)
+            primitives.append({**primitive, "material": k if k >= 0 else len(material_names)})
+            error = max(error, rounding / extent if extent > 0 else 0.0)
         name_entry = {"name": names[i]} if i >= 0 else {}
         translation = {"translation": (metres * origin).tolist()} if origin.any() else {}
         nodes.append({"mesh": len(meshes), **name_entry, **translation, **size})
         meshes.append({"primitives": primitives, **name_entry})
+    warn_of_error(error, "V")
+    for map_ in (mesh.TC, None if mesh.first is None else mesh.first[0]):
+        if map_ is not None:
+            warn_of_rounding(map_, round_to_single(map_, "TC"), "TC")
     # readers such as trimesh discard texture coordinates without a material
-    looks = extras.looks or (Material(),) * len(material_names)
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())
     polygons = any(
@@ -124,49 +126,94 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     write_gltf(temporary, description, buffer)
 
 
+def _share_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], IntArray, Sequence[Material]]:
+    """Return the names, faces and appearance of the materials to write.
+
+    Materials that look the same are merged if there would be too many primitives.
+    """
+    names, material = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
+    looks = mesh.extras.looks or (Material(),) * len(names)
+    count = len(np.unique(np.column_stack((part, material)), axis=0))
+    if mesh.extras.looks is None or count <= MAX_PRIMITIVES:
+        return names, material, looks
+    first: dict[tuple[Any, ...], int] = {}
+    shared = np.array([first.setdefault(_describe_look(look), i) for i, look in enumerate(looks)])
+    kept = np.unique(shared)
+    if len(kept) < len(names):
+        warnings.warn(
+            f"its {len(names)} materials have {len(kept)} different appearances: GLB and glTF take one "
+            "primitive for each material of a part, so materials that look the same are written as one, with "
+            "the name of the first",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+    number = np.append(np.searchsorted(kept, shared), -1)
+    return [names[i] for i in kept], number[material], [looks[i] for i in kept]
+
+
+def _describe_look(look: Material) -> tuple[Any, ...]:
+    """Return what a glTF description of a material depends on, except for its name."""
+    images = tuple((map_.kind, map_.wrap, map_.matrix, map_.options, map_.nearest) for map_ in look.maps)
+    scalars = look.colour, look.alpha, look.metallic, look.roughness, look.emission, look.factor, look.page
+    return (*scalars, look.lines, images)
+
+
 def _make_asset_extras(mesh: MeshFile) -> dict[str, Any]:
     """Return the comments as extras of the asset."""
     lines = [encode_utf8(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
     return {"extras": {"comments": lines}} if lines else {}
 
 
-def _write_primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
-    """Append the faces of one part and one material with their vertices, and return the primitive."""
-    corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
-    split = split_vertices(mesh, corner, normals=True, colours=get_stored_colours(mesh))
+def _group_faces(part: IntArray, material: IntArray) -> Iterator[tuple[int, dict[int, IntArray]]]:
+    """Yield each part with its faces, ascending, by their material."""
+    order = np.lexsort((material, part))
+    start = np.flatnonzero(
+        (np.diff(part[order], prepend=-2) != 0) | (np.diff(material[order], prepend=-2) != 0)
+    )
+    groups = np.split(order, start[1:])
+    for i, same_part in groupby(groups, key=lambda faces: int(part[faces[0]])):
+        yield i, {int(material[faces[0]]): faces for faces in same_part}
+
+
+def _write_primitive(
+    mesh: MeshFile, faces: IntArray, origin: FloatArray, colours: FloatArray | None, buffer: Buffer
+) -> tuple[dict[str, Any], float]:
+    """Append the faces of one part and one material; return the primitive and the largest rounding error.
+
+    `origin` becomes 0, and `colours` are the colours at all corners of the mesh.
+    """
+    split = split_vertices(mesh, mesh.polygons.corners_of(faces), normals=True, colours=colours)
+    V = mesh.V[split.vertex] - origin
+    positions = round_to_single(V, "V")
     attributes = {
-        "POSITION": buffer.add(to_single_precision(mesh.V[split.vertex], "V")),
+        "POSITION": buffer.add(positions),
         **{
-            f"TEXCOORD_{i}": buffer.add(to_single_precision(TC * [1, -1] + [0, 1], "TC"))
+            f"TEXCOORD_{i}": buffer.add(round_to_single(TC * [1, -1] + [0, 1], "TC"))
             for i, TC in enumerate((split.TC,) if split.first is None else (split.first, split.TC))
         },
     }
     if split.normals is not None:
-        attributes["NORMAL"] = buffer.add(to_single_precision(_normalise(split.normals), "normals"))
+        attributes["NORMAL"] = buffer.add(round_to_single(_normalise(split.normals), "normals"))
     if split.colours is not None:
-        colours_ = split.colours
-        colours = to_single_precision(
-            np.column_stack((decode_srgb(colours_[:, :3]), colours_[:, 3:])), "colours"
-        )
-        attributes["COLOR_0"] = buffer.add(colours)
-    triangles, extensions = order_triangles(mesh, faces, corner, split.corners)
+        light = np.column_stack((decode_srgb(split.colours[:, :3]), split.colours[:, 3:]))
+        attributes["COLOR_0"] = buffer.add(round_to_single(light, "colours"))
+    triangles, extensions = order_triangles(mesh, faces, split.corners)
     indices = buffer.add(triangles.ravel(), Target.INDICES)
-    return {"attributes": attributes, "indices": indices, "material": material, **extensions}
+    return {"attributes": attributes, "indices": indices, **extensions}, float(np.abs(V - positions).max())
 
 
 def order_triangles(
-    mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray, mirrored: bool = False
+    mesh: MeshFile, faces: IntArray, vertex: IntArray, mirrored: bool = False
 ) -> tuple[IntArray, dict[str, Any]]:
     """Return triangles of faces in an order that encodes polygons, and the extension that declares it.
 
-    `vertex` is the vertex at each corner in `corner`. With `mirrored`, the orientation is reversed.
+    `faces` are ascending, and `vertex` is the vertex at each of their corners. With `mirrored`, the
+    orientation is reversed.
     """
     if (mesh.polygons.sizes[faces] == 3).all():
         return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
-    vertex_of_corner = np.full(len(mesh.polygons.corners), -1)
-    vertex_of_corner[corner] = vertex
-    triangles = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
-    ordered = order_as_fans(triangles, vertex_of_corner)
+    triangles = mesh.split.of_faces(faces)
+    ordered = order_as_fans(triangles, vertex)
     if mirrored:  # reverse the order of each fan, too
         ordered = ordered[np.lexsort((-np.arange(len(ordered)), triangles.face))][:, [0, 2, 1]]
     return ordered, {"extensions": {EXTENSION: {}}}

@@ -13,7 +13,13 @@ from ....surface import distinct_corners
 from ...materials import COLOUR
 from ...mesh_file import MeshFile
 from ...pictures import encode_png
-from ...vertex_splits import choose_origin, to_single_precision, warn_of_rounding
+from ...vertex_splits import (
+    choose_origin,
+    find_rounding_error,
+    round_to_single,
+    warn_of_error,
+    warn_of_rounding,
+)
 from ..optional_packages import import_optional
 from .properties import PROPERTY_DTYPE
 from .reading import UNITS, ThreeMfFile
@@ -38,7 +44,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
             model.GetMetaDataGroup().AddMetaData(*entry)
     group = _add_texture_group(lib3mf, model, mesh)
     part, corners = part[mesh.split.face], mesh.texture[mesh.split.place]
-    kept = _find_valid_triangles(mesh)
+    kept, error = _find_valid_triangles(mesh), 0.0
     for i in np.unique(part[kept]).tolist():
         in_part = (part == i) & kept
         used, F = np.unique(mesh.triangles[in_part], return_inverse=True)
@@ -48,7 +54,8 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         origin = np.array([float(np.float32(f"{x:.6g}")) for x in choose_origin(mesh.V[used])])
         shifted = mesh.V[used] - origin
         decimals = min(decimals, _count_decimals(shifted), _count_decimals(mesh.TC))
-        points = to_single_precision(shifted, "V")
+        points = round_to_single(shifted, "V")
+        error = max(error, find_rounding_error(shifted, points))
         mesh_object.SetGeometry(
             _make_records(lib3mf.Position, points),
             _make_records(lib3mf.Triangle, F.reshape(-1, 3).astype("<u4")),
@@ -67,6 +74,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         if isinstance(source, ThreeMfFile) and i >= 0:
             mesh_object.SetType(lib3mf.ObjectType(source.types[i]))
             item.SetPartNumber(source.numbers[i])
+    warn_of_error(error, "V")
     warn_of_rounding(mesh.TC, np.round(mesh.TC, decimals), "TC")
     writer = model.QueryWriter("3mf")
     writer.SetDecimalPrecision(decimals)
