@@ -33,6 +33,7 @@ SECTIONS = [
     ("What each mechanism of maps is for", "map_mechanisms.py"),
     ("Nasty meshes", "nasty.py"),
     ("Hard surfaces", "parts.py"),
+    ("Planes and pages", "hard.py"),
     ("Time of an atlas", "unwrap_time.py"),
     ("Even texels", "isometric.py"),
     ("Generated meshes", "generated.py"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import igl
 import numpy as np
-from nasty_meshes import CUBE, QUADS, Surface, triangles
+from nasty_meshes import CUBE, QUADS, Surface, triangles, voxels
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -154,4 +154,105 @@ ROUNDED: dict[str, Callable[[], Surface]] = {
     "rounded sheet": lambda: rounded_box(10, 6, 0.5, 0.2),
     "rounded plate": lambda: rounded_plate(0.1),
     "rounded plate, finer": lambda: rounded_plate(0.15, 10, 240),
+}
+
+
+def turned(profile: np.ndarray, around: int = 48) -> Surface:
+    """Return the closed surface of revolution of a closed profile (#P, 2) of radii and heights."""
+    angle, n = 2 * np.pi * np.arange(around) / around, len(profile)
+    across = [np.outer(way(angle), profile[:, 0]) for way in (np.cos, np.sin)]
+    V = np.stack((*across, np.tile(profile[:, 1], (around, 1))), axis=-1)
+    index = np.arange(around * n).reshape(around, n)
+    after, below = np.roll(index, -1, axis=1), np.roll(index, -1, axis=0)
+    return V.reshape(-1, 3), triangles(
+        np.stack((index, below, np.roll(below, -1, axis=1), after), -1).reshape(-1, 4)
+    )
+
+
+def washer(bevel: float) -> Surface:
+    """Return a flat ring with chamfers along its four rims."""
+    r, t, b = (1.0, 2.5), 0.4, bevel
+    profile = [
+        (r[0] + b, t),
+        (r[0], t - b),
+        (r[0], b),
+        (r[0] + b, 0),
+        (r[1] - b, 0),
+        (r[1], b),
+        (r[1], t - b),
+        (r[1] - b, t),
+    ]
+    return turned(np.array(profile))
+
+
+def bevelled_disk(bevel: float, around: int = 48) -> Surface:
+    """Return a disk with a chamfer along its upper rim; fans of triangles are its planes."""
+    angle = 2 * np.pi * np.arange(around) / around
+    way = np.column_stack((np.cos(angle), np.sin(angle)))
+    rings = [(1.0, 0.0), (1.0, 0.3 - bevel), (1.0 - bevel, 0.3)]
+    rows = [np.column_stack((r * way, np.full(around, h))) for r, h in rings]
+    i, n = np.arange(around), 3 * around
+    j = (i + 1) % around
+    walls = [triangles(np.column_stack((i, j, j + around, i + around))) + k * around for k in range(2)]
+    fans = (
+        np.column_stack((j, i, np.full(around, n))),
+        np.column_stack((i + 2 * around, j + 2 * around, np.full(around, n + 1))),
+    )
+    return np.vstack((*rows, [[0, 0, 0], [0, 0, 0.3]])), np.vstack((*walls, *fans))
+
+
+def blocks(cells: np.ndarray, times: int = 1) -> Surface:
+    """Return the boundary of solid cells of a grid, (nx, ny, nz) bool."""
+
+    return igl.upsample(*voxels(cells), times)
+
+
+def table() -> Surface:
+    """Return a table with four legs, which has two mirror planes."""
+    cells = np.zeros((9, 6, 6), dtype=bool)
+    cells[:, :, 5] = True
+    for x in (0, 8):
+        for y in (0, 5):
+            cells[x, y] = True
+    return blocks(cells)
+
+
+def robot() -> Surface:
+    """Return a body with two legs, two arms and a head, which has a mirror plane."""
+    cells = np.zeros((9, 3, 12), dtype=bool)
+    cells[2:7, :, 4:9] = True
+    cells[2:4, :, :4] = cells[5:7, :, :4] = True
+    cells[:2, 1, 7:9] = cells[7:, 1, 7:9] = cells[0, 1, 3:9] = cells[8, 1, 3:9] = True
+    cells[3:6, :, 10:] = cells[4, 1, 9] = True
+    return blocks(cells)
+
+
+def cabinet() -> Surface:
+    """Return a box with soft and slightly noisy edges, as generated meshes have them."""
+    V, F = rounded_box(3, 2, 4, 0.15, 3)
+    noise = np.random.default_rng(0).normal(size=V.shape)
+    return V + 0.004 * noise, F
+
+
+def bar() -> Surface:
+    """Return an oblong bar."""
+    return box(6, 1, 1, 2)
+
+
+def bracket() -> Surface:
+    """Return a channel with a wide base."""
+    cells = np.zeros((8, 6, 4), dtype=bool)
+    cells[:, :, 0] = cells[:2] = cells[-2:] = True
+    return blocks(cells)
+
+
+MACHINED: dict[str, Callable[[], Surface]] = {
+    "washer": lambda: washer(0.05),
+    "bevelled disk": lambda: bevelled_disk(0.08),
+    "low prism": lambda: prism(32, 0.6),
+    "table": table,
+    "robot": robot,
+    "cabinet": cabinet,
+    "bar": bar,
+    "bracket": bracket,
 }

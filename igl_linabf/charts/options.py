@@ -32,7 +32,7 @@ class ChartOptions:
         As in `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks to +y), a weight for each
         face, or "back" for the back of a head or figure. Seams that are found prefer faces on that side.
     keep_holes : bool
-        Leave holes uncut, unless `seams=` cuts them.
+        Leave holes uncut, unless `seams=` cuts them. Holes of planes are never cut.
     extend : bool
         Add the seams that the edges of `seams=` lack: for handles, closed pieces and stretch.
     max_stretch : float, optional

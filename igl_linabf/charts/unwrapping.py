@@ -187,7 +187,7 @@ def unwrap(
             request = replace(request.scaled(cleaned.power), upright=upright)
             may_cut = request.resolution is not None and rules.may_find_seams and wanted is None
             done = _set_scales(surface, made.charts, request.unseen)
-            done = cut_to_fit(done, request) if may_cut and request.side is not None else done
+            done = cut_to_fit(creased, done, request) if may_cut and request.side is not None else done
             if may_cut and request.side is None:
                 atlas = _pack_fully(creased, done, request, rules)
             elif period is None:
@@ -277,7 +277,7 @@ def _pack_fully(
         placed = _place_charts(done, request)
         if fill_of(placed) > MAX_SPARSE_FILL:
             return _make_atlas(surface, done, request, placed)
-    parts, whole = cut_for_fill(done, request, rules.trade, rules.most_stretch)
+    parts, whole = cut_for_fill(creased, done, request, rules.trade, rules.most_stretch)
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)

@@ -81,6 +81,27 @@ class CreasedSurface:
         return sides
 
     @cached_property
+    def _row_of_side(self) -> IntArray:
+        """The inner edge opposite to each corner of each face, (3 #F,); -1 at the boundary."""
+        row = np.full(3 * len(self.surface.F), -1)
+        row[self.surface.topology.sides[:, self.inside]] = np.arange(len(self.inside))
+        return row
+
+    def rows_of(self, piece: Submesh) -> IntArray:
+        """Return the inner edges of a piece of the surface, as rows of `inside`."""
+        corner, face = np.divmod(piece.topology.sides[0, piece.topology.inside], len(piece.F))
+        own = np.searchsorted(self.surface.faces, piece.faces[face])
+        return np.asarray(self._row_of_side[corner * len(self.surface.F) + own])
+
+    @cached_property
+    def in_atom(self) -> BoolArray:
+        """Which edges are within a polygon or, on a body with planes, within a plane."""
+        within = self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]]
+        if self.surface.inner is not None:
+            within |= ~np.isin(self.inside, self.surface.cuttable_edges)
+        return np.asarray(within)
+
+    @cached_property
     def boundary_sides(self) -> BoolArray:
         """Which sides are on the boundary, (#F, 3)."""
         return ~self.side_mask(slice(None))

@@ -11,7 +11,8 @@ from ..._core import narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import scaled_to_surface, uv_of_part
-from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
+from ..features import CreasedSurface
+from ..least_cuts import sides_of_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
 
 MIN_MAP_AREA = 1e-12  # area of a part's map over its area on the surface, below which it has no outline
@@ -23,19 +24,42 @@ OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # unit vectors, (2, HULL_
 
 @dataclass(frozen=True, eq=False)
 class FlatChart:
-    """A chart, or a part of a chart, with its map.
+    """A chart, or a part of a chart, with its map, which can be cut between atoms.
+
+    An atom is a polygon or, on a body with planes, the faces of the chart in one plane.
 
     Attributes
     ----------
+    creased : CreasedSurface
+        The surface.
     piece : Submesh
+        The faces of the chart.
     uv : (#V, 2) float64
     parent : int
         The number of the chart.
     """
 
+    creased: CreasedSurface
     piece: Submesh
     uv: FloatArray
     parent: int
+
+    @cached_property
+    def _rows(self) -> IntArray:
+        """The inner edges of the piece, as inner edges of the surface."""
+        return self.creased.rows_of(self.piece)
+
+    @cached_property
+    def atom(self) -> IntArray:
+        """The atom of each face, (#F,)."""
+        within = self.creased.in_atom[self._rows]
+        return connected_labels(self.piece.topology.faces_inside[within], len(self.piece.F))
+
+    @cached_property
+    def _between(self) -> BoolArray:
+        """Which inner edges of the piece are between two atoms."""
+        one, other = self.atom[self.piece.topology.faces_inside].T
+        return np.asarray(one != other)
 
     @cached_property
     def z(self) -> ComplexArray:
@@ -44,42 +68,37 @@ class FlatChart:
 
     @cached_property
     def centre(self) -> FloatArray:
-        """Centres of the polygons in the map, (#P, 2)."""
+        """Centres of the atoms in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
-        return centres(self.piece.polygon_labels, (a + b + c) / 3)
+        return centres(self.atom, (a + b + c) / 3)
 
     @cached_property
-    def _inner_edges(self) -> tuple[IntArray, FloatArray]:
-        return edges_between_polygons(self.piece)
-
-    @property
     def sides(self) -> IntArray:
-        """The polygons on both sides of each edge between two polygons, (2, #E)."""
-        return self._inner_edges[0]
+        """The atoms on both sides of each edge between two atoms, (2, #E)."""
+        return np.asarray(self.atom[self.piece.topology.faces_inside[self._between]].T)
 
-    @property
+    @cached_property
     def prices(self) -> FloatArray:
         """Prices of seams along these edges, (#E,), in units of length on the surface."""
-        return self._inner_edges[1]
+        return np.asarray(self.creased.price[self._rows[self._between]])
 
     @cached_property
     def ends(self) -> IntArray:
-        """The vertices of these edges, (#E, 2); the first polygon is on the left."""
-        return np.asarray(self.piece.topology.edges[self.piece.cuttable_edges])
+        """The vertices of these edges, (#E, 2); the first atom is on the left."""
+        return np.asarray(self.piece.topology.edges_inside[self._between])
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the boundary edges, (#B, 2), and the polygon on the left of each."""
+        """The vertices of the boundary edges, (#B, 2), and the atom on the left of each."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
-        return topology.edges[at], self.piece.polygon_labels[topology.sides[0, at] % len(self.piece.F)]
+        return topology.edges[at], self.atom[topology.sides[0, at] % len(self.piece.F)]
 
     @cached_property
     def areas(self) -> FloatArray:
-        """Areas of the polygons on the surface and in the map, (2, #P)."""
+        """Areas of the atoms on the surface and in the map, (2, #P)."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
-        polygon = self.piece.polygon_labels
-        return np.stack([np.bincount(polygon, double) / 2 for double in (self.piece.measured[0], mapped)])
+        return np.stack([np.bincount(self.atom, double) / 2 for double in (self.piece.measured[0], mapped)])
 
     @property
     def area(self) -> float:
@@ -99,52 +118,54 @@ class FlatChart:
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
     def divide_at_line(self, along: FloatArray, band: float) -> BoolArray:
-        """Return a mask of the polygons on one side of the cheapest seam near a line, (#P,).
+        """Return a mask of the atoms on one side of the cheapest seam near a line, (#P,).
 
-        `along` has the signed distance of each polygon from the line, (#P,).
+        `along` has the signed distance of each atom from the line, (#P,).
         """
         return sides_of_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
-        """Cut the chart between its polygons on both sides, (#P,); each part has the scale of its own area.
+        """Cut the chart between its atoms on both sides, (#P,); each part has the scale of its own area.
 
-        Parts are sorted by their first faces, as in `PolygonGroups.outlines`.
+        Parts are sorted by their first faces, as in `AtomGroups.outlines`.
         """
         piece = self.piece
-        parts = sorted(piece.divided(side[piece.polygon_labels]), key=lambda part: int(part.faces[0]))
+        parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
         return [
-            FlatChart(part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent)
+            FlatChart(
+                self.creased, part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent
+            )
             for part in parts
         ]
 
-    def polygons(self) -> "PolygonGroups":
-        """Return groups that each consist of one polygon."""
-        polygons = np.arange(len(self.centre))
-        return PolygonGroups(self, polygons, self.centre, np.ones(len(self.sides[0]), dtype=bool))
+    def atoms(self) -> "AtomGroups":
+        """Return groups that each consist of one atom."""
+        alone = np.arange(len(self.centre))
+        return AtomGroups(self, alone, self.centre, np.ones(len(self.sides[0]), dtype=bool))
 
-    def groups(self, squares: int) -> "PolygonGroups":
-        """Group the connected polygons in each square of a grid with `squares` squares along the chart.
+    def groups(self, squares: int) -> "AtomGroups":
+        """Group the connected atoms in each square of a grid with `squares` squares along the chart.
 
-        If the chart has no more polygons than the grid has squares, each polygon is a group.
+        If the chart has no more atoms than the grid has squares, each atom is a group.
         """
         centre, sides = self.centre, self.sides
         if len(centre) <= squares**2:
-            return self.polygons()
+            return self.atoms()
         square = np.floor(centre / (np.ptp(centre, axis=0).max() / squares)).astype(np.int64)
         same = (square[sides[0]] == square[sides[1]]).all(axis=1)
         group = connected_labels(sides[:, same].T, len(centre))
-        return PolygonGroups(self, group, centres(group, centre), ~same)
+        return AtomGroups(self, group, centres(group, centre), ~same)
 
 
 @dataclass(frozen=True, eq=False)
-class PolygonGroups:
-    """Groups of connected polygons of a chart.
+class AtomGroups:
+    """Groups of connected atoms of a chart.
 
     Attributes
     ----------
     chart : FlatChart
     label : (#P,) int64
-        The group of each polygon.
+        The group of each atom.
     centre : (#G, 2) float64
         Centres of the groups in the map.
     is_border : (#E,) bool
@@ -191,10 +212,10 @@ class PolygonGroups:
         by, edge = np.nonzero(cut)
         ends[by, edge, 1] = ends[by, edge, 0]  # a cut edge joins no groups
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
-        rim, polygon = self.chart.rim
+        rim, atom = self.chart.rim
         seam = self.chart.ends[self.is_border][edge]
         around = np.concatenate((np.tile(rim, (cuts, 1)), seam, seam[:, ::-1]))
-        at_rim = self.label[polygon] + n * np.arange(cuts)[:, None]
+        at_rim = self.label[atom] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])

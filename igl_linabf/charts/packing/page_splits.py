@@ -17,6 +17,7 @@ from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ...surface import Submesh, complex_positions
 from ..atlas import Chart, flattening_of_part
 from ..constants import HALVING_BAND
+from ..features import CreasedSurface
 from .constants import MIN_SHAPED_AREA
 from .flat_charts import OUTWARDS, FlatChart, whole_outlines
 from .packing import PackingRequest
@@ -63,7 +64,7 @@ class _State:
 
 
 def cut_for_fill(
-    done: Charts, request: PackingRequest, trade: float, most_stretch: float
+    creased: CreasedSurface, done: Charts, request: PackingRequest, trade: float, most_stretch: float
 ) -> tuple[Charts, float]:
     """Cut some charts along short seams for a fuller page; also return the size of a trial page without cuts.
 
@@ -75,7 +76,7 @@ def cut_for_fill(
     if trade == 0:
         return done, np.inf
     charts, others = _select_largest(
-        _make_flat_charts(done), np.array([chart.scale == 1 for chart, _ in done])
+        _make_flat_charts(creased, done), np.array([chart.scale == 1 for chart, _ in done])
     )
     if not charts:
         return done, np.inf
@@ -96,7 +97,7 @@ def cut_for_fill(
     return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.size(tried)
 
 
-def cut_to_fit(done: Charts, request: PackingRequest) -> Charts:
+def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -> Charts:
     """Halve charts along short seams until they fit on pages of the requested side.
 
     A chart that no line divides remains as it is.
@@ -104,7 +105,7 @@ def cut_to_fit(done: Charts, request: PackingRequest) -> Charts:
     assert request.side is not None
     most = MAX_CHART_SIDE * request.side * request.spacing.inner
     most_long, most_short = most * max(1, request.spacing.aspect), most * min(1, request.spacing.aspect)
-    waiting, small = _make_flat_charts(done), list[FlatChart]()
+    waiting, small = _make_flat_charts(creased, done), list[FlatChart]()
     while waiting:
         chart = waiting.pop()
         z = chart.z
@@ -126,9 +127,9 @@ def cut_to_fit(done: Charts, request: PackingRequest) -> Charts:
     )
 
 
-def _make_flat_charts(done: Charts) -> list[FlatChart]:
+def _make_flat_charts(creased: CreasedSurface, done: Charts) -> list[FlatChart]:
     """Return the charts with their maps."""
-    return [FlatChart(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
+    return [FlatChart(creased, piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
 
 
 def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
@@ -198,6 +199,9 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
     chart, unit = charts[k], float(np.sqrt(page.area))
     groups = chart.groups(LINE_GRID)
     normal, at = _draw_lines(groups.centre)
+    # among few atoms, many lines part them alike
+    _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
+    normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
     hull, diagonal, crossed = divisions(
         groups.centre, groups.sides.T, groups.prices, groups.outer, normal, at, OUTWARDS
     )
@@ -220,7 +224,7 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
         [chart.divide_at_line(chart.centre @ normal[i] - at[i], SEAM_BAND) for i in lines[chosen].tolist()]
     )
     seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.prices / unit
-    parts = page.draw_each(chart.polygons().outlines(sides))
+    parts = page.draw_each(chart.atoms().outlines(sides))
     chosen, costs = _select_cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):
         return None

@@ -144,16 +144,16 @@ class RoundedPanels(Panels):
         return made
 
 
-def panel_seams(panels: Panels, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
+def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the seams of components that consist of panels, which lay every panel flat.
+
+    Panels that lie flat around their holes keep them: a slit would be in plain view.
 
     Parameters
     ----------
     panels : Panels
     trade : float
         Seam length, in square roots of the area, that is worth a decrease of the L2 stretch by 1.
-    keep_holes : bool
-        Whether panels that lie flat around their holes keep them.
 
     Returns
     -------
@@ -165,11 +165,10 @@ def panel_seams(panels: Panels, trade: float, keep_holes: bool) -> tuple[IntArra
         The price of the seams of each component over `trade`; infinite where a panel has handles.
     """
     creased, fold = panels.creased, panels.fold
-    unclosed = panels.unclosed if keep_holes else None
-    slit, handles = _slits(panels, fold, unclosed)
+    slit, handles = _slits(panels, fold, panels.unclosed)
     seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
-        seam |= _slits(panels, seam, None if unclosed is None else unclosed & ~slit)[0]
+        seam |= _slits(panels, seam, panels.unclosed & ~slit)[0]
     component = creased.label[creased.faces[seam, 0]]
     price = sum_by(component, creased.price[seam], len(creased.extent))
     cost = price / np.sqrt(creased.double_area / 2) / trade
@@ -199,11 +198,11 @@ def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
     return seam
 
 
-def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray | None) -> tuple[BoolArray, IntArray]:
+def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArray, IntArray]:
     """Return the edges that open the parts of a cut surface to disks, with all terminals on their boundaries.
 
-    Parts without an edge that is `unclosed` keep their holes, unless it is None. Also return the faces of the
-    parts with handles that are not opened.
+    Parts without an edge that is `unclosed` keep their holes. Also return the faces of the parts with handles
+    that are not opened.
     """
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
@@ -234,10 +233,9 @@ def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray | None) -> tuple[
         alone, stays = np.zeros(0, dtype=np.int64), closed | handled
     handles, of = rows[stays[label[rows]]], label[rows]
     opened = ~np.isin(of, alone)
-    if unclosed is not None:
-        flat = ~handled & ~closed & (tips == 0)
-        flat[label[creased.faces[unclosed]]] = False
-        opened &= ~flat[of]
+    flat = ~handled & ~closed & (tips == 0)
+    flat[label[creased.faces[unclosed]]] = False
+    opened &= ~flat[of]
     parts = [part.of_faces(np.flatnonzero(of == k)) for k in alone]
     if opened.any():
         parts.append(part if opened.all() else part.of_faces(np.flatnonzero(opened)))

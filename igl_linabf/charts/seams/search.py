@@ -289,7 +289,7 @@ class SeamSearch:
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
                     own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
-                found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade, self.keep_holes))
+                found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade))
         return found
 
 

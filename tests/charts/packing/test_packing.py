@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 import shapely
 from conftest import bumps
+from hard_surfaces import DEVELOPABLE, MACHINED
 from scipy.spatial import cKDTree
 
 from igl_linabf import ChartOptions, MeshError, Packing, find_seams, unwrap
 from igl_linabf.charts import pack_charts
+from igl_linabf.charts.atlas import seam_prices
+from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.outlines import masks_of
 from igl_linabf.charts.packing.packing import PackedChart, PackingRequest, _prepare_charts
@@ -323,6 +326,17 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> Non
     assert cut.fill > 1.5 * whole.fill
 
 
+@pytest.mark.parametrize("name", ["bar", "low prism", "L", "table"])
+def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
+    V, F = (DEVELOPABLE | MACHINED)[name]()
+    whole = unwrap(V, F, method="isometric")
+    cut = unwrap(V, F, method="isometric", packing=Packing(resolution=1024, padding=4))
+    assert cut.fill > whole.fill and len(cut.charts) > len(whole.charts)
+    creased = CreasedSurface(Submesh.checked(V, F))
+    across = creased.in_one_plane[seam_prices(creased, cut.FTC)[0]]
+    assert not across.any()
+
+
 def test_trial_parts_equal_packed_parts() -> None:
     V, F = igl.triangulated_grid(12, 9)
     hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
@@ -330,9 +344,10 @@ def test_trial_parts_equal_packed_parts() -> None:
     place = np.random.default_rng(0).permutation(len(V))
     V, F = V[np.argsort(place)], place[F]
     bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
-    chart = FlatChart(Submesh.checked(bent, F), V * [2, 1], 0)
+    surface = Submesh.checked(bent, F)
+    chart = FlatChart(CreasedSurface(surface), surface, V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
-    for groups in (chart.polygons(), chart.groups(6)):
+    for groups in (chart.atoms(), chart.groups(6)):
         sides = np.array([groups.centre @ normal > at for normal, at in lines])
         for side, outlines in zip(sides, groups.outlines(sides), strict=True):
             parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.label])]

@@ -109,9 +109,10 @@ def test_find_seams_returns_the_seams_along_which_unwrap_cuts(name: str) -> None
     assert found == {tuple(edge) for edge in np.sort(unwrap(V, F).seams, axis=1).tolist()}
 
 
-def test_planes_keep_their_holes_if_asked() -> None:
+@pytest.mark.parametrize("keep_holes", [False, True])
+def test_planes_keep_their_holes(keep_holes: bool) -> None:
     V, F = plate_with_holes(6)
-    atlas = unwrap(V, F, charts=ChartOptions(keep_holes=True))
+    atlas = unwrap(V, F, charts=ChartOptions(keep_holes=keep_holes))
     assert atlas.good
     assert sum(len(chart.result.holes) for chart in atlas.charts) == 2 * 6
     assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
@@ -151,7 +152,7 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
     degrees = np.rad2deg(bend[is_seam(edges, atlas)])
     assert np.count_nonzero((degrees > 1) & (degrees < 40)) <= 12
-    assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane, from bore to bore and to the rim
+    assert not np.count_nonzero(degrees < 1)
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF does not work for long strips
