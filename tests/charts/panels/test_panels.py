@@ -166,7 +166,7 @@ def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
     assert atlas.good
     assert not atlas.quality.overlaps
     assert atlas.quality.stretch_l2 < 1.005
-    assert atlas.quality.conformal_distortion < 1.03
+    assert atlas.quality.conformal_distortion < (1.08 if repair_overlaps else 1.03)  # moving parts shears
     area, normal = igl.doublearea(V, F), igl.per_face_normals(V, F, np.zeros(3))
     edges, _, sides = igl.edge_flaps(F)[:3]
     a, b = sides.T
