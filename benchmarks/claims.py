@@ -22,7 +22,7 @@ from igl_linabf.flattening import Flattening
 from igl_linabf.layouts import injective
 from igl_linabf.linalg import Solvers
 from igl_linabf.plot import fit
-from igl_linabf.surface import centred, complex_positions, planar_mesh
+from igl_linabf.surface import complex_positions, normalize_placement, planar_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from conftest import tree_cut
@@ -76,7 +76,10 @@ def print_starts() -> None:
         distortion, flips = [], 0
         for uv in maps:
             result = injective(
-                mesh, complex_positions(uv), lambda z, m=mesh: centred(m.topology, z, m.area), Solvers()
+                mesh,
+                complex_positions(uv),
+                lambda z, m=mesh: normalize_placement(m.topology, z, m.area),
+                Solvers(),
             )
             measured = quality(V, F, np.column_stack((result.z.real, result.z.imag)))
             distortion.append(measured.angle_distortion)

@@ -25,7 +25,7 @@ from pages import arguments, publish
 from performance import peak_memory
 from scipy import sparse
 
-from igl_linabf.angles import constraints_of, corner_angles
+from igl_linabf.angles import build_constraints, corner_angles
 from igl_linabf.angles.steps.iterates import Iterate
 from igl_linabf.linalg import Cholesky, Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
@@ -39,7 +39,7 @@ def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
     """Return the number of triangles and the lower triangle of the Laplacian of a subdivided disk."""
     (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name)
     surface = planar_mesh(*split_triangles(mesh, times)[1:])
-    constraints = constraints_of(surface.topology)
+    constraints = build_constraints(surface.topology)
     iterate = Iterate.of(constraints, corner_angles(surface))
     return len(surface.double_area), constraints.pattern.laplacian(
         surface.topology.sum_at_edges(iterate.cot) / 2

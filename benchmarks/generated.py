@@ -31,7 +31,7 @@ from time import process_time
 import igl
 import numpy as np
 import pyvista as pv
-from peers import Maker, TexelAtlas, charts_of, ours, peers, relative_seams
+from peers import Maker, TexelAtlas, make_charts, ours, peers, relative_seams
 from scipy.ndimage import zoom
 
 from igl_linabf import overlaps, quality
@@ -100,7 +100,7 @@ def makers() -> dict[str, Maker]:
 
 def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
     """Return texture coordinates without mirrored charts, the number of charts, and the flipped faces."""
-    chart, areas = charts_of(atlas.FTC), igl.doublearea(atlas.TC, atlas.FTC)
+    chart, areas = make_charts(atlas.FTC), igl.doublearea(atlas.TC, atlas.FTC)
     mirrored = np.bincount(chart, areas) < 0
     TC = atlas.TC.copy()
     TC[np.unique(atlas.FTC[mirrored[chart]]), 0] *= -1

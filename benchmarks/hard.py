@@ -20,7 +20,7 @@ from typing import NamedTuple
 import igl
 import numpy as np
 from meshes import Mesh, shared
-from peers import Maker, TexelAtlas, charts_of, ours, relative_seams, unwrap_with_uvunwrap
+from peers import Maker, TexelAtlas, make_charts, ours, relative_seams, unwrap_with_uvunwrap
 from scipy.spatial import cKDTree
 
 from igl_linabf import clean, quality
@@ -122,7 +122,7 @@ def measure(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> Figures:
     within = (plane[one // 3] == plane[other // 3]) & (plane[one // 3] >= 0)
     figures = quality(V[made.origin], made.FTC, made.TC)
     return Figures(
-        int(charts_of(made.FTC).max()) + 1,
+        int(make_charts(made.FTC).max()) + 1,
         relative_seams(V, F, made.FTC),
         figures.stretch_l2,
         float(igl.doublearea(made.TC, made.FTC).sum() / 2 / made.page),

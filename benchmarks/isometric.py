@@ -20,7 +20,7 @@ from time import perf_counter
 import igl
 import numpy as np
 from meshes import shared, stanford
-from peers import Maker, charts_of, ours, programs, relative_seams
+from peers import Maker, make_charts, ours, programs, relative_seams
 
 from igl_linabf import ChartOptions, MeshWarning, OutcomeWarning, flatten, overlaps, quality
 
@@ -46,7 +46,7 @@ def makers() -> Mapping[str, Maker]:
 def measure_atlas(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
     """Return the figures of one atlas in the order of `HEADS`, with the sum of overlaps and flips."""
     atlas = make(V, F)
-    chart = charts_of(atlas.FTC)
+    chart = make_charts(atlas.FTC)
     areas = igl.doublearea(atlas.TC, atlas.FTC)
     mirrored = np.bincount(chart, areas) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas > 0) == mirrored[chart])

@@ -19,7 +19,7 @@ from pathlib import Path
 from textwrap import shorten
 
 import numpy as np
-from peers import charts_of, peers
+from peers import make_charts, peers
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -60,7 +60,7 @@ def peer_cells(program: str, name: str) -> str:
     made = peers()[program](V, F)
     corner = made.TC[made.FTC]
     kept = made.FTC[np.isfinite(corner).all(axis=(1, 2)) & (corner != 0).any(axis=(1, 2))]
-    charts = int(charts_of(kept).max()) + 1 if len(kept) else 0
+    charts = int(make_charts(kept).max()) + 1 if len(kept) else 0
     overlapping = measure_atlas(len(kept), charts, made.TC, kept).split(" | ")[2]
     return f"{charts} | {len(F) - len(kept)} | {overlapping}"
 

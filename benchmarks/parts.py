@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from meshes import Mesh, shared
-from peers import TexelAtlas, charts_of, relative_seams, unwrap_with_xatlas
+from peers import TexelAtlas, make_charts, relative_seams, unwrap_with_xatlas
 
 from igl_linabf import clean, quality, unwrap
 from igl_linabf.io import read_mesh
@@ -45,7 +45,7 @@ def ours(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
 def make_cells(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> list[str]:
     """Return the cells for charts, seams, L2 stretch and conformal distortion."""
     figures = quality(V[made.origin], made.FTC, made.TC)
-    charts = int(charts_of(made.FTC).max()) + 1
+    charts = int(make_charts(made.FTC).max()) + 1
     seams = relative_seams(V, F, made.FTC)
     return [f"{charts}", f"{seams:.1f}", f"{figures.stretch_l2:.3f}", f"{figures.conformal_distortion:.3f}"]
 

@@ -129,7 +129,7 @@ def peers() -> dict[str, Maker]:
     return found
 
 
-def charts_of(FTC: np.ndarray) -> np.ndarray:
+def make_charts(FTC: np.ndarray) -> np.ndarray:
     """Return the index of the chart of each face."""
     return np.unique(face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
 

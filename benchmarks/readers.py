@@ -33,7 +33,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 import fuzzing
-from hostile_files import files_of, good_files, mutate
+from hostile_files import good_files, list_files, mutate
 
 from igl_linabf.io import read_mesh
 
@@ -162,7 +162,7 @@ def _outcome(name: str, suffix: str, seed: int) -> str:
 
 def print_seconds(installed: list[str], times: int) -> None:
     """Print the table of times."""
-    files = files_of(*igl.upsample(*igl.icosahedron(), times))
+    files = list_files(*igl.upsample(*igl.icosahedron(), times))
     heads = " | ".join(f"{name} / libigl" for name in installed[1:])
     print(f"| {20 * 4**times:,} triangles | seconds, libigl | {heads} |")
     print("|---|" + "---|" * len(installed))

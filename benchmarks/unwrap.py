@@ -18,7 +18,7 @@ from time import perf_counter
 import igl
 import numpy as np
 from meshes import shared, stanford
-from peers import PADDING, RESOLUTION, TexelAtlas, charts_of, programs, relative_seams
+from peers import PADDING, RESOLUTION, TexelAtlas, make_charts, programs, relative_seams
 
 from igl_linabf import OutcomeWarning, flatten, quality
 from igl_linabf.surface import compact
@@ -60,7 +60,7 @@ def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float
     """Return the figures of one atlas, in the order of `HEADS`."""
     areas = signed_double_areas(atlas.TC, atlas.FTC)
     keep = np.abs(areas) > 0  # without faces that a program omits, and without faces of zero area
-    chart = charts_of(atlas.FTC[keep])
+    chart = make_charts(atlas.FTC[keep])
     mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas[keep] > 0) == mirrored[chart])
     q = quality(V[atlas.origin], atlas.FTC[keep & (igl.doublearea(V, F) > 0)], atlas.TC)
@@ -74,7 +74,7 @@ def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float
 def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
     """Return the figures of igl.lscm on the charts of an atlas, not packed; means over the triangles."""
     start = perf_counter()
-    chart, of_charts = charts_of(atlas.FTC), []
+    chart, of_charts = make_charts(atlas.FTC), []
     for i in range(chart.max() + 1):
         used, own = compact(atlas.FTC[chart == i], len(atlas.TC))
         points = V[atlas.origin[used]]

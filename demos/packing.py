@@ -38,7 +38,7 @@ SHARED = -2  # mark of a texel with two charts
 COLOURS = ("#2f6690", "#81a4cd", "#d9a441", "#5f8a5f", "#8d6a9f", "#f5f3ee", WARNING)
 
 
-def charts_of(atlases: Sequence[Atlas], page: int) -> np.ndarray:
+def make_charts(atlases: Sequence[Atlas], page: int) -> np.ndarray:
     """Return the index of the chart at each texel of a page, over all atlases; -1 without a chart."""
     image, charts = np.full(RESOLUTION**2, -1), 0
     for atlas in atlases:
@@ -57,7 +57,7 @@ def show(
     plotter: pv.Plotter, place: tuple[int, int], caption: str, atlases: Sequence[Atlas], page: int
 ) -> None:
     """Draw a page with the row v = 0 at the bottom."""
-    charts = charts_of(atlases, page)
+    charts = make_charts(atlases, page)
     caption = f"{caption}: {(charts != -1).mean():.0%} covered"
     print(f"{caption}, {(charts == SHARED).sum()} texels shared")
     assert not (charts == SHARED).any()

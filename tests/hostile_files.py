@@ -19,10 +19,10 @@ from igl_linabf.io import read_mesh, read_texture
 
 def good_files(rng: np.random.Generator) -> dict[str, list[bytes]]:
     """Return small random meshes in all forms of the four formats."""
-    return files_of(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).build())
+    return list_files(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).build())
 
 
-def files_of(V: np.ndarray, F: np.ndarray) -> dict[str, list[bytes]]:
+def list_files(V: np.ndarray, F: np.ndarray) -> dict[str, list[bytes]]:
     """Return a mesh in all forms of the four formats."""
     V32, n, m = V.astype("<f4"), len(V), len(F)
 

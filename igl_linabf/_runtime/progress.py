@@ -18,7 +18,7 @@ _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=No
 
 @contextmanager
 def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
-    """Collect the seconds that `timed` measures during the block; 0 for `stages` that do not run."""
+    """Collect the seconds that `time_stage` measures during the block; 0 for `stages` that do not run."""
     seconds = dict.fromkeys(stages, 0.0)
     token = _seconds.set(seconds)
     try:
@@ -28,7 +28,7 @@ def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
 
 
 @contextmanager
-def timed(stage: str) -> Iterator[None]:
+def time_stage(stage: str) -> Iterator[None]:
     """Add the duration of the block to the seconds of `stage`."""
     start = perf_counter()
     yield
@@ -94,12 +94,12 @@ _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
 
 @contextmanager
-def reporting(progress: Progress) -> Iterator[None]:
+def show_progress(progress: Progress) -> Iterator[None]:
     """Report the progress that `advance` and `progress_part` announce during the block.
 
     A callable is called with the name of the stage and the fraction done. None shows a bar if stderr is a
-    terminal and this is the main thread of the main process; False shows nothing. Inside another `reporting`
-    block, even a silent one, None continues the outer report.
+    terminal and this is the main thread of the main process; False shows nothing. Inside another
+    `show_progress` block, even a silent one, None continues the outer report.
     """
     if progress is None and _current.get() is not None:
         yield
@@ -156,7 +156,7 @@ def on_terminal() -> bool:
 
 
 @contextmanager
-def counting(stage: str, total: int, progress: Progress) -> Iterator[Callable[[], None]]:
+def count_steps(stage: str, total: int, progress: Progress) -> Iterator[Callable[[], None]]:
     """Count completed items; yields a function to call after each item.
 
     A callable `progress` is called with the name of the stage and the fraction done. None shows a bar if

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> str:
+def align_columns(rows: Sequence[Sequence[str]]) -> str:
     """Format a text table, with the first column left-aligned and all other columns right-aligned.
 
     Examples
     --------
-    >>> print(aligned([["", "one"], ["length", "1.5"]]))
+    >>> print(align_columns([["", "one"], ["length", "1.5"]]))
             one
     length  1.5
     """

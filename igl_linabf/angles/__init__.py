@@ -5,7 +5,7 @@ follows Zayer, Levy, Seidel 2007. Converged ABF solves the problem of Sheffer an
 the same kind.
 """
 
-from .estimate import CAP_ANGLE, corner_angles, initial_estimate, open_caps, rescale_triangles
+from .estimate import CAP_ANGLE, corner_angles, initial_estimate, limit_obtuse_angles, rescale_triangles
 from .full_system import Corner, fan_rows, least_norm, triangle_rows, vertex_rows
 from .steps import (
     ANGLE_BOUND,
@@ -45,8 +45,8 @@ from .system import (
     Residual,
     SchurColumns,
     System,
+    build_constraints,
     central_angles,
-    constraints_of,
     holonomy_residual,
     inscribed_sums,
     largest_magnitude,

@@ -14,7 +14,7 @@ def corner_angles(mesh: Mesh) -> FloatArray:
     return np.arctan2(mesh.double_area, mesh.dot)
 
 
-def open_caps(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
+def limit_obtuse_angles(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
     """Reduce angles close to pi; return the angles, (3, #F), and the faces that changed.
 
     A cap is a triangle with an angle within `least` of pi. Its two small angles are scaled to sum to `least`.

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from .._runtime import replacing
 from ..cortex import HEMISPHERES, HemisphereName
 from ..errors import MeshError
-from ..io import READABLE, suffix_of
+from ..io import READABLE, normalize_suffix
 
 TEMPORARY = ".igl_linabf-*"  # temporary files of `replacing`
 
@@ -116,7 +116,7 @@ def _list_folder(place: str, wanted: Callable[[str], bool]) -> list[str]:
 
 def _is_mesh(place: str) -> bool:
     name = os.path.basename(place)
-    return not name.startswith(".") and suffix_of(name) in READABLE
+    return not name.startswith(".") and normalize_suffix(name) in READABLE
 
 
 def _describe_file(path: str, base: str) -> InputFile:

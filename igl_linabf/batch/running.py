@@ -21,11 +21,11 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from .._runtime import Progress, counting, undo_at_interrupt
+from .._runtime import Progress, count_steps, undo_at_interrupt
 from ..charts import ChartOptions, Cones, Packing, resolve_options
-from ..cortex import FLAT_PATCH, files_of
+from ..cortex import FLAT_PATCH, list_files
 from ..errors import is_number, printable, some
-from ..flattening import BoundaryName, Method, method_of
+from ..flattening import BoundaryName, Method, resolve_method
 from ..io import SUFFIXES
 from . import places
 from .clusters import WorkerWatch, connect_client, start_local_client
@@ -192,7 +192,7 @@ def flatten_files(
     limit = _parse_memory(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
-    chosen = method_of(method or ("isometric" if how == "cortex" else "linabf"))
+    chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
     settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, allow_outside, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:
@@ -222,7 +222,7 @@ def flatten_files(
                     client = stack.enter_context(connect_client(scheduler))
                 if progress is None and sys.stderr is not None:
                     print(f"igl-linabf: dashboard at {client.dashboard_link}", file=sys.stderr)
-                tell = stack.enter_context(counting("batch", len(tasks), progress))
+                tell = stack.enter_context(count_steps("batch", len(tasks), progress))
                 start = perf_counter()
                 for row in _run_tasks(client, tasks):
                     table.add(row)
@@ -333,7 +333,7 @@ def _list_output_files(task: Task) -> list[str]:
     """Return the names of all files written for an input, relative to the folder of the batch."""
     output = task.row.output
     if task.settings.how == "cortex":
-        return [path.as_posix() for path in files_of(Path(output).parent, places.get_hemisphere(output))]
+        return [path.as_posix() for path in list_files(Path(output).parent, places.get_hemisphere(output))]
     stem, suffix = os.path.splitext(output)
     return [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
 

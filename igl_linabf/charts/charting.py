@@ -16,17 +16,17 @@ from numpy.typing import ArrayLike
 from .._runtime import advance, progress_part
 from .._types import IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
-from ..flattening import ABF, Flattening, Isometric, LinABF, Method, flatten_together, guaranteed
+from ..flattening import ABF, Flattening, Isometric, LinABF, Method, flatten_batch, get_guaranteed_method
 from ..measures import (
     Quality,
+    measure_qualities,
+    measure_quality,
     overlapping_pairs_of_chart,
     overlapping_pairs_of_each,
-    quality_of,
-    quality_of_each,
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
-from .atlas import Chart, flatten_piece, open_slivers, price_between, sides_of_cleaned
+from .atlas import Chart, flatten_piece, map_sides_to_cleaned, open_slivers, price_of_division
 from .cut_graphs import ClosedSurface, isometric_stretch, stretch_weight
 from .features import CreasedSurface, extent
 from .options import ChartRules
@@ -83,7 +83,7 @@ def pieces_of(
     pieces, given, mask = [surface], _NO_SEAM, None
     if seams is not None:
         if surface.vertices is not cleaned.origin:
-            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
+            mask = map_sides_to_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
     if labels is not None:
@@ -166,7 +166,7 @@ class _Map:
     cost: float = 0.0
 
 
-def charts_of(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> list[tuple[Chart, Submesh]]:
+def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> list[tuple[Chart, Submesh]]:
     """Flatten the pieces, then the parts of pieces that are cut further, and so on.
 
     Finally small charts are merged into others, but not across edges that are `given` as seams.
@@ -207,7 +207,7 @@ def _undo_costly_cuts(
         parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
         area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
         saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
-        price = price_between(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
+        price = price_of_division(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
         length = price / np.sqrt(whole / 2)
         if not saved * stretch_weight(rules.method) > rules.worth(length):
             done[first:last] = [(key, chart, piece)]
@@ -225,10 +225,10 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None
     if not asked:
         return made
     advance("charts", 0.0)
-    results = flatten_together([(pieces[i].V, pieces[i].F) for i in asked], method)
+    results = flatten_batch([(pieces[i].V, pieces[i].F) for i in asked], method)
     good = [(i, result) for i, result in zip(asked, results, strict=True) if result is not None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
-    measured = quality_of_each(
+    measured = measure_qualities(
         [(pieces[i], r.uv, len(over)) for (i, r), over in zip(good, pairs, strict=True)]
     )
     for (i, result), over, quality in zip(good, pairs, measured, strict=True):
@@ -265,7 +265,7 @@ def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
     change = MapMeasure(piece, made.result.uv)
     quality = made.quality
     if quality is None:
-        quality = quality_of(piece, made.result.uv, len(made.pairs), change.at_triangles)
+        quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
     chart = Chart(piece.faces, made.result, quality, rounds.total(), len(made.pairs), made.cost)
     parts = _parts_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
@@ -293,7 +293,7 @@ def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
 
 def _map_without_flips(piece: Submesh, made: _Map, rules: ChartRules) -> _Map:
     """Flatten a piece that no seam keeps from flipping, with guarantee='injective'."""
-    surer = guaranteed(rules.method)
+    surer = get_guaranteed_method(rules.method)
     if surer is None:
         return made
     warnings.warn(

@@ -9,7 +9,7 @@ from .features import CreasedSurface
 from .options import ChartRules
 
 
-def cost_of(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> AtlasCost:
+def measure_cost(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> AtlasCost:
     """Return the cost of an atlas of these triangles by the rules of its charts."""
     own = np.bincount(atlas.chart, creased.surface.measured[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)

@@ -19,7 +19,7 @@ def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
     return np.asarray(sides), price
 
 
-def sides_of_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) -> BoolArray:
+def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) -> BoolArray:
     """Return a mask of the polygons on the other side of the cheapest seam.
 
     Parameters

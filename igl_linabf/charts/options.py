@@ -74,7 +74,7 @@ class ChartOptions:
         if self.max_stretch is not None and not is_number(self.max_stretch, 1):
             raise ValueError(f"max_stretch is {self.max_stretch!r}: give an L2 stretch from 1 (none) upwards")
 
-    def labels_of(self, face: IntArray) -> IntArray | None:
+    def label_faces(self, face: IntArray) -> IntArray | None:
         """Return the label of each triangle; `face` has the caller's face of each triangle.
 
         Raises

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import lengths
-from .._runtime import Progress, progress_part, reporting
+from .._runtime import Progress, progress_part, show_progress
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
-from ..flattening import Method, method_of
-from ..measures import quality_of
+from ..flattening import Method, resolve_method
+from ..measures import measure_quality
 from ..surface import (
     Cleaned,
     Ragged,
@@ -22,7 +22,7 @@ from ..surface import (
     complex_positions,
     merge_coincident,
     signed_double_areas,
-    unrepaired,
+    wrap_sound_surface,
 )
 from . import constants
 from .atlas import (
@@ -34,14 +34,14 @@ from .atlas import (
     empty_atlas,
     mark_diagonals,
     mask_of_triangles,
-    price_between,
+    price_of_division,
     repairs_of_polygons,
     seams_and_mismatch,
     split_polygons,
 )
-from .charting import charts_of, pieces_of
+from .charting import make_charts, pieces_of
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
-from .costing import cost_of
+from .costing import measure_cost
 from .features import CreasedSurface, are_unseen, hiding_weights
 from .options import ChartOptions, ChartRules, resolve_options
 from .packing import (
@@ -51,7 +51,7 @@ from .packing import (
     PackingRequest,
     cut_for_fill,
     cut_to_fit,
-    fill_of,
+    measure_fill,
     pack_maps,
 )
 from .periodic import shift_by_period
@@ -154,7 +154,7 @@ def unwrap(
             seams = mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
-        cleaned = unrepaired(surface)
+        cleaned = wrap_sound_surface(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
     as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
@@ -168,16 +168,16 @@ def unwrap(
     if weld is None:
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
-    labels = asked.labels_of(face)
+    labels = asked.label_faces(face)
     hidden = hiding_weights(surface, asked.hide, face)
-    rules = ChartRules.of(method_of(method), asked, seams is not None, hidden)
+    rules = ChartRules.of(resolve_method(method), asked, seams is not None, hidden)
     creased = CreasedSurface(surface, rules.hidden)
-    with reporting(progress):
+    with show_progress(progress):
         kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, seams, given, labels, rules)
-            made = ConeCharts(charts_of(pieces, kept, rules), *NO_CONES)
+            made = ConeCharts(make_charts(pieces, kept, rules), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
             ends = constants.SEAMS_END, constants.CHARTS_END
@@ -202,7 +202,7 @@ def unwrap(
         cone_angles=made.angles,
         coned=wanted is not None,
     )
-    atlas = replace(atlas, cost=cost_of(creased, atlas, rules), report=report)
+    atlas = replace(atlas, cost=measure_cost(creased, atlas, rules), report=report)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
     if split is not None:
@@ -275,19 +275,19 @@ def _pack_fully(
     surface, placed = creased.surface, None
     if len(done) > MOST_TRIAL_CHARTS:
         placed = _place_charts(done, request)
-        if fill_of(placed) > MAX_SPARSE_FILL:
+        if measure_fill(placed) > MAX_SPARSE_FILL:
             return _make_atlas(surface, done, request, placed)
     parts, whole = cut_for_fill(creased, done, request, rules.trade, rules.most_stretch)
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
     size = float(np.sqrt(surface.measured[0].sum() / 2))
-    dearer, cheaper = (price_between(creased, [piece for _, piece in charts]) for charts in (parts, done))
+    dearer, cheaper = (price_of_division(creased, [piece for _, piece in charts]) for charts in (parts, done))
     # the page size at which the uncut charts cost as much
-    worth = 1 / fill_of(fuller) + (dearer - cheaper) / size / rules.trade
+    worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed = _place_charts(done, request)
-    if placed is None or 1 / fill_of(placed) > worth:
+    if placed is None or 1 / measure_fill(placed) > worth:
         return _make_atlas(surface, parts, request, fuller)
     return _make_atlas(surface, done, request, placed)
 
@@ -329,7 +329,7 @@ def _make_atlas(
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
-        quality = quality_of(whole, flat / scale, sum(chart.overlapping for chart in charts))
+        quality = measure_quality(whole, flat / scale, sum(chart.overlapping for chart in charts))
     else:  # the quality is known, except for faces that collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
@@ -342,7 +342,7 @@ def _make_atlas(
         charts=tuple(charts),
         seams=surface.vertices[seams],
         seam_length=float(lengths(surface.V, seams).sum()),
-        fill=fill_of(placed),
+        fill=measure_fill(placed),
         quality=quality,
         report=AtlasReport(
             seam_mismatch=mismatch,

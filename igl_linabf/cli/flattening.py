@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from .._runtime import progress_part, reporting
-from ..cortex import HEMISPHERES, files_of, flatten_hemispheres, writing_hemispheres
+from .._runtime import progress_part, show_progress
+from ..cortex import HEMISPHERES, flatten_hemispheres, list_files, writing_hemispheres
 from ..errors import MeshWarning
 from ..flattening import METHODS, Fit, compare, flatten
 from ..io import (
@@ -190,7 +190,7 @@ def flatten_cortex(
     given = None if template is None or template_sphere is None else (template, template_sphere)
     if not os.access(output if output.exists() else output.parent, os.W_OK):
         raise OSError(None, "the folder is missing or cannot be written to", str(output))
-    check_free((path for name in names for path in files_of(output, name)), job.force)
+    check_free((path for name in names for path in list_files(output, name)), job.force)
     flats = flatten_hemispheres(
         job.mesh,
         names,
@@ -204,7 +204,7 @@ def flatten_cortex(
     figures: dict[str, Any] = {"good": all(flat.good for flat in flats)}
     for flat in flats:
         name = flat.hemisphere.name
-        files = [str(path) for path in files_of(output, name)]
+        files = [str(path) for path in list_files(output, name)]
         text += [f"{name}: left out are {flat.left_out}", *(f"  {file}" for file in files)]
         figures[name] = {"quality": flat.quality, "left out": flat.left_out, "files": files}
     write = partial(writing_hemispheres, flats=flats)
@@ -274,7 +274,7 @@ def flatten_scroll(
             raise ValueError(f"{obj} does not end in .obj: give a file name that does")
         check_free([obj], job.force)
     silent = job.quiet or job.json
-    with reporting(False if silent else None):
+    with show_progress(False if silent else None):
         with progress_part("reading", PROGRESS["reading"]):
             segment = read_tifxyz(job.mesh)
         if not silent:

@@ -12,9 +12,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
-from .._runtime import progress_part, reporting, undo_at_interrupt
+from .._runtime import progress_part, show_progress, undo_at_interrupt
 from ..errors import printable
-from ..io import SUFFIXES, MeshFile, check_free, detect_suffix, files_beside, read_file, suffix_of
+from ..io import (
+    SUFFIXES,
+    MeshFile,
+    check_free,
+    detect_suffix,
+    list_companion_files,
+    normalize_suffix,
+    read_file,
+)
 from .arguments import ALLOW_OUTSIDE, Command, Option, bind, output_option
 
 STDIO = Path("-")  # stands for standard input or output
@@ -136,7 +144,7 @@ def _run_job(command: Command, job: Job) -> int:
     for path, suffixes in ((job.output, job.suffixes), (job.picture, (".png",))):
         if path is None or path == STDIO:
             continue
-        if suffix_of(path) not in suffixes:
+        if normalize_suffix(path) not in suffixes:
             raise ValueError(f"{path} does not end in {' or '.join(suffixes)}: give a file name that does")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
@@ -144,7 +152,7 @@ def _run_job(command: Command, job: Job) -> int:
         from .. import plot  # noqa: F401  # raises with instructions if pyvista is missing
     with contextlib.ExitStack() as stack:
         if not isinstance(job.given, str):  # a single bar, which ends before anything is printed
-            stack.enter_context(reporting(False if job.quiet or job.json else None))
+            stack.enter_context(show_progress(False if job.quiet or job.json else None))
         mesh = stack.enter_context(_spool_standard_input()) if job.mesh == STDIO else job.mesh
         return command(replace(job, mesh=mesh))
 
@@ -182,7 +190,7 @@ def check_companion_files(
 
     Called before the computation. `kinds` are the images to write; `second` means second texture coordinates.
     """
-    beside = files_beside(job.target, mesh, kinds, pages, second) if job.output != STDIO else ()
+    beside = list_companion_files(job.target, mesh, kinds, pages, second) if job.output != STDIO else ()
     if job.picture in beside:
         raise ValueError(f"the picture and the texture would both be written to {job.picture}: name another")
     check_free(beside, job.force)

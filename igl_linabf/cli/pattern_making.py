@@ -9,7 +9,7 @@ from .._runtime import progress_part
 from ..charts import ChartOptions, unwrap
 from ..errors import OutcomeWarning
 from ..io import MeshFile
-from ..patterns import DEFAULT_UNITS, PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
+from ..patterns import DEFAULT_UNITS, PAPERS, PATTERN_SUFFIXES, UNITS, build_pattern, writing_pattern
 from .arguments import CHARTS, MethodName, Option, parse_axis
 from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
 from .outputs import report_troubles, write_outputs
@@ -64,7 +64,7 @@ def draw_pattern(
         warnings.simplefilter("ignore", OutcomeWarning)  # reported below
         atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=trade), method=method)
     unit, given_by = _find_units(units, mesh)
-    pattern = pattern_of(mesh.V, mesh.F, atlas, unit, crease, grain or parse_axis("z"), up)
+    pattern = build_pattern(mesh.V, mesh.F, atlas, unit, crease, grain or parse_axis("z"), up)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     text = f"{pattern} ({UNITS_NOTES[given_by]})"
     write_outputs(job, text, figures, write=partial(writing_pattern, pattern=pattern, paper=paper))

@@ -11,7 +11,7 @@ import numpy as np
 from .._runtime import progress_part
 from ..charts import ChartOptions, Cones, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import WITH_TWO_MAPS, MeshFile, lies_flat, suffix_of
+from ..io import WITH_TWO_MAPS, MeshFile, lies_flat, normalize_suffix
 from .arguments import CHARTS, PACKING, MethodName, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
@@ -95,7 +95,7 @@ def unwrap_mesh(
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
     """
-    if texcoord and suffix_of(job.target) not in WITH_TWO_MAPS:
+    if texcoord and normalize_suffix(job.target) not in WITH_TWO_MAPS:
         known = " or ".join(WITH_TWO_MAPS)
         raise ValueError(f"{job.target} does not end in {known}, which second texture coordinates need")
     chosen = build_method(method, weight=weight)

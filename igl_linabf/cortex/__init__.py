@@ -8,7 +8,7 @@ from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemisp
 from .pictures import mean_curvatures
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .transfer import Cuts
-from .writing import FLAT_PATCH, files_of, write_hemisphere, writing_hemispheres
+from .writing import FLAT_PATCH, list_files, write_hemisphere, writing_hemispheres
 
 __all__ = [
     "Cuts",

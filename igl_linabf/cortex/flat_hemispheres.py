@@ -12,11 +12,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from .._runtime import Progress, progress_part, reporting
+from .._runtime import Progress, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, is_number, stack_level
-from ..flattening import Flattening, Method, flatten, method_of
-from ..measures import Distances, Quality, overlapping_pairs, quality_of
+from ..flattening import Flattening, Method, flatten, resolve_method
+from ..measures import Distances, Quality, measure_quality, overlapping_pairs
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
 from .constants import CRUMBS_SHARE, SOURCES
 from .found_cuts import find_cuts
@@ -159,8 +159,8 @@ def flatten_hemisphere(
     (0, 0, 5, True)
     """
     _check_options(cuts, medial_wall, template, max_distance_error)
-    chosen = method_of(method)
-    with reporting(progress):
+    chosen = resolve_method(method)
+    with show_progress(progress):
         with progress_part("reading", 0.1):
             given = Hemisphere.of_subject(subject, hemisphere)
             needs_sphere = "template" in (cuts, medial_wall)
@@ -299,7 +299,7 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
         uv = scatter(uv, surface.vertices, len(given.V))
         patch, tangled, pairs = _remove_overlaps(given, patch, uv)
         surface = Submesh.checked(given.V, given.F[patch.rows])
-        quality = replace(quality_of(surface, uv[surface.vertices], pairs), distance_error=error)
+        quality = replace(measure_quality(surface, uv[surface.vertices], pairs), distance_error=error)
     uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
     return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
 

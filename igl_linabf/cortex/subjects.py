@@ -11,7 +11,7 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..io import call_reader, import_optional, mean_surface, read_file, surfaces_beside
+from ..io import call_reader, find_companion_surfaces, import_optional, mean_surface, read_file
 from ..surface import vertex_array
 
 HemisphereName = Literal["lh", "rh"]
@@ -49,7 +49,7 @@ class Hemisphere:
         folder = Path(subject)
         if name not in HEMISPHERES:
             raise ValueError(f"the hemisphere is {name!r}: use 'lh' or 'rh'")
-        paths = surfaces_beside(folder / "surf", name)
+        paths = find_companion_surfaces(folder / "surf", name)
         if not paths:
             raise MeshError(
                 f"{folder} has no surf/{name}.fiducial, .midthickness, .smoothwm, .white or .pial: give the "

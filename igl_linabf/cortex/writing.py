@@ -29,7 +29,7 @@ FILE_NAMES = (
 )
 
 
-def files_of(folder: str | os.PathLike[str], hemisphere: HemisphereName) -> list[Path]:
+def list_files(folder: str | os.PathLike[str], hemisphere: HemisphereName) -> list[Path]:
     """Return the paths of the files that are written for a hemisphere."""
     return [Path(folder) / f"{hemisphere}.{name}" for name in FILE_NAMES]
 
@@ -54,8 +54,8 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
     Examples
     --------
     >>> import tempfile
-    >>> from igl_linabf.cortex import files_of
-    >>> [path.name for path in files_of(tempfile.mkdtemp(), "lh")][:2]
+    >>> from igl_linabf.cortex import list_files
+    >>> [path.name for path in list_files(tempfile.mkdtemp(), "lh")][:2]
     ['lh.cortex.patch.3d', 'lh.cortex.flat.patch.3d']
     """
     with writing_hemispheres(folder, [flat]):
@@ -69,7 +69,7 @@ def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemi
     chosen = list(flats)
     with ExitStack() as stack, ThreadPoolExecutor(max(len(chosen), 1)) as threads:
         places = [
-            [stack.enter_context(replacing(path)) for path in files_of(folder, flat.hemisphere.name)]
+            [stack.enter_context(replacing(path)) for path in list_files(folder, flat.hemisphere.name)]
             for flat in chosen
         ]
         list(threads.map(_write, chosen, places))

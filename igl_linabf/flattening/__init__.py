@@ -10,7 +10,7 @@ from .boundary_shapes import BoundaryName
 from .comparison import Comparison, Entry, compare, medians
 from .flattener import Flattener
 from .functions import Fit, abf, flatten, isometric, linabf, linabf_angles, lscm
-from .many_meshes import flatten_many, flatten_together
+from .many_meshes import flatten_batch, flatten_many
 from .methods import (
     ABF,
     DNCP,
@@ -21,8 +21,8 @@ from .methods import (
     LinABF,
     Method,
     OneStepABFpp,
-    guaranteed,
-    method_of,
+    get_guaranteed_method,
+    resolve_method,
 )
 from .result import Attempt, Flattening, FlatteningReport, Hole, Outcome, Residuals, Status
 from .with_cones import DivergedError, KnownLaplacian, PrescribedHolonomy, flatten_with_cones

@@ -13,7 +13,7 @@ from .._types import ComplexArray
 from ..angles import (
     Corner,
     Step,
-    constraints_of,
+    build_constraints,
     corner_angles,
     fan_rows,
     least_norm,
@@ -27,12 +27,12 @@ from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Mesh,
     Pins,
-    centred,
     complex_positions,
     coordinates,
     flat_angles,
     flipped_faces,
     move_to_pins,
+    normalize_placement,
     shape_is_pinned,
     signed_double_areas,
 )
@@ -136,11 +136,11 @@ def _result_of_map(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
     """Return the result of a method without target angles; the angles of its map replace them."""
-    topology, constraints = mesh.topology, constraints_of(mesh.topology)
+    topology, constraints = mesh.topology, build_constraints(mesh.topology)
     if not np.isfinite(z).all():
         raise _no_map_error(mesh, solver)
     if pinned is None:
-        z = centred(topology, z, mesh.area)
+        z = normalize_placement(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
     alpha = flat_angles(z, topology.corner)
     flipped = flipped_faces(z, topology.corner)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._core import normalize_maps
-from .._runtime import stopwatch, timed
+from .._runtime import stopwatch, time_stage
 from .._types import BoolArray, FloatArray, IntArray
 from ..angles import (
     AngleProblem,
@@ -14,12 +14,12 @@ from ..angles import (
     Iterate,
     State,
     StepAndChord,
-    constraints_of,
+    build_constraints,
     initial_estimate,
-    open_caps,
+    limit_obtuse_angles,
     step_and_chord,
 )
-from ..layouts import GAP, develop_boundary, harmonic, isometric_together
+from ..layouts import GAP, develop_boundary, flatten_isometrically, harmonic
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
     Disks,
@@ -74,16 +74,16 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         The system of one of the disks is singular in double precision.
     """
     solvers, vertices, faces, topology = Solvers(method.solver), disks.vertices, disks.faces, disks.topology
-    with timed("estimate"):
-        alpha, caps = open_caps(np.arctan2(disks.double_area, disks.dot))
+    with time_stage("estimate"):
+        alpha, caps = limit_obtuse_angles(np.arctan2(disks.double_area, disks.dot))
         estimate = initial_estimate(topology, alpha, method.threshold)
-    with timed("assembly"):
-        constraints = constraints_of(topology)
+    with time_stage("assembly"):
+        constraints = build_constraints(topology)
         problem = AngleProblem(constraints, estimate, solvers, side_by_side=DiskBlocks.of(constraints, disks))
     stepped = step_and_chord(State(problem, problem.start), method.rtol or STEP_AND_CHORD_RTOL, method.tol)
     at, lin = stepped.state.at, stepped.state.lin
     with (
-        timed("layout"),
+        time_stage("layout"),
         np.errstate(divide="ignore", invalid="ignore"),
     ):  # caused by angles that are discarded later
         boundary = develop_boundary(constraints, at.residual)
@@ -120,13 +120,13 @@ def isometric_maps(
     vertices, faces, corner = disks.vertices, disks.faces, disks.topology.corner
     start = complex_positions(np.concatenate([results[i].uv for i in found]))
     try:
-        with stopwatch() as seconds, timed("isometric"):
-            z, energy, steps, good = isometric_together(
+        with stopwatch() as seconds, time_stage("isometric"):
+            z, energy, steps, good = flatten_isometrically(
                 disks, start, method.weight, Solvers(method.solver), method.tol
             )
     except NotPositiveDefiniteError:
         return
-    alpha, constraints = flat_angles(z, corner), constraints_of(disks.topology)
+    alpha, constraints = flat_angles(z, corner), build_constraints(disks.topology)
     at = Iterate.of(constraints, alpha)
     after = DiskBlocks.of(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area

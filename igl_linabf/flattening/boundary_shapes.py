@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..angles import inscribed_sums
 from ..errors import MeshError, some
-from ..surface import Mesh, Topology, chords_of, vertex_indices
+from ..surface import Mesh, Topology, find_chords, vertex_indices
 from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
@@ -219,7 +219,7 @@ def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple
     rim = topology.loops[0]
     place = np.full(topology.n, -1)
     place[rim] = np.arange(len(rim))
-    ends = np.sort(place[topology.edges[chords_of(topology)]], axis=1)
+    ends = np.sort(place[topology.edges[find_chords(topology)]], axis=1)
     ends = ends[ends[:, 0] >= 0]
     # at a free vertex the loop may turn by up to pi
     turning = np.where(np.isnan(sums[rim]), np.pi, np.pi - sums[rim])

@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .._notebook import html_row, html_table, map_svg
-from .._runtime import advance, aligned, progress_part
+from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, is_number, stack_level
 from ..measures import Quality, quality
@@ -22,7 +22,7 @@ from . import other_programs
 from .baselines import bare_lscm
 from .boundary_shapes import BoundaryName
 from .functions import flatten
-from .methods import Method, method_of
+from .methods import Method, resolve_method
 from .result import Flattening
 
 
@@ -76,7 +76,7 @@ class Comparison:
         return f"<Comparison on {len(self.F):,} triangles: {', '.join(self.entries)}>"
 
     def __str__(self) -> str:
-        return aligned(self._rows())
+        return align_columns(self._rows())
 
     def _repr_html_(self) -> str:
         maps = [(label, map_svg(uv, self.F)) for label, uv in self.maps.items()]
@@ -148,7 +148,7 @@ def compare(
     (['igl.lscm', 'linABF'], 0)
     """
     listed = isinstance(methods, Iterable) and not isinstance(methods, str)
-    chosen = [method_of(method, several=True) for method in methods] if listed else []
+    chosen = [resolve_method(method, several=True) for method in methods] if listed else []
     if not chosen:
         raise ValueError(f"methods is {methods!r}: give a list of one or more methods, such as ['linabf']")
     if not is_number(repeat, 1, whole=True):

@@ -11,12 +11,12 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, reporting
+from .._runtime import Progress, advance, show_progress
 from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..measures import Distances, quality_of
+from ..measures import Distances, measure_quality
 from ..surface import (
     Mesh,
     Pins,
@@ -28,17 +28,17 @@ from ..surface import (
     direction_in_space,
     flipped_faces,
     mapped_direction,
-    of_size_one,
     pins,
     planar_mesh,
     repair_disk,
+    scale_to_unit_size,
     scatter,
     shape_is_pinned,
     signed_double_areas,
 )
 from .boundary_shapes import BoundaryName, resolve_shape
 from .constants import ABF_TOL, MOST_STRETCH, TOL
-from .methods import ABF, AREA_WEIGHT, ISOMETRIC_TOL, Isometric, Iterations, LinABF, Method, method_of
+from .methods import ABF, AREA_WEIGHT, ISOMETRIC_TOL, Isometric, Iterations, LinABF, Method, resolve_method
 from .result import Flattening, Guarantee, Outcome
 
 Fit = Literal["area", "lengths"]
@@ -497,8 +497,8 @@ def flatten_mesh(
     fit: Fit = "area",
 ) -> Flattening:
     """Flatten the mesh that `checked` returns, with the options of `flatten`."""
-    start, chosen = perf_counter(), method_of(method)
-    with reporting(progress):
+    start, chosen = perf_counter(), resolve_method(method)
+    with show_progress(progress):
         mesh = checked()
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
         shape = resolve_shape(mesh, boundary, corners)
@@ -560,12 +560,12 @@ def least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArr
 def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     """Warn if a valid map is useless because most of the surface shrinks to a point."""
     corner, area = mesh.topology.corner, mesh.double_area
-    flat = signed_double_areas(complex_positions(of_size_one(uv)), corner)
+    flat = signed_double_areas(complex_positions(scale_to_unit_size(uv)), corner)
     if not least_stretch(area, flat, Ragged.of_sizes([len(area)])) > MOST_STRETCH:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
-    stretch = quality_of(surface, uv, overlaps=0).stretch_l2
+    stretch = measure_quality(surface, uv, overlaps=0).stretch_l2
     warnings.warn(
         f"the map has an L2 stretch of {stretch:,.4g} (1 is best): parts of the surface are too small to "
         "be useful, such as the far end of a long tube; cut the mesh, as igl_linabf.unwrap does",

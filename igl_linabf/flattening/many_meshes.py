@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import side_products
-from .._runtime import Progress, advance, in_threads, progress_part, reporting, stopwatch
+from .._runtime import Progress, advance, in_threads, progress_part, show_progress, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
@@ -22,7 +22,7 @@ from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
 from .functions import flatten, least_stretch
-from .methods import STAGES, Isometric, LinABF, Method, method_of
+from .methods import STAGES, Isometric, LinABF, Method, resolve_method
 from .result import Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
 
 LARGEST_TOGETHER = 10_000  # triangles of the largest mesh that shares its system with others
@@ -110,14 +110,14 @@ def flatten_many(
     >>> disk.outcome.value, str(closed)[:18]
     ('valid', 'the mesh is closed')
     """
-    chosen, given = method_of(method), list(meshes)
+    chosen, given = resolve_method(method), list(meshes)
     if errors not in ("raise", "return"):
         raise ValueError(f"errors is {errors!r}: use 'raise' or 'return'")
-    with reporting(progress):
+    with show_progress(progress):
         made: list[Flattening | MeshError | None] = [None] * len(given)
         arrays = [_arrays(mesh) for mesh in given]
         sound = [i for i, array in enumerate(arrays) if array is not None and boundary == "free"]
-        together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
+        together = flatten_batch([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
         _warn_of_stretch(arrays, made)
@@ -177,11 +177,11 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
         return error.with_traceback(None)  # a traceback would keep the arrays of all its frames alive
 
 
-def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
+def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
     """Flatten small disks side by side; return None for each mesh to be flattened alone."""
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
-        linear = flatten_together(meshes, LinABF(solver=method.solver))
+        linear = flatten_batch(meshes, LinABF(solver=method.solver))
         for group in _groups(meshes):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]

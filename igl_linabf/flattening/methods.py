@@ -312,7 +312,7 @@ METHODS: dict[str, Callable[..., Method]] = {
 }
 
 
-def method_of(method: str | Method, several: bool = False) -> Method:
+def resolve_method(method: str | Method, several: bool = False) -> Method:
     """Return the given method, or the method of this name with its default options."""
     if isinstance(method, Method):
         return method
@@ -322,7 +322,7 @@ def method_of(method: str | Method, several: bool = False) -> Method:
     return METHODS[method]()
 
 
-def guaranteed(method: Method) -> Method | None:
+def get_guaranteed_method(method: Method) -> Method | None:
     """Return the method with guarantee="injective", or None if it has this or no such option."""
     if not isinstance(method, LinABF | ABF) or method.guarantee is not None:
         return None

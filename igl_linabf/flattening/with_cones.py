@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from .._runtime import stopwatch, timed
+from .._runtime import stopwatch, time_stage
 from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
@@ -18,12 +18,12 @@ from ..angles import (
     State,
     System,
     active_set,
-    constraints_of,
+    build_constraints,
     corner_angles,
     initial_estimate,
     is_diverging,
     iterate_with_corrections,
-    open_caps,
+    limit_obtuse_angles,
     rescale_triangles,
     step_from_surface,
     step_with_known_factor,
@@ -143,7 +143,7 @@ def flatten_with_cones(
     with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
         known = known if Solvers(method.solver).shared else None
-        asked = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
+        asked = build_constraints(uncut, sums, paths, left_out=None if known is None else known.left_out)
         options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
         problem = initial_problem(cut, options, uncut=asked)
         begun = problem.start
@@ -170,7 +170,7 @@ def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonom
     Holonomy changes the angles least if the surface is already nearly flat. Therefore the first step starts
     from the conformally scaled angles of the surface, and minimises the change from the unscaled angles.
     """
-    surface = open_caps(corner_angles(problem.mesh))[0]
+    surface = limit_obtuse_angles(corner_angles(problem.mesh))[0]
     try:
         holonomy, lin = HolonomyAngles.predict(problem.angles, prescribed.vertices, surface, begun.lin)
     except NotPositiveDefiniteError:
@@ -193,7 +193,7 @@ def _with_chosen_sums(
     changed = np.full(len(asked), np.nan)
     asked[prescribed.vertices] = changed[prescribed.vertices] = sums
     constraints = angles.constraints.prescribe(asked, wanted)
-    with timed("assembly"):
+    with time_stage("assembly"):
         estimate = initial_estimate(
             constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
         )
@@ -210,7 +210,7 @@ def _scale_conformally(
     paths. Triangles at cones that cannot be scaled this way, or become obtuse, keep their estimate.
     """
     constraints = angles.constraints
-    with timed("estimate"):
+    with time_stage("estimate"):
         if u is None:
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))

@@ -13,10 +13,10 @@ from .external import Segment, read_tifxyz, write_tifxyz
 from .external import call_reader as call_reader
 from .external import check_scale as check_scale
 from .external import check_target as check_target
+from .external import find_companion_surfaces as find_companion_surfaces
 from .external import import_optional as import_optional
 from .external import keep_data_of_polydata as keep_data_of_polydata
 from .external import mean_surface as mean_surface
-from .external import surfaces_beside as surfaces_beside
 from .external import without_strips as without_strips
 from .external import write_patch as write_patch
 from .external import writing_tifxyz as writing_tifxyz
@@ -38,12 +38,12 @@ from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
-from .formats import files_beside as files_beside
 from .formats import lies_flat as lies_flat
+from .formats import list_companion_files as list_companion_files
 from .formats import moves_textures as moves_textures
+from .formats import normalize_suffix as normalize_suffix
 from .formats import object_frames as object_frames
 from .formats import object_space as object_space
-from .formats import suffix_of as suffix_of
 from .formats import write_atomically as write_atomically
 from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile

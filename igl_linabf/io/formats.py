@@ -25,6 +25,7 @@ from .external import (
     Patch,
     ThreeMfFile,
     VtpFile,
+    find_companion_surfaces,
     mean_surface,
     parse_3mf,
     parse_freesurfer,
@@ -36,7 +37,6 @@ from .external import (
     save_patch,
     save_surf,
     save_vtp,
-    surfaces_beside,
 )
 from .gltf import GltfFile, has_texture_transforms, parse_gltf, save_gltf
 from .materials import (
@@ -123,7 +123,7 @@ WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
 ImageArgument = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
 
-def suffix_of(path: str | os.PathLike[str]) -> str:
+def normalize_suffix(path: str | os.PathLike[str]) -> str:
     """Return the suffix of a file name in lower case, such as ".obj" or ".gii.gz"."""
     ends = [end.lower() for end in Path(path).suffixes[-2:]]
     return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
@@ -131,7 +131,7 @@ def suffix_of(path: str | os.PathLike[str]) -> str:
 
 def lies_flat(path: str | os.PathLike[str]) -> bool:
     """Return True if files of this name store the flat map as a surface, which therefore has a size."""
-    return suffix_of(path) in FLAT
+    return normalize_suffix(path) in FLAT
 
 
 def detect_suffix(data: bytes) -> str:
@@ -153,7 +153,7 @@ def parse_file(
 ) -> MeshFile:
     """Read the mesh of a file with the reader for its suffix; FreeSurfer files may have any suffix."""
     path = Path(path)
-    suffix = suffix_of(path)
+    suffix = normalize_suffix(path)
     if suffix not in READABLE_SUFFIXES or suffix in PATCH_SUFFIXES:
         with path.open("rb") as file:
             head = file.read(len(PATCH_MAGIC))
@@ -180,7 +180,7 @@ def parse_file(
 def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
     """Read a patch on the given surface, or on the surface that FreeSurfer's file names associate with it."""
     hemisphere = path.name.partition(".")[0]
-    paths = surfaces_beside(path.parent, hemisphere) if surface is None else [Path(surface)]
+    paths = find_companion_surfaces(path.parent, hemisphere) if surface is None else [Path(surface)]
     if not paths:
         hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
         raise MeshError(
@@ -310,7 +310,7 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
         not transform objects.
     """
     source = mesh.extras.source
-    if not isinstance(source, GltfFile) or suffix_of(path) not in GLTF_SUFFIXES:
+    if not isinstance(source, GltfFile) or normalize_suffix(path) not in GLTF_SUFFIXES:
         return None
     assert mesh.extras.parts is not None  # every glTF file has parts
     return source.frames[mesh.extras.parts[1]]
@@ -355,7 +355,7 @@ def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
     return lost
 
 
-def files_beside(
+def list_companion_files(
     path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
 ) -> tuple[Path, ...]:
     """Return the paths of the files written next to the file itself, with images of these kinds and pages."""
@@ -401,7 +401,7 @@ def write_atomically(
     if texcoord not in (0, 1):
         raise ValueError(f"texcoord is {texcoord!r}: pass 0, or 1 for second texture coordinates")
     path = Path(path)
-    suffix = suffix_of(path)
+    suffix = normalize_suffix(path)
     if suffix not in WRITERS:
         raise ValueError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     if image is not None and suffix not in WITH_IMAGES:
@@ -417,7 +417,7 @@ def write_atomically(
     prepared, changed = _adapt_names(split_materials_by_page(replace(new, images=images), rewritten), suffix)
     kinds = {} if images is None else images.maps
     pages = 1 if images is None else images.pages
-    check_free(files_beside(path, prepared, kinds, pages, bool(texcoord)), force)
+    check_free(list_companion_files(path, prepared, kinds, pages, bool(texcoord)), force)
     warn_of_loss(prepared, suffix, changed)
     beside = encode_material_files(prepared, path) if suffix == ".obj" else {}
     with ExitStack() as stack:

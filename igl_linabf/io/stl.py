@@ -19,7 +19,7 @@ from .parsing import (
     decode_utf8,
     parse_name,
     parse_numbers,
-    raise_damaged,
+    raise_damage,
 )
 
 COLOUR_TAG = b"COLOR="  # precedes Magics' body colour in the title: red, green, blue and alpha in a byte each
@@ -104,14 +104,14 @@ def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
         if key == b"vertex" and inside:
             values = parse_numbers(words[1:4], 3)
             if not values:
-                raise_damaged(line, text, "is not a vertex: it needs three numbers")
+                raise_damage(line, text, "is not a vertex: it needs three numbers")
             V.extend(values)
         elif key in (b"outer", b"endloop"):
             if len(V) % 9 or inside == (key == b"outer"):
-                raise_damaged(line, text, "is out of place: a loop has three vertices")
+                raise_damage(line, text, "is out of place: a loop has three vertices")
             inside = not inside
         elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
-            raise_damaged(line, text, "is not understood")
+            raise_damage(line, text, "is not understood")
         elif key == b"solid":
             names.append(decode_utf8(parse_name(text.strip())))
             starts.append(len(V) // 9)

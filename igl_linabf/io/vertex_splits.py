@@ -168,7 +168,7 @@ def choose_origin(V: FloatArray) -> FloatArray:
     return np.asarray(middle)
 
 
-def warn_of_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
+def warn_about_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
     """Warn if rounding changes coordinates by more than a tolerance relative to their extent."""
     warn_of_error(find_rounding_error(rows, rounded), name)
 
@@ -194,7 +194,7 @@ def to_single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """Convert rows to single precision, with a warning if coordinates lose digits."""
     rounded = round_to_single(rows, name)
     if name in ROUNDING_TOLERANCES:
-        warn_of_rounding(rows, rounded, name)
+        warn_about_rounding(rows, rounded, name)
     return rounded
 
 

@@ -25,7 +25,7 @@ from .isometry import (
     IsometricMap,
     draw_to_pins,
     embed_in_boundary,
+    flatten_isometrically,
     injective,
-    isometric_together,
     make_isometric,
 )

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Iterate, constraints_of
+from ..angles import Constraints, Iterate, build_constraints
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Pins,
     Topology,
-    centred,
     compact,
     complex_positions,
     coordinates,
@@ -24,6 +23,7 @@ from ..surface import (
     find_outer_loop_of_angles,
     loop_through,
     move_to_pins,
+    normalize_placement,
     pins,
     planar_topology,
     scatter,
@@ -45,7 +45,7 @@ def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | N
 
     Without pins, scale the map to `area`, centre it, and turn it to its principal axes.
     """
-    return centred(topology, z, area) if pinned is None else move_to_pins(z, pinned)
+    return normalize_placement(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +206,7 @@ def layout(
         first = find_outer_loop_of_angles(topology, alpha)
     topology = with_outer_loop(topology, first)
     pinned = pins(b, bc, vertices, n)
-    constraints = constraints_of(topology)
+    constraints = build_constraints(topology)
     at, options = Iterate.of(constraints, alpha), LayoutOptions(method, pinned)
     made = lay_out(constraints, at, options, Solvers(solver))
     return scatter(coordinates(made.z), vertices, n)

@@ -6,7 +6,7 @@ Sander, Snyder, Gortler and Hoppe (2001).
 """
 
 from .distances import RINGS, Distances, check_rings, distance_error
-from .figures import Quality, QualityReport, quality, quality_of, quality_of_each, table
+from .figures import Quality, QualityReport, measure_qualities, measure_quality, quality, table
 from .overlapping import (
     MAX_PAIRS,
     format_pair_count,
@@ -15,4 +15,4 @@ from .overlapping import (
     overlapping_pairs_of_each,
     overlaps,
 )
-from .per_triangle import MEASURES, Change, Measure, change_of, distortion
+from .per_triangle import MEASURES, Change, Measure, distortion, measure_change

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._notebook import html_table
-from .._runtime import aligned
+from .._runtime import align_columns
 from .._types import FloatArray
-from ..surface import Ragged, Submesh, of_size_one
+from ..surface import Ragged, Submesh, scale_to_unit_size
 from .distances import Distances, check_rings
 from .overlapping import format_pair_count, overlapping_pairs
-from .per_triangle import Change, change_of
+from .per_triangle import Change, measure_change
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]]
     cells = [["", *columns]] * any(columns) + _make_rows(columns)
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
-    return aligned(cells)
+    return align_columns(cells)
 
 
 def _make_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
@@ -191,14 +191,14 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
         check_rings(rings)
     surface = Submesh.checked(V, F)
     map_ = surface.checked_map(uv)
-    measured = quality_of(surface, map_)
+    measured = measure_quality(surface, map_)
     if rings is None:
         return measured
     error = Distances.within(surface.as_manifold(), rings).error(map_)
     return replace(measured, distance_error=error)
 
 
-def quality_of(
+def measure_quality(
     surface: Submesh, map_: FloatArray, overlaps: int | None = None, changed: Change | None = None
 ) -> Quality:
     """Same as `quality`, for a checked map of a checked surface.
@@ -206,11 +206,11 @@ def quality_of(
     The number of overlapping pairs and the change of the triangles are computed unless they are given.
     """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
-    known = change_of(surface, map_) if changed is None else changed
+    known = measure_change(surface, map_) if changed is None else changed
     return _combine_changes(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
 
 
-def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
+def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
     """Return the quality of each of many charts: tuples of a surface, its map, and its overlapping pairs."""
     if not charts:
         return []
@@ -218,7 +218,7 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     vertices = Ragged.of_sizes([len(surface.V) for surface in surfaces])
     faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
     surface = surfaces[0] if len(surfaces) == 1 else _concatenate_surfaces(surfaces, vertices, faces)
-    changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
+    changed = measure_change(surface, np.concatenate([*map(scale_to_unit_size, maps)]), faces)
     return _combine_changes(changed, faces, overlaps)
 
 

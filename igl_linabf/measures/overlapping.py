@@ -18,7 +18,7 @@ from ..surface import (
     Topology,
     complex_positions,
     face_components,
-    of_size_one,
+    scale_to_unit_size,
     signed_double_areas,
 )
 from .winding import find_open_sides, find_suspect_faces
@@ -95,7 +95,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
 
 def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
     """Same as `overlaps`, for a checked map."""
-    map_ = of_size_one(map_)
+    map_ = scale_to_unit_size(map_)
     if between:
         return _find_all_pairs(complex_positions(map_), F)
     chart = face_components(F, len(map_))
@@ -109,7 +109,7 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
     """Same as `overlapping_pairs`, for a connected surface whose boundary loops are known."""
-    z, F = complex_positions(of_size_one(map_)), np.ascontiguousarray(topology.corner.T)
+    z, F = complex_positions(scale_to_unit_size(map_)), np.ascontiguousarray(topology.corner.T)
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
     index = np.arange(len(F))
     if upright and topology.loops:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._core import triangle_changes
 from .._types import BoolArray, FloatArray
-from ..surface import Ragged, Submesh, of_size_one
+from ..surface import Ragged, Submesh, scale_to_unit_size
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
@@ -54,7 +54,7 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
     if measure not in MEASURES:
         raise ValueError(f"measure is {measure!r}: use one of {', '.join(map(repr, MEASURES))}")
     surface = Submesh.checked(V, F)
-    changed = change_of(surface, surface.checked_map(uv))
+    changed = measure_change(surface, surface.checked_map(uv))
     if measure == "angle":
         return np.asarray(changed.angle_distortion.mean(axis=0))
     if measure == "conformal":
@@ -73,7 +73,7 @@ class Change:
     angle, angle_error : (3, #F) float64
         Corner angles in 3-D, and angle in uv - angle in 3-D, in radians.
     double_area, signed : (#F,) float64
-        Twice the area in 3-D, and twice the signed area in uv, scaled by `of_size_one`.
+        Twice the area in 3-D, and twice the signed area in uv, scaled by `scale_to_unit_size`.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
     sides : (3, #F) float64
@@ -146,12 +146,12 @@ class Change:
             return np.where(self.signed != 0, ratio, -np.inf)
 
 
-def change_of(surface: Submesh, map_: FloatArray, parts: Ragged | None = None) -> Change:
+def measure_change(surface: Submesh, map_: FloatArray, parts: Ragged | None = None) -> Change:
     """Measure the change of each triangle by a checked map (#V, 2) of a checked surface.
 
     If `parts` divides the faces into several maps, each map has its own scale.
     """
-    map_ = of_size_one(map_)
+    map_ = scale_to_unit_size(map_)
     corner = np.ascontiguousarray(surface.F.T)
     double_area, dot = surface.measured
     angle, error, signed, major, minor, sides = triangle_changes(surface.V, map_, corner, double_area, dot)

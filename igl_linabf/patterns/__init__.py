@@ -6,7 +6,7 @@ lines and grain arrows.
 
 from .pieces import DEFAULT_UNITS as DEFAULT_UNITS
 from .pieces import MILLIMETRES, Pattern
-from .pieces import pattern_of as pattern_of
+from .pieces import build_pattern as build_pattern
 from .seam_pairs import PatternSeam
 from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
 from .writing import writing_pattern as writing_pattern

@@ -10,7 +10,7 @@ import numpy as np
 from .._core import merge_regions, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import overlap_depths
-from ..surface import Ragged, Topology, complex_positions, connected_labels, coordinates, topology_of
+from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
 from .seam_pairs import Sides, find_partners
 
 FIT_TOLERANCE = 1e-5  # largest gap between two sides that coincide, over the extent of their pieces
@@ -44,7 +44,7 @@ class CutSurface:
     @cached_property
     def topology(self) -> Topology:
         """Connectivity of the cut surface."""
-        return topology_of(self.F, self.vertices)
+        return build_topology(self.F, self.vertices)
 
     @cached_property
     def piece(self) -> IntArray:

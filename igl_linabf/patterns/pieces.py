@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import aligned
+from .._runtime import align_columns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import Atlas, Packing, pack_charts
 from ..errors import MeshError
@@ -79,10 +79,10 @@ class Pattern:
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
         summary = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
         change = f"edges change by {self.error:.2%} at most"
-        return f"{aligned(rows)}\n{summary}; {change}; the surface is in {self.units}"
+        return f"{align_columns(rows)}\n{summary}; {change}; the surface is in {self.units}"
 
 
-def pattern_of(
+def build_pattern(
     V: ArrayLike,
     F: ArrayLike,
     atlas: Atlas | ArrayLike,

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray
 from ..charts import Atlas
 from ..io import import_optional, replacing
-from .pieces import MILLIMETRES, Pattern, pattern_of
+from .pieces import MILLIMETRES, Pattern, build_pattern
 
 MARGIN = 10.0  # mm around the pieces and around the printed area of a page; also the overlap of pages
 LINE_WIDTH = 0.25  # mm
@@ -136,7 +136,7 @@ def write_pattern(
         raise ValueError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
-    pattern = pattern_of(V, F, atlas, units, crease, grain, up)
+    pattern = build_pattern(V, F, atlas, units, crease, grain, up)
     with writing_pattern(path, pattern, paper):
         return pattern
 

@@ -11,9 +11,9 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..charts import ChartOptions, find_seams, unwrap
 from ..errors import OutcomeWarning
-from ..flattening import BoundaryName, LinABF, flatten, method_of
+from ..flattening import BoundaryName, LinABF, flatten, resolve_method
 from ..measures import Quality, quality
-from ..surface import compact, topology_of
+from ..surface import build_topology, compact
 from .scene import Scene, build_scene
 
 Pairs = tuple[tuple[int, int], ...]
@@ -83,7 +83,7 @@ class MapCache:
             raise ValueError("a surface with cones has a free boundary: leave out boundary or cones")
         self.V, self.F, self._boundary, self._cones = V, F, boundary, cones
         vertices, faces = compact(F, len(V))
-        self.planar = topology_of(faces, vertices).is_planar
+        self.planar = build_topology(faces, vertices).is_planar
         self._maps: dict[MapRequest, Shown] = {}
         self._seams: dict[float, IntArray] = {}
 
@@ -95,7 +95,7 @@ class MapCache:
 
     def _compute(self, request: MapRequest) -> Shown:
         method = LinABF(iterations=request.iterations) if request.iterations else request.method
-        plain, shapes = request.trade is None and not request.drawn, method_of(method).shapes
+        plain, shapes = request.trade is None and not request.drawn, resolve_method(method).shapes
         with_cones = plain and self._cones is not None and shapes
         if not with_cones and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method=method, boundary=self._boundary if shapes else "free").uv

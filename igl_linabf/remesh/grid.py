@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, is_number, some
-from ..measures import change_of
+from ..measures import measure_change
 from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
 from .constants import ROUNDING
 from .slicing import Fragments, slice_along_integers, slice_region
@@ -91,7 +91,7 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     """
     surface = Submesh.checked(V, F)
     map_ = surface.checked_map(uv)
-    changed = change_of(surface, map_)
+    changed = measure_change(surface, map_)
     if changed.flipped.any():
         bad = np.flatnonzero(changed.flipped)
         raise MeshError(f"faces {some(bad)} are flipped in uv: a grid needs a map without flips")

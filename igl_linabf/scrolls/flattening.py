@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, progress_part, reporting
+from .._runtime import Progress, advance, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, OutcomeWarning, is_number, stack_level
-from ..flattening import Method, flatten, method_of
+from ..flattening import Method, flatten, resolve_method
 from ..io import Segment, read_tifxyz
 from ..linalg import map_bytes
 from ..measures import format_pair_count
@@ -110,13 +110,13 @@ def flatten_segment(
     >>> flat.report.flips, flat.report.stretch_l2 < 1.02
     (0, True)
     """
-    start, chosen = perf_counter(), method_of(method)
+    start, chosen = perf_counter(), resolve_method(method)
     upwards = _check_up(up)
     if not is_number(pieces, 1, whole=True):
         raise ValueError(f"pieces is {pieces!r}: give the number of pieces to flatten, at least 1")
     given = segment if isinstance(segment, Segment) else read_tifxyz(segment)
     check_step(given)
-    with reporting(progress):
+    with show_progress(progress):
         found, source = _find_pieces(given)
         left_out = tuple(len(piece.F) for piece in found[pieces:])
         taken = _sort_by_column(found[:pieces], source.origin, given.points.shape[1])

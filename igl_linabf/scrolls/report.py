@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._runtime import aligned
+from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..io import Segment
-from ..measures import change_of, format_pair_count, overlapping_pairs
+from ..measures import format_pair_count, measure_change, overlapping_pairs
 from ..surface import Repair, Submesh
 
 
@@ -69,7 +69,7 @@ class SegmentReport:
             ["overlapping pairs", format_pair_count(self.overlaps)],
             ["seconds", f"{self.seconds:.1f}"],
         ]
-        lines = [aligned(rows)]
+        lines = [align_columns(rows)]
         if self.left_out:
             sizes = ", ".join(f"{n:,}" for n in self.left_out[:5]) + ", ..." * (len(self.left_out) > 5)
             lines.append(f"left out: {len(self.left_out):,} further pieces of {sizes} triangles")
@@ -131,7 +131,7 @@ class Distortion:
 
 def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> Distortion:
     """Measure maps of several pieces together."""
-    changes = [change_of(surface, uv) for surface, uv in pieces]
+    changes = [measure_change(surface, uv) for surface, uv in pieces]
     area = np.concatenate([changed.double_area for changed in changes])
     squared = np.concatenate([changed.squared_stretch for changed in changes])
     ratio = np.concatenate([changed.log_area_ratio for changed in changes])

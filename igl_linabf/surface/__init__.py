@@ -23,14 +23,13 @@ from .arrays import (
     vertex_indices,
 )
 from .disks import Disks, sound_disks
-from .mesh import Mesh, PlanarFaces, loop_through, planar_mesh, planar_mesh_of
+from .mesh import Mesh, PlanarFaces, build_planar_mesh, loop_through, planar_mesh
 from .outer_loop import find_outer_loop_of_angles
 from .plane import (
     HOPELESS_AREA_RATIO,
     SAFE_AREA_RATIO,
     area_scale_ratio,
     bounded_ratio,
-    centred,
     complex_positions,
     coordinates,
     direction_in_space,
@@ -38,7 +37,8 @@ from .plane import (
     flipped_faces,
     mapped_direction,
     move_to_pins,
-    of_size_one,
+    normalize_placement,
+    scale_to_unit_size,
     signed_double_areas,
     times_power_of_two,
     unit_vectors,
@@ -50,25 +50,25 @@ from .repair import (
     PatchFaces,
     Repair,
     RepairedDisk,
-    chords_of,
     clean,
     cleaned_surface,
+    find_chords,
     merge_coincident,
     patch_faces,
     repair_disk,
     split_chords,
-    unrepaired,
+    wrap_sound_surface,
 )
 from .submesh import Submesh, cut_faces
 from .topology import (
     Topology,
+    build_topology,
     centres,
     check_planar,
     connected_labels,
     face_components,
     manifold_topology,
     planar_topology,
-    topology_of,
     triangle_numbers,
     with_outer_loop,
 )

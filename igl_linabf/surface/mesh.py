@@ -78,7 +78,7 @@ def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
         Some vertices belong to no face and are left out.
     """
     surface = Submesh.checked(V, F)
-    mesh = planar_mesh_of(surface, outer)
+    mesh = build_planar_mesh(surface, outer)
     _warn_about_unused_vertices(mesh)
     return mesh
 
@@ -93,7 +93,7 @@ def _warn_about_unused_vertices(mesh: Mesh) -> None:
         )
 
 
-def planar_mesh_of(surface: Submesh, outer: int | None = None) -> Mesh:
+def build_planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
     """Same as `planar_mesh`, for a surface whose arrays have been checked."""
     check_planar(surface.topology, surface.vertices)
     return _build_mesh(surface.V, surface.topology, surface.vertices, surface.n_given, outer)

@@ -28,7 +28,7 @@ def bounded_ratio(largest: Array, smallest: Array) -> Array:
     return np.asarray(largest / np.maximum(smallest, LEAST_AREA_SHARE * largest))
 
 
-def of_size_one(uv: FloatArray) -> FloatArray:
+def scale_to_unit_size(uv: FloatArray) -> FloatArray:
     """Scale the coordinates by a power of two, hence exactly, so that the largest is about one.
 
     Squares of the scaled coordinates cannot overflow.
@@ -113,7 +113,7 @@ def mapped_direction(
     return along, np.sqrt(det) / 2
 
 
-def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
+def normalize_placement(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
     """Scale the map to `area`, center it and rotate it to its principal axes, see `_core.normalize_maps`."""
     corner = topology.corner
     double = np.abs(signed_double_areas(z, corner))

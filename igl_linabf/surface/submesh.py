@@ -15,11 +15,11 @@ from .arrays import check_finite, compact, face_array, map_array, mark_sides, sc
 from .topology import (
     NEXT,
     Topology,
+    build_topology,
     check_fans,
     connected_labels,
     face_components,
     sound_topology,
-    topology_of,
 )
 
 
@@ -90,8 +90,8 @@ class Submesh:
 
     @cached_property
     def topology(self) -> Topology:
-        """Connectivity; the first access may raise the errors of `topology_of`."""
-        return self.sound_topology or topology_of(self.F, self.vertices)
+        """Connectivity; the first access may raise the errors of `build_topology`."""
+        return self.sound_topology or build_topology(self.F, self.vertices)
 
     @cached_property
     def sound_topology(self) -> Topology | None:

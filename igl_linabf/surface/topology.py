@@ -165,7 +165,7 @@ class KeptTopology(Topology):
         return made
 
 
-def topology_of(F: IntArray, vertices: IntArray) -> Topology:
+def build_topology(F: IntArray, vertices: IntArray) -> Topology:
     """Connectivity of an oriented manifold mesh with any number of pieces, loops and handles.
 
     Parameters
@@ -188,7 +188,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
-    """Same as `topology_of`, but return None if an edge has more than two or inconsistent faces."""
+    """Same as `build_topology`, but return None if an edge has more than two or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     edges, sides, sound = find_edges(corner, n)
@@ -203,22 +203,22 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
 
 
 def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Same as `topology_of`, but also reject interior vertices where several fans of faces meet."""
-    topology = topology_of(F, vertices)
+    """Same as `build_topology`, but also reject interior vertices where several fans of faces meet."""
+    topology = build_topology(F, vertices)
     check_fans(F, topology.sides, vertices)
     return topology
 
 
 def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Same as `topology_of`, for a mesh that must be a single disk, with or without holes.
+    """Same as `build_topology`, for a mesh that must be a single disk, with or without holes.
 
     Raises
     ------
     MeshError
-        In addition to `topology_of`: the mesh has several components, a vertex where several fans meet, no
+        In addition to `build_topology`: the mesh has several components, a vertex where several fans meet, no
         boundary, or handles.
     """
-    topology = topology_of(F, vertices)
+    topology = build_topology(F, vertices)
     check_planar(topology, vertices)
     return topology
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._notebook import html_row, html_table, map_svg
-from .._runtime import aligned
+from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
 from ..errors import MeshError, is_number, some
-from ..measures import Quality, format_pair_count, quality_of
+from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
 from .uv_charts import UVCharts
@@ -193,7 +193,7 @@ class UVCheck:
         return f"<UVCheck of {self.report.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
-        return aligned(self._rows())
+        return align_columns(self._rows())
 
     def _repr_html_(self) -> str:
         troubles = html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
@@ -330,7 +330,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     surface = Submesh.of_arrays(charts.V, charts.upright)
     aspect = height / width
     pairs, stack = charts.overlaps
-    quality = quality_of(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=len(pairs))
+    quality = measure_quality(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=len(pairs))
     ends = _find_seam_ends(charts)
     flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
     with np.errstate(divide="ignore"):

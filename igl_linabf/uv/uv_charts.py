@@ -19,7 +19,7 @@ from ..surface import (
     complex_positions,
     connected_labels,
     merge_coincident,
-    of_size_one,
+    scale_to_unit_size,
     signed_double_areas,
     vertex_array,
     without_area,
@@ -166,7 +166,7 @@ class UVCharts:
         """
         stack = self._same_triangles
         rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
-        z = complex_positions(of_size_one(self.uv))
+        z = complex_positions(scale_to_unit_size(self.uv))
         pairs = rows[find_overlaps(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), MAX_PAIRS)]
         of = self.chart[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])

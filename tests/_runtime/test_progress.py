@@ -12,7 +12,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import flatten, unwrap
-from igl_linabf._runtime import progress_part, reporting
+from igl_linabf._runtime import progress_part, show_progress
 
 SCRIPT = """
 import sys, igl
@@ -51,7 +51,7 @@ def test_fractions_rise_to_one() -> None:
 
 def test_a_nested_call_fills_its_part_of_the_progress() -> None:
     record = Record()
-    with reporting(record), progress_part("half", 0.5):
+    with show_progress(record), progress_part("half", 0.5):
         flatten(*load("bumps"))
     assert {"half", "layout"} <= set(record.stages)
     assert record.fractions == sorted(record.fractions)

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from igl_linabf._runtime import stopwatch, timed
+from igl_linabf._runtime import stopwatch, time_stage
 from igl_linabf._runtime.threads import in_threads
 
 
@@ -28,7 +28,7 @@ def test_results_of_several_threads_are_in_order() -> None:
 
 def test_seconds_of_a_stage_add_up_over_threads() -> None:
     def work(_: int) -> None:
-        with timed("work"):
+        with time_stage("work"):
             time.sleep(0.05)
 
     with stopwatch("work") as seconds:

@@ -14,14 +14,14 @@ from igl_linabf import unwrap
 from igl_linabf.batch import one_mesh
 from igl_linabf.batch.one_mesh import Settings, Task, run
 from igl_linabf.batch.table import Row
-from igl_linabf.flattening import method_of
+from igl_linabf.flattening import resolve_method
 
 
 def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
     """Process a mesh, and return its row."""
     (folder / "out").mkdir(exist_ok=True)
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
-    settings = Settings(how, method_of("linabf"), "obj")
+    settings = Settings(how, resolve_method("linabf"), "obj")
     row = Row(str(folder / "in.off"), "a.obj")
     return run(Task(str(folder / "in.off"), row, str(folder / "out"), settings))
 

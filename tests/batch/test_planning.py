@@ -13,9 +13,9 @@ from igl_linabf.batch import places
 from igl_linabf.batch.one_mesh import Settings, Task
 from igl_linabf.batch.running import _plan_tasks
 from igl_linabf.batch.table import Row, Table, append_to_journal
-from igl_linabf.flattening import method_of
+from igl_linabf.flattening import resolve_method
 
-SETTINGS = Settings("unwrap", method_of("linabf"), "obj")
+SETTINGS = Settings("unwrap", resolve_method("linabf"), "obj")
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None
 def test_other_settings_repeat_all_meshes_but_more_memory_repeats_none(folder: Path, tmp_path: Path) -> None:
     done(planned(folder, tmp_path / "out"), tmp_path / "out")
     assert planned(folder, tmp_path / "out", replace(SETTINGS, memory=2**30)) == []
-    assert len(planned(folder, tmp_path / "out", replace(SETTINGS, method=method_of("lscm")))) == 2
+    assert len(planned(folder, tmp_path / "out", replace(SETTINGS, method=resolve_method("lscm")))) == 2
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from igl_linabf.batch import clusters, flatten_files, places, running
 from igl_linabf.batch.one_mesh import Settings, run
 from igl_linabf.batch.running import _plan_tasks
 from igl_linabf.batch.table import Row, Table
-from igl_linabf.flattening import method_of
+from igl_linabf.flattening import resolve_method
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
 distributed = pytest.importorskip("distributed")
@@ -319,7 +319,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 300) -> None:
 
 def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> None:
     paths, out = disks(tmp_path / "in", [100] * 5), tmp_path / "out"
-    settings = Settings("unwrap", method_of("lscm"), "obj")
+    settings = Settings("unwrap", resolve_method("lscm"), "obj")
     found = places.find_inputs([str(tmp_path / "in")], str(out))
 
     def killed_after(number: int) -> None:

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf.charts.least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
+from igl_linabf.charts.least_cuts import divide_at_least_cut, edges_between_polygons, terminals_beside_line
 from igl_linabf.charts.splitting import bisect
 from igl_linabf.surface import Submesh
 
@@ -44,9 +44,9 @@ def test_the_seam_is_as_short_as_any_between_the_terminals() -> None:
     def cost(beyond: np.ndarray) -> float:
         return float(length[beyond[sides[0]] != beyond[sides[1]]].sum())
 
-    found = sides_of_least_cut(sides, length, terminal)
+    found = divide_at_least_cut(sides, length, terminal)
     assert not found[terminal == 0].any() and found[terminal == 1].all()
     columns = [cost(x > at) for at in np.linspace(0.22, 0.78, 100)]
     one_more = [cost(found ^ (np.arange(len(x)) == k)) for k in np.flatnonzero(terminal < 0)]
     assert cost(found) <= (1 + 1e-5) * min(*columns, *one_more)
-    assert not sides_of_least_cut(sides, length, np.minimum(terminal, 0)).any()
+    assert not divide_at_least_cut(sides, length, np.minimum(terminal, 0)).any()

@@ -35,7 +35,7 @@ from igl_linabf import (
     unwrap,
 )
 from igl_linabf.charts import charting, options
-from igl_linabf.charts.atlas.pieces import flattening_of_part, uv_of_part
+from igl_linabf.charts.atlas.pieces import restrict_flattening, restrict_uv
 from igl_linabf.flattening import Outcome
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
@@ -222,7 +222,7 @@ def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
     piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
     near = np.isin(F, F[whole.flipped]).any(axis=1)
     parts = piece.divided(near)
-    made = [flattening_of_part(whole, piece, part, uv_of_part(whole.uv, piece, part)) for part in parts]
+    made = [restrict_flattening(whole, piece, part, restrict_uv(whole.uv, piece, part)) for part in parts]
     flips = [bool(near[part.faces].any()) for part in parts]
     assert any(flips) and not all(flips)
     assert [result.outcome is Outcome.FLIPPED for result in made] == flips
@@ -257,7 +257,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
     tried = charting._try_piece(work, asked, None)
     assert tried.reason is charting.Reason.STRETCH
     assert tried.chart.quality.stretch_l2 > 1.5
-    charts = charting.charts_of(tried.parts, np.zeros((0, 2), dtype=np.int64), asked)
+    charts = charting.make_charts(tried.parts, np.zeros((0, 2), dtype=np.int64), asked)
     assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
 
 
@@ -279,7 +279,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
     for trade, pays in ((1.0, False), (1e4, True)):
         asked = options.ChartRules(LinABF(), True, trade, False, False, None, None)
         before = len(tried)
-        charts = charting.charts_of([dome], none, asked)
+        charts = charting.make_charts([dome], none, asked)
         assert len(tried) > before + 1  # the parts were tried
         assert (max(chart.n_splits for chart, _ in charts) > 0) == pays
 

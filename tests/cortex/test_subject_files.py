@@ -15,12 +15,12 @@ from PIL import Image
 from subjects import made_up_subject
 
 from igl_linabf import distortion
-from igl_linabf.cortex import files_of, flatten_hemisphere, write_hemisphere
+from igl_linabf.cortex import flatten_hemisphere, list_files, write_hemisphere
 from igl_linabf.cortex.pictures import mean_curvatures
 from igl_linabf.io import read_file
 
 
-def rows_of(path: Path) -> np.ndarray:
+def find_rows(path: Path) -> np.ndarray:
     return np.frombuffer(path.read_bytes(), [("vertex", ">i4"), ("place", ">f4", 3)], offset=8)
 
 
@@ -34,11 +34,11 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple:
 
 def test_every_file_keeps_the_vertex_numbers_of_the_subject(made: tuple) -> None:
     flat, folder = made
-    solid, plane, surface, area, picture = files_of(folder / "flat", "lh")
+    solid, plane, surface, area, picture = list_files(folder / "flat", "lh")
     assert sorted((folder / "flat").iterdir()) == sorted((solid, plane, surface, area, picture))
     laid = np.flatnonzero(np.isfinite(flat.uv[:, 0]))
     for path, places in ((solid, flat.hemisphere.V), (plane, np.insert(flat.uv, 2, 0.0, axis=1))):
-        rows = rows_of(path)
+        rows = find_rows(path)
         assert (np.abs(rows["vertex"]) - 1 == laid).all()
         assert ((rows["vertex"] < 0) == flat.border[laid]).all()
         np.testing.assert_allclose(rows["place"], places[laid], atol=1e-3)

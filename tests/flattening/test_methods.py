@@ -10,7 +10,7 @@ from conftest import CARRIED_DISKS, DISKS, STRESS, load
 from hostile_meshes import exactly_flipped
 
 from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
-from igl_linabf.angles import constraints_of
+from igl_linabf.angles import build_constraints
 from igl_linabf.angles.full_system import right_hand_sides
 from igl_linabf.flattening import Outcome, Residuals, far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
@@ -79,7 +79,7 @@ def test_no_flips_where_igl_lscm_flips(name: str) -> None:
 def test_residuals_are_those_of_the_full_system_at_the_angles_that_are_returned(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F, method=LinABF(iterations=1))
-    constraints = constraints_of(planar_mesh(V, F).topology)
+    constraints = build_constraints(planar_mesh(V, F).topology)
     at_vertices, triangle = right_hand_sides(constraints, result.angles.T)
     vertex, wheel = np.abs(at_vertices).reshape(-1, 2).max(axis=0)
     expected = Residuals(vertex=vertex, triangle=np.abs(triangle).max(), wheel=wheel)

@@ -19,7 +19,7 @@ from zipfile import ZipFile
 import igl
 import numpy as np
 
-from igl_linabf.io import as_mesh_file, read_file, suffix_of, write_file
+from igl_linabf.io import as_mesh_file, normalize_suffix, read_file, write_file
 
 TRIALS = 20
 SMALL = igl.icosahedron()
@@ -78,7 +78,7 @@ def write_with_limit(path: Path, size: int) -> None:
 
 def main() -> None:
     mode, path, rng = sys.argv[1], Path(sys.argv[2]), np.random.default_rng(0)
-    write_one(path.with_name(f"warm{suffix_of(path)}"), SMALL)  # imports the packages
+    write_one(path.with_name(f"warm{normalize_suffix(path)}"), SMALL)  # imports the packages
     write_one(path, LARGE)
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     size = path.stat().st_size

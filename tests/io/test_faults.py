@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from igl_linabf.io import suffix_of
+from igl_linabf.io import normalize_suffix
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="needs fork")]
 SCRIPT = Path(__file__).with_name("repeated_writing.py")
@@ -33,4 +33,4 @@ def test_a_fault_leaves_the_old_file_or_the_new_one_and_no_litter(
     names = run(mode, path)
     if mode != "full":  # the next process that writes there removes what killed processes left
         names = run("once", path)
-    assert names == [path.name, f"warm{suffix_of(path)}"]
+    assert names == [path.name, f"warm{normalize_suffix(path)}"]

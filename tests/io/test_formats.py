@@ -10,7 +10,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import DISKS, FOLDER, HOLES, STRESS
-from hostile_files import files_of, good_files
+from hostile_files import good_files, list_files
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.io import as_mesh_file, read_file, read_mesh, write_file
@@ -187,7 +187,7 @@ def test_encodings_and_line_endings_do_not_change_the_mesh(mark: str) -> None:
 
 
 def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -> None:
-    data = files_of(np.eye(3), np.array([[0, 1, 2]]))["stl"][0]
+    data = list_files(np.eye(3), np.array([[0, 1, 2]]))["stl"][0]
     with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
         mesh = parse(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()

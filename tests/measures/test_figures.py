@@ -11,7 +11,7 @@ from conftest import bumps, load
 from own_measures import jacobians
 
 from igl_linabf import MeshError, flatten, overlaps, quality
-from igl_linabf.measures import quality_of_each, table
+from igl_linabf.measures import measure_qualities, table
 from igl_linabf.surface import Submesh
 
 
@@ -60,7 +60,7 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
     flipped[near[0]] = flipped[near[1:]].mean(axis=0) * 2 - flipped[near[0]]  # across the opposite side
     assert quality(*meshes[1][:2], flipped).flips
     surfaces = [(Submesh.checked(V, F), uv, quality(V, F, uv).overlaps) for V, F, uv in meshes]
-    for together, (V, F, uv) in zip(quality_of_each(surfaces), meshes, strict=True):
+    for together, (V, F, uv) in zip(measure_qualities(surfaces), meshes, strict=True):
         *figures, report, distances = astuple(together)
         *alone, report_alone, none = astuple(quality(V, F, uv))
         assert figures == pytest.approx(alone, rel=1e-9)

@@ -15,7 +15,7 @@ from nasty_meshes import NASTY
 
 from igl_linabf import MeshError, MeshWarning, linabf, unwrap
 from igl_linabf.cli import main
-from igl_linabf.patterns import Pattern, pattern_of, write_pattern
+from igl_linabf.patterns import Pattern, build_pattern, write_pattern
 from igl_linabf.patterns.pieces import lay_out
 
 pytest.importorskip("svgwrite")
@@ -141,7 +141,7 @@ def test_both_sides_of_a_seam_are_measured_separately() -> None:
     beside = square + np.array([100, 0, 0])
     flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
     V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
-    (seam,) = pattern_of(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
+    (seam,) = build_pattern(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
     scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # scale of the map relative to the pattern
     assert seam.length == 100
     assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
@@ -248,5 +248,5 @@ def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
     F = np.array([[0, 1, 2], [0, 2, 3]])
     # the square shrinks by half in x and grows by a tenth in y; the strip compensates the change of area
     flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
-    made = pattern_of(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
+    made = build_pattern(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
     assert made.error == pytest.approx(0.5)

@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from igl_linabf import _core as core
-from igl_linabf.angles import constraints_of
+from igl_linabf.angles import build_constraints
 from igl_linabf.linalg import conjugate_gradients
 from igl_linabf.surface import planar_mesh
 
@@ -28,7 +28,7 @@ class Given:
         self.alpha, self.w, self.cot = alpha, alpha**2, 1 / np.tan(alpha)
         self.d, self.e = self.w.sum(axis=0), rng.normal(size=alpha.shape)
         self.x, self.z = rng.normal(size=(2, t.n)), mesh.V[:, :2] @ [1, 1j]
-        self.pattern, self.row = (constraints := constraints_of(t)).pattern, constraints.row
+        self.pattern, self.row = (constraints := build_constraints(t)).pattern, constraints.row
         self.merged = np.minimum(self.row, 20)  # many vertices share the last row, like vertices of a hole
 
 

@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, flatten
-from igl_linabf.surface import manifold_topology, topology_of
+from igl_linabf.surface import build_topology, manifold_topology
 
 
 def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
@@ -40,8 +40,8 @@ def test_handles_are_counted_beside_boundary_loops(holes: int) -> None:
 def test_fans_that_meet_in_a_boundary_vertex_are_rejected_and_named() -> None:
     bowtie = np.array([[0, 1, 2], [0, 3, 4], [5, 6, 7]])
     with pytest.raises(MeshError, match=r"at vertices 10 several fans of faces meet .*2 fans at the first"):
-        topology_of(bowtie, np.arange(10, 18))
-    assert [len(loop) for loop in topology_of(np.arange(6).reshape(2, 3), np.arange(6)).loops] == [3, 3]
+        build_topology(bowtie, np.arange(10, 18))
+    assert [len(loop) for loop in build_topology(np.arange(6).reshape(2, 3), np.arange(6)).loops] == [3, 3]
 
 
 def test_the_outer_loop_has_the_most_edges() -> None:

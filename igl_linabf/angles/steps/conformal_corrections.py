@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
 from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
@@ -143,9 +143,9 @@ def _correct_once(state: State, conformal: Linearisation) -> State:
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, the angles of each triangle sum to pi
     if holonomy is not None:
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
-    with timed("solve"):
+    with time_stage("solve"):
         x = conformal.precondition(rhs)
-    with timed("assembly"):
+    with time_stage("assembly"):
         direction = exact_direction(errors(conformal, x, conformal=True), x, conformal)
     return state.take_step(direction, "conformal")
 
@@ -158,14 +158,14 @@ def _conformal_system(state: State) -> Linearisation | None:
     lin, at, constraints = state.lin, state.at, state.problem.constraints
     if lin is None or lin.laplacian is None:
         return None
-    with timed("assembly"):
+    with time_stage("assembly"):
         system = System(constraints, at.alpha, cot=at.cot, scaled=False)
         open_by = at.residual.holonomy
         closed = open_by.constrained.any()
         holonomy = HolonomyConstraints(system, open_by, conformal=True) if closed else None
         lower = system.laplacian()
     try:
-        with timed("factor"):
+        with time_stage("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
             precondition: Solve = partial(solve_pairs, inverse.solve)
             if holonomy is not None:

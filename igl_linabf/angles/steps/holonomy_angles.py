@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import FloatArray, IntArray
 from ..system import ClosedPath, HolonomyConstraints, System
 from .iterates import AngleProblem, Iterate
@@ -56,18 +56,18 @@ class HolonomyAngles:
         """
         asked = problem.constraints
         turning = replace(problem, constraints=asked.prescribe(turnings=np.zeros(len(asked.paths))))
-        with timed("assembly"):
+        with time_stage("assembly"):
             at = turning.at(surface)
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
             holonomy = HolonomyConstraints(system, at.residual.holonomy, conformal=True)
         laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
         if laplacian is None or inverse is None:
             lower = system.laplacian()
-            with timed("analysis"):
+            with time_stage("analysis"):
                 laplacian = asked.pattern.analysis(problem.solvers)
-            with timed("factor"):
+            with time_stage("factor"):
                 inverse = laplacian.factor(lower.data)
-        with timed("factor"):
+        with time_stage("factor"):
             columns = holonomy.conformal_columns(inverse.solve)
             schur = columns.schur
             b, rows = at.residual, asked.row[vertices]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
 from .linearisation import Closed, Direction, Linearisation, advance, linearise, solve
@@ -122,7 +122,7 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
             lin, inner_steps[k] = direction.lin, direction.each
             at, step, limited = advance(problem, state.at, direction, kind)
             state = State(problem, at, (*state.steps, step), lin)
-            with timed("assembly"):
+            with time_stage("assembly"):
                 good &= ~moving | (direction.converged & ~disks.faces.any(limited))
                 residuals.append(disks.residuals(at.residual))
             if not (moving & good).any():

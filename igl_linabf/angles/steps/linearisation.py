@@ -19,7 +19,7 @@ import numpy as np
 
 from ... import _core
 from ..._runtime import advance as report_progress
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import BoolArray, FloatArray, IntArray, Solve
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
 from ...linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
@@ -183,7 +183,7 @@ def linearise(
         The preconditioner of one of several disks is singular. For a single disk, the whole system is
         factored instead.
     """
-    with timed("assembly"):
+    with time_stage("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
         S = system.matrix() if problem.constraints.n else EMPTY_MATRIX
         open_by, paths = at.residual.holonomy, problem.constraints.paths
@@ -217,13 +217,13 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
     """Add the preconditioner: diag(L_s, L_s)^-1 with the holonomy border, corrected at slivers."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if inverse is None:
-        with timed("assembly"):
+        with time_stage("assembly"):
             lower = lin.system.laplacian()
-        with timed("analysis"):
+        with time_stage("analysis"):
             laplacian = laplacian or lin.system.pattern.analysis(solvers)
-        with timed("factor"):
+        with time_stage("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
-    with timed("factor"):
+    with time_stage("factor"):
         columns = lin.columns
         precondition: Solve = partial(solve_pairs, inverse.solve)
         if lin.holonomy is not None:
@@ -243,10 +243,10 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
 
 def _add_factor(lin: Linearisation, at: Iterate) -> Linearisation:
     """Add the factor of S."""
-    with timed("analysis"):
+    with time_stage("analysis"):
         analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
     try:
-        with timed("factor"):
+        with time_stage("factor"):
             whole = analysis.factor(lin.S.values())
     except NotPositiveDefiniteError as error:
         raise _singular_system_error(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
@@ -300,7 +300,7 @@ def solve(
     """
     if lin.precondition is None and lin.whole is None:
         return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
-    with timed("assembly"):
+    with time_stage("assembly"):
         b, system = at.residual, lin.system
         e0 = _particular_errors(system, at, gradient)
         rows = system.rows(e0)
@@ -315,9 +315,9 @@ def solve(
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # for new holonomy constraints
             rhs -= lin.product(start)
         del e0  # free the memory for conjugate gradients
-    with timed("solve"):
+    with time_stage("solve"):
         made = _solve_for_multipliers(lin, at, rhs, rtol, first_rtol)
-    with timed("assembly"):
+    with time_stage("assembly"):
         x = made.x if start is None else start + made.x
         e = errors(made.lin, x)
         e += _particular_errors(system, at, gradient)
@@ -389,7 +389,7 @@ def advance(
     Return the iterate, the step, and a mask of the limited triangles, (#F,).
     """
     e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
-    with timed("assembly"):
+    with time_stage("assembly"):
         if problem.safeguard:
             e, limited = _core.limit_step(at.alpha, e, MAX_SHARE_TO_ZERO)
         at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))

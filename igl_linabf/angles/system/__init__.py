@@ -11,7 +11,7 @@ from .constraints import (
     Constraints,
     HolonomyResidual,
     Residual,
-    constraints_of,
+    build_constraints,
     holonomy_residual,
     largest_magnitude,
     residual,

@@ -222,7 +222,7 @@ class Constraints:
         return replace(b, vertex=vertex)
 
 
-def constraints_of(
+def build_constraints(
     topology: Topology,
     sums: FloatArray | None = None,
     paths: Sequence[ClosedPath] = (),

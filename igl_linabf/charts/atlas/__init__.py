@@ -5,8 +5,8 @@ coordinates, and the atlas of the mesh and the polygons that the caller passed.
 """
 
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, AtlasReport, Chart
-from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
-from .pieces import flatten_piece, flattening_of_part, open_slivers, scaled_to_surface, uv_of_part
+from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, map_sides_to_cleaned
+from .pieces import flatten_piece, open_slivers, restrict_flattening, restrict_uv, scaled_to_surface
 from .polygons import (
     atlas_of_polygons,
     mark_diagonals,
@@ -14,4 +14,10 @@ from .polygons import (
     repairs_of_polygons,
     split_polygons,
 )
-from .seam_edges import price_between, rows_of_texture_seams, seam_prices, seams_and_mismatch, texture_seams
+from .seam_edges import (
+    price_of_division,
+    rows_of_texture_seams,
+    seam_prices,
+    seams_and_mismatch,
+    texture_seams,
+)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..._notebook import html_row, html_table, map_svg
-from ..._runtime import aligned
+from ..._runtime import align_columns
 from ..._types import FloatArray, IntArray
 from ...errors import some
 from ...flattening import Flattening
@@ -233,7 +233,7 @@ class Atlas:
         return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
-        return "\n".join((aligned(self._rows()), *self._lines()))
+        return "\n".join((align_columns(self._rows()), *self._lines()))
 
     def _repr_html_(self) -> str:
         rows, most = self._rows(), MAX_LISTED_CHARTS

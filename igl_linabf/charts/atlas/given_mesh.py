@@ -14,7 +14,7 @@ NO_QUALITY = Quality(  # of an empty mesh
 )
 
 
-def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
+def map_sides_to_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
     """Convert a mask of the sides k to k + 1 of the given faces to a mask of the repaired faces."""
     mask = mask[cleaned.faces]
     mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)

@@ -16,7 +16,15 @@ from ..._runtime import advance
 from ..._types import FloatArray
 from ...errors import MeshError, some
 from ...flattening import Flattening, Method, Outcome
-from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
+from ...surface import (
+    NEXT,
+    PREV,
+    Submesh,
+    build_planar_mesh,
+    complex_positions,
+    coordinates,
+    normalize_placement,
+)
 
 MIN_LONE_HEIGHT = 1e-6  # least height of the triangle of a chart, over its longest side
 LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of such a triangle, over its largest coordinate
@@ -73,14 +81,14 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
             f"{which}: give more seams, or charts=ChartOptions(extend=True), which finds the remaining ones"
         )
     n = len(piece.V)
-    mesh = replace(planar_mesh_of(piece), vertices=np.arange(n), n_given=n)
+    mesh = replace(build_planar_mesh(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start
     advance("check", 0.05)
     made = method.run(mesh, None)
     return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
 
 
-def uv_of_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
+def restrict_uv(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
     """Return the coordinates of a piece's map at the vertices of one of its parts."""
     of = np.empty(len(part.V), dtype=np.int64)
     of[part.F.ravel()] = piece.F[np.searchsorted(piece.faces, part.faces)].ravel()
@@ -89,11 +97,11 @@ def uv_of_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
 
 def scaled_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
     """Scale the map of a piece to its area on the surface, centred and turned to the standard position."""
-    z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
+    z = normalize_placement(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)
 
 
-def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
+def restrict_flattening(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
     """Return the `Flattening` of a part, whose map `uv` is the piece's map up to scale.
 
     The outcome is flipped only if triangles of the part are flipped.

@@ -173,7 +173,7 @@ def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, F
     return rows, creased.price[rows]
 
 
-def price_between(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
+def price_of_division(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
     F, first = np.empty_like(piece.F), 0  # each part has its own vertices

@@ -20,14 +20,14 @@ from ...flattening import (
     PrescribedHolonomy,
     flatten_with_cones,
 )
-from ...measures import overlapping_pairs_of_chart, quality_of
-from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
-from ..atlas import Chart, flattening_of_part, uv_of_part
+from ...measures import measure_quality, overlapping_pairs_of_chart
+from ...surface import Cleaned, Submesh, build_planar_mesh, check_finite
+from ..atlas import Chart, restrict_flattening, restrict_uv
 from ..constants import MAX_OVERLAP_ROUNDS
-from ..splitting import seams_of_overlaps
+from ..splitting import find_overlap_seams
 from .constants import CONES_PER_STRETCH, QUARTER_TURN
 from .options import Cones
-from .placement import ConeComponent, cone_angles_of, find_on_component
+from .placement import ConeComponent, choose_cone_angles, find_on_component
 from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
@@ -82,11 +82,11 @@ class SurfaceCones:
         if self.vertices is None or isinstance(self.vertices, int):
             own = find_on_component(place, self.vertices, CONES_PER_STRETCH)
             assert not isinstance(self.angles, np.ndarray)
-            return ComponentCones(place, own, *cone_angles_of(place, own, self.angles))
+            return ComponentCones(place, own, *choose_cone_angles(place, own, self.angles))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
-        return ComponentCones(place, own, *cone_angles_of(place, own, wanted))
+        return ComponentCones(place, own, *choose_cone_angles(place, own, wanted))
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ def _flatten_component(
     seam = find_seam(piece, piece.node[chosen.own], place.handle_cut)
     (cut,) = component.cut_at(component.cuttable_edges[seam])
     advance("seams", 0.2)
-    mesh = replace(planar_mesh_of(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
+    mesh = replace(build_planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = place.paths, chosen.sums
 
     def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
@@ -263,17 +263,17 @@ def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Subme
         piece, made, splits = waiting.pop()
         pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
         if len(pairs) and splits < MAX_OVERLAP_ROUNDS:
-            parts = piece.cut_along(seams_of_overlaps([piece], piece.faces[pairs]))
+            parts = piece.cut_along(find_overlap_seams([piece], piece.faces[pairs]))
             if len(parts) > 1:
                 waiting += [
                     (
                         part,
-                        flattening_of_part(made, piece, part, uv_of_part(made.uv, piece, part)),
+                        restrict_flattening(made, piece, part, restrict_uv(made.uv, piece, part)),
                         splits + 1,
                     )
                     for part in reversed(parts)
                 ]
                 continue
-        chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
+        chart = Chart(piece.faces, made, measure_quality(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
         done.append((chart, piece))
     return done

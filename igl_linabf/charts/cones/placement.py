@@ -304,7 +304,7 @@ def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
 
 
-def cone_angles_of(
+def choose_cone_angles(
     place: ConeComponent, cones: IntArray, wanted: str | FloatArray | None
 ) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
     """Return the angle sums of the cones of a component: as given, of one scale, or in quarter turns.

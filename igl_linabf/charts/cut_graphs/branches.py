@@ -32,10 +32,10 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     A branch point is tried again when one of its arcs has moved. Of very many, only those with the longest
     arcs are moved.
     """
-    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
+    kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
     if len(waiting) > MAX_MOVED_ARCS:
-        at = arc_lengths_at_nodes(graph, arcs_of(graph, seam), graph.length)
+        at = arc_lengths_at_nodes(graph, find_arcs(graph, seam), graph.length)
         waiting = select_longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(MOVES_OF_BRANCH_POINT * len(waiting)):
         if not waiting:
@@ -56,14 +56,14 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
 
     A branch becomes useless if another branch that was grown later serves the same purpose.
     """
-    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
+    kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [follow_arcs(graph, steps, tip)[0][0] for tip in tips]
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
     for k in longest_first[:MAX_MOVED_ARCS].tolist():
         rest = graph.difference(seam, arcs[k])
         opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
-        if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
+        if opens and graph.build_topology(rest) == kept and cost(rest) < cost(seam):
             seam = rest
     return seam
 
@@ -131,7 +131,7 @@ def _move_branch_point(
         centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
         moved = graph.union(rest, ways)
         shorter = graph.length_of(moved) < graph.length_of(seam) * STRICTLY_SHORTER
-        if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
+        if centre >= 0 and shorter and graph.build_topology(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
 
@@ -148,7 +148,7 @@ def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[Ended
     return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
-def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
+def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
 
     A loop without any of these is one arc.
@@ -162,7 +162,7 @@ def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) 
     return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
 
 
-def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
+def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
     """Return the edges of the seam at each of its nodes, with the node at their other end."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):

@@ -20,7 +20,7 @@ from ..._core import (
 from ..._types import BoolArray, FloatArray, IntArray
 
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
-SeamTopology = tuple[int, int, int]  # an invariant of seams that move: see `topology_of`
+SeamTopology = tuple[int, int, int]  # an invariant of seams that move: see `build_topology`
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ class SurfaceGraph:
         """
         return cut_topology(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
 
-    def topology_of(self, seam: IntArray) -> SeamTopology:
+    def build_topology(self, seam: IntArray) -> SeamTopology:
         """Return the numbers of components and cycles of the seam with the holes, and of pieces.
 
         If the pieces of one seam are disks, the pieces of all seams of the same topology are disks.

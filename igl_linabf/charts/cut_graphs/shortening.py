@@ -9,12 +9,12 @@ from ..._types import BoolArray, IntArray
 from .branches import (
     ArcArrays,
     arc_lengths_at_nodes,
-    arcs_of,
+    find_arcs,
     follow_arc,
+    list_steps,
     move_in_groups,
     replace_steps,
     select_longest,
-    steps_of,
 )
 from .closed_surface import ClosedSurface
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
@@ -173,7 +173,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
         return seam if seam is old or not corridor.has_parts or corridor.has_same_topology(seam) else None
 
     new = ~graph.mask_of(known)
-    arcs = arcs_of(graph, seam, fixed)
+    arcs = find_arcs(graph, seam, fixed)
     arcs = [arc for arc in arcs if arc[1][0] != arc[1][-1] and len(arc[0]) > 1 and new[arc[0]].any()]
     return move_in_groups(select_longest(arcs, lambda k: corridor.length_of(arcs[k][0])), seam, move)
 
@@ -217,11 +217,11 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
             replace_steps(graph, steps, own, old_own)
         return None
 
-    steps = steps_of(graph, seam)
+    steps = list_steps(graph, seam)
     movable = [
         node for node in steps if node >= graph.n_holes and node not in fixed and len(steps[node]) == 3
     ]
     if len(movable) > MAX_MOVED_ARCS:
-        at = arc_lengths_at_nodes(graph, arcs_of(graph, seam, fixed), corridor.length, reach)
+        at = arc_lengths_at_nodes(graph, find_arcs(graph, seam, fixed), corridor.length, reach)
         movable = select_longest(movable, lambda k: float(at[movable[k]]))
     return move_in_groups(movable, seam, move)

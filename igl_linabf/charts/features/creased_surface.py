@@ -87,7 +87,7 @@ class CreasedSurface:
         row[self.surface.topology.sides[:, self.inside]] = np.arange(len(self.inside))
         return row
 
-    def rows_of(self, piece: Submesh) -> IntArray:
+    def find_rows(self, piece: Submesh) -> IntArray:
         """Return the inner edges of a piece of the surface, as rows of `inside`."""
         corner, face = np.divmod(piece.topology.sides[0, piece.topology.inside], len(piece.F))
         own = np.searchsorted(self.surface.faces, piece.faces[face])

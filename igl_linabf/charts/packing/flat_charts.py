@@ -10,9 +10,9 @@ import numpy as np
 from ..._core import narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
-from ..atlas import scaled_to_surface, uv_of_part
+from ..atlas import restrict_uv, scaled_to_surface
 from ..features import CreasedSurface
-from ..least_cuts import sides_of_least_cut, terminals_beside_line
+from ..least_cuts import divide_at_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
 
 MIN_MAP_AREA = 1e-12  # area of a part's map over its area on the surface, below which it has no outline
@@ -47,7 +47,7 @@ class FlatChart:
     @cached_property
     def _rows(self) -> IntArray:
         """The inner edges of the piece, as inner edges of the surface."""
-        return self.creased.rows_of(self.piece)
+        return self.creased.find_rows(self.piece)
 
     @cached_property
     def atom(self) -> IntArray:
@@ -122,7 +122,7 @@ class FlatChart:
 
         `along` has the signed distance of each atom from the line, (#P,).
         """
-        return sides_of_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
+        return divide_at_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
         """Cut the chart between its atoms on both sides, (#P,); each part has the scale of its own area.
@@ -133,7 +133,7 @@ class FlatChart:
         parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
         return [
             FlatChart(
-                self.creased, part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent
+                self.creased, part, scaled_to_surface(restrict_uv(self.uv, piece, part), part), self.parent
             )
             for part in parts
         ]

@@ -16,7 +16,7 @@ import numpy as np
 from ..._core import pack_shelves
 from ..._types import ComplexArray, FloatArray, IntArray
 from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_AREA
-from .outlines import ChartMasks, Outline, masks_of
+from .outlines import ChartMasks, Outline, rasterize_outlines
 from .spacing import Spacing
 
 MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instead of as rectangles
@@ -79,10 +79,10 @@ class Charts:
         return float(self.sizes.max() / np.hypot(1, aspect))
 
     def turns(self, number: int) -> list[ComplexArray]:
-        """Return the turns of each chart to try: `turns_of`, or only the identity if charts are fixed."""
+        """Return the turns of each chart to try: `list_turns`, or only the identity if charts are fixed."""
         if self.fixed:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
-        return turns_of(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
+        return list_turns(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
     def select_shaped(self) -> IntArray:
         """Return the charts that are placed by their shapes: at most `MAX_SHAPED_CHARTS`, largest first.
@@ -96,7 +96,7 @@ class Charts:
         return np.asarray(largest[areas[largest] > MIN_SHAPED_AREA * areas.sum()])
 
 
-def turns_of(
+def list_turns(
     areas: FloatArray, sizes: FloatArray, total: float, number: int, upright: bool
 ) -> list[ComplexArray]:
     """Return `number` turns by equal angles for each chart, or at most four for rectangular charts.
@@ -273,7 +273,7 @@ def _draw_masks(
     """Draw the masks of the chosen charts on pages of this side, with `grid` cells along it."""
     which, gap = chosen.tolist(), spacing.gap * grid
     outlines, own = [charts.outlines[i] for i in which], [turns[i] for i in which]
-    return ChartMasks.of(masks_of(outlines, own, grid / side, gap, spacing.aspect))
+    return ChartMasks.of(rasterize_outlines(outlines, own, grid / side, gap, spacing.aspect))
 
 
 def _make_square_layout(

@@ -150,7 +150,7 @@ def outlines(
     ]
 
 
-def masks_of(
+def rasterize_outlines(
     outlines: Sequence[Outline],
     turns: Sequence[ComplexArray],
     cells_per_unit: float,

@@ -193,7 +193,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingReque
     ]
 
 
-def fill_of(placed: Sequence[PackedChart]) -> float:
+def measure_fill(placed: Sequence[PackedChart]) -> float:
     """Return the share of the pages that charts cover."""
     return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..._core import divisions, narrowest_turns
 from ..._types import BoolArray, FloatArray, IntArray
-from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
+from ...measures import Quality, measure_qualities, overlapping_pairs_of_chart
 from ...surface import Submesh, complex_positions
-from ..atlas import Chart, flattening_of_part
+from ..atlas import Chart, restrict_flattening
 from ..constants import HALVING_BAND
 from ..features import CreasedSurface
 from .constants import MIN_SHAPED_AREA
@@ -156,7 +156,7 @@ def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
         for part in new
     ]
     table = [(part.piece, part.uv, count) for part, count in zip(new, overlaps, strict=True)]
-    measured = iter(quality_of_each(table))
+    measured = iter(measure_qualities(table))
     return [
         (_make_part(*done[part.parent], part, next(measured)), part.piece)
         if numbers[part.parent] > 1
@@ -177,7 +177,7 @@ def _limit_stretch(done: Charts, made: Charts, parts: list[FlatChart], most_stre
 
 def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
     """Return a part of a chart as a `Chart`."""
-    result = flattening_of_part(chart.result, piece, part.piece, part.uv)
+    result = restrict_flattening(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; a part of the map that was cut")
     return replace(
         chart, faces=part.piece.faces, result=result, quality=quality, overlapping=quality.overlaps

@@ -10,8 +10,8 @@ import numpy as np
 from ..._types import IntArray
 from ...surface import Ragged, coordinates
 from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, TRIAL_GRID
-from .layout_search import turns_of
-from .outlines import ChartMasks, Masks, Outline, masks_of, rectangles
+from .layout_search import list_turns
+from .outlines import ChartMasks, Masks, Outline, rasterize_outlines, rectangles
 from .spacing import Spacing
 
 
@@ -49,9 +49,9 @@ class TrialPage:
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
         sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
-        turns = turns_of(areas, sizes, self.area, COARSE_TURNS, self.upright)
+        turns = list_turns(areas, sizes, self.area, COARSE_TURNS, self.upright)
         gap = self.spacing.gap * TRIAL_GRID
-        masks = masks_of(outlines, turns, self._cells, gap, self.spacing.aspect)
+        masks = rasterize_outlines(outlines, turns, self._cells, gap, self.spacing.aspect)
         return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
     def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:

@@ -24,7 +24,7 @@ from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
-from .unfolding import joints, overlap_depths, unfolded, upright_turns
+from .unfolding import joints, overlap_depths, unfold, upright_turns
 
 PANEL_ANGLE = np.deg2rad(5.0)  # dihedral angle from which an edge separates panels
 MAX_CREASE_GAP = 1e-5  # gap between the two sides of a joined crease over the body's extent
@@ -70,7 +70,7 @@ class Panels:
     def unclosed(self) -> BoolArray:
         """Mark the edges at which a panel that is laid flat does not close, such as a cylinder's."""
         creased, rows = self.creased, np.flatnonzero(~self.fold)
-        z = unfolded(creased, ~self.fold).ravel()
+        z = unfold(creased, ~self.fold).ravel()
         one, other = creased.sides(rows)
         made = np.zeros_like(self.fold)
         made[rows] = (np.abs(z[one] - z[other]) > self.max_gaps(rows)).any(axis=0)
@@ -166,7 +166,7 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, Float
     """
     creased, fold = panels.creased, panels.fold
     slit, handles = _slits(panels, fold, panels.unclosed)
-    seam = slit | unjoined(panels, unfolded(creased, ~fold & ~slit), trade) if fold.any() else slit
+    seam = slit | find_unjoined_folds(panels, unfold(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
         seam |= _slits(panels, seam, panels.unclosed & ~slit)[0]
     component = creased.label[creased.faces[seam, 0]]
@@ -176,7 +176,7 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, Float
     return creased.surface.vertices[creased.ends[seam]], component, cost
 
 
-def unjoined(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
+def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
     """The folds along which panels are not joined.
 
     `z` are the corners of the faces, (#F, 3), where each panel lies flat.

@@ -16,7 +16,7 @@ PAGE_OVER_AREA = 2.0  # area of the page over that of the body for charts that m
 PAGE_OVER_SQUARED_LENGTH = 0.6  # area of the page over the squared length of the longest panel
 
 
-def unfolded(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
+def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     """The corners of the faces, (#F, 3), each panel unfolded to a plane across the edges within it."""
     m = len(creased.surface.F)
     z, plane = _in_planes(creased, joined)

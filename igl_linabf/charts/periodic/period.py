@@ -9,7 +9,7 @@ import shapely
 
 from ..._types import FloatArray
 from ...errors import MeshError, OutcomeWarning, some, stack_level
-from ...measures import quality_of
+from ...measures import measure_quality
 from ...surface import Submesh
 from ..atlas import Atlas, Chart, seams_and_mismatch
 from .shifted_maps import ShiftedMaps
@@ -71,7 +71,7 @@ def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: 
     whole = Submesh(V, atlas.FTC, surface.faces, atlas.origin, surface.n_given)
     mismatch = seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
     report = replace(atlas.report, period=period, seam_mismatch=mismatch)
-    return replace(atlas, TC=TC, charts=charts, quality=quality_of(whole, TC), report=report)
+    return replace(atlas, TC=TC, charts=charts, quality=measure_quality(whole, TC), report=report)
 
 
 def _shift_charts(
@@ -82,7 +82,7 @@ def _shift_charts(
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
     for chart, piece, uv in zip(atlas.charts, pieces, parts, strict=True):
-        measured = quality_of(piece, uv)
+        measured = measure_quality(piece, uv)
         charts.append(replace(chart, quality=measured, overlapping=measured.overlaps))
     return TC, tuple(charts)
 

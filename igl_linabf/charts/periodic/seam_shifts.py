@@ -83,7 +83,7 @@ class Fan:
         return self.closing is not None and self.closing[0] == 1
 
 
-def fans_of(sides: SeamSides) -> list[Fan]:
+def find_fans(sides: SeamSides) -> list[Fan]:
     """Return the copies of all seam vertices, in order around each vertex."""
     ways: dict[int, list[tuple[int, int, bool]]] = {}  # for each copy: edge, copy across the edge, forward
     copies: dict[int, list[int]] = {}

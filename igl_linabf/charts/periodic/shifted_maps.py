@@ -11,7 +11,7 @@ from scipy import sparse
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
 from .lattice import find_nearest_integers
-from .seam_shifts import FreeShifts, SeamSides, fans_of
+from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, displacement_energy, triangle_changes
 
 COST_OF_SHIFT = 0.01  # cost of each shift by itself, over the mean cost of a shift
@@ -70,7 +70,7 @@ class ShiftedMaps:
         """
         z, n = complex_positions(TC), len(surface.V)
         sides = SeamSides.of(surface, z, FTC)
-        fans = [fan for fan in fans_of(sides) if fan.copies]
+        fans = [fan for fan in find_fans(sides) if fan.copies]
         origin, first = np.empty(len(z), dtype=np.int64), np.empty(n, dtype=np.complex128)
         origin[FTC] = surface.F
         first[origin] = z

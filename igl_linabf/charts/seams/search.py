@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from ..._types import FloatArray, IntArray
 from ...errors import SingularSystemError, is_number
-from ...flattening import Isometric, Method, method_of
-from ...measures import change_of, overlapping_pairs_of_chart
+from ...flattening import Isometric, Method, resolve_method
+from ...measures import measure_change, overlapping_pairs_of_chart
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..atlas import flatten_piece, price_between
+from ..atlas import flatten_piece, price_of_division
 from ..cut_graphs import ClosedSurface, Levels, stretch_weight
 from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
 from ..panels import Panels, RoundedPanels, panel_seams
@@ -151,7 +151,7 @@ def find_seams(
     check_trade(trade)
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
-    search = SeamSearch(trade, method_of(method), keep_holes, hidden)
+    search = SeamSearch(trade, resolve_method(method), keep_holes, hidden)
     return search.seams(surface) if disks else search.needed_seams(surface)
 
 
@@ -269,11 +269,11 @@ class SeamSearch:
                 return np.inf
             pairs = overlapping_pairs_of_chart(piece.topology, result.uv)
             parts += split_overlaps(piece, piece.faces[pairs]) if len(pairs) else [piece]
-            change = change_of(piece, result.uv)
+            change = measure_change(piece, result.uv)
             area += float(change.double_area.sum())
             squared += float(change.double_area @ change.squared_stretch)
             shear += float(change.double_area @ (change.conformal - 1))
-        price = price_between(creased, parts) / float(np.sqrt(area / 2))
+        price = price_of_division(creased, parts) / float(np.sqrt(area / 2))
         stretch = stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
         return stretch + shear / area + price / self.trade
 

@@ -5,7 +5,7 @@ from scipy import sparse
 
 from ...surface import Submesh, centres
 from ..constants import HALVING_BAND
-from ..least_cuts import edges_between_polygons, sides_of_least_cut, terminals_beside_line
+from ..least_cuts import divide_at_least_cut, edges_between_polygons, terminals_beside_line
 
 
 def bisect(piece: Submesh) -> list[Submesh]:
@@ -29,4 +29,4 @@ def bisect(piece: Submesh) -> list[Submesh]:
     from_first = distance(first)
     second = int(np.argmax(from_first))
     terminal = terminals_beside_line(from_first - distance(second), HALVING_BAND)
-    return piece.divided(sides_of_least_cut(sides, price, terminal)[polygon])
+    return piece.divided(divide_at_least_cut(sides, price, terminal)[polygon])

@@ -75,10 +75,10 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
             f"{array[strangers[0]].tolist()}): leave these pairs out, and move the charts apart"
         )
     charts = [surface.of_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
-    return seams_of_overlaps(charts, array)
+    return find_overlap_seams(charts, array)
 
 
-def seams_of_overlaps(charts: list[Submesh], pairs: IntArray) -> IntArray:
+def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
     seams, _ = _separated(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)

@@ -99,13 +99,13 @@ def make_bijective(
         raise MeshError(
             f"the surface has {len(topology.loops) - 1} holes: fill them first, or cut along separating_seams"
         )
-    made, trouble = moved_apart(surface.V, topology, iterations, timeout)
+    made, trouble = separate_parts(surface.V, topology, iterations, timeout)
     if trouble:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return surface.scatter(made)
 
 
-def moved_apart(
+def separate_parts(
     flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
     """Run `make_bijective` on a checked map of one disk; also return a sentence on faults, or ""."""
@@ -188,7 +188,7 @@ def move_parts_apart(
     """
     hangs = SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
     try:  # the atlas reports the remaining overlaps and flips
-        uv, _ = moved_apart(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
+        uv, _ = separate_parts(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
     except MeshError as error:
         _tell(piece, str(error))
         return None

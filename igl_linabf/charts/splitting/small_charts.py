@@ -16,7 +16,7 @@ from ..._core import has_overlap
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
-from ...measures import change_of, quality_of_each
+from ...measures import measure_change, measure_qualities
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
 
@@ -62,7 +62,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     joined = {i: host.joined(made[i]) for i, host in larger.items()}
-    measured = quality_of_each([(piece, chart.result.uv, 0) for _, chart, piece in joined.values()])
+    measured = measure_qualities([(piece, chart.result.uv, 0) for _, chart, piece in joined.values()])
     for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
         joined[i] = key, replace(chart, quality=quality), piece
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
@@ -159,7 +159,7 @@ class _Host:
         own = z[piece.F] * self._unit
         if has_overlap(own, self._in_chart):
             return False
-        changed = change_of(piece, coordinates(z))
+        changed = measure_change(piece, coordinates(z))
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own; the host's is one
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...measures import Change, change_of
+from ...measures import Change, measure_change
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
 from ..features import CreasedSurface
@@ -25,7 +25,7 @@ class MapMeasure:
 
     @cached_property
     def at_triangles(self) -> Change:
-        return change_of(self.piece, self.uv)
+        return measure_change(self.piece, self.uv)
 
     @cached_property
     def stretch(self) -> float:
@@ -33,7 +33,7 @@ class MapMeasure:
         return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 
-def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
+def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
     """A face at each tip that a map shrinks to less than a share, (#T,); and the squared L2 stretch there.
 
     That is what more than 1 there adds to the whole's. The tip that adds most comes first.
@@ -78,7 +78,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     size, total = size_and_stretch(changed)
     if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
-    faces, saved = tips_of(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
+    faces, saved = find_tips(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
     if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not even with seams for nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)

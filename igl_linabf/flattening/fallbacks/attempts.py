@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import IntArray
 from ...angles import (
     CAP_ANGLE,
     AngleProblem,
     Constraints,
     State,
-    constraints_of,
+    build_constraints,
     corner_angles,
     initial_estimate,
-    open_caps,
+    limit_obtuse_angles,
 )
 from ...errors import MeshWarning, SingularSystemError, some, stack_level
 from ...layouts import Layout, LayoutName, check_pins
@@ -147,7 +147,7 @@ def initial_problem(
         Some faces have an angle too close to pi.
     """
     ears = None
-    with timed("estimate"):
+    with time_stage("estimate"):
         check_pins(options.layout, pinned)
         if shape.circles:
             ears = Ears.of(mesh, pinned)
@@ -158,11 +158,11 @@ def initial_problem(
             options.layout == "least-squares" or len(mesh.topology.loops) > 1 or shape_is_pinned(pinned)
         )
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 2) if least_squares else 0)
-    with timed("assembly"):
-        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
+    with time_stage("assembly"):
+        own = build_constraints(mesh.topology, shape.sums, circles=shape.circles)
         constraints = own if uncut is None else uncut
-    with timed("estimate"):
-        alpha, caps = open_caps(corner_angles(mesh))
+    with time_stage("estimate"):
+        alpha, caps = limit_obtuse_angles(corner_angles(mesh))
         if len(caps):
             caps = caps if ears is None else ears.faces[caps]
             warnings.warn(
@@ -171,7 +171,7 @@ def initial_problem(
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-    with timed("assembly"):
+    with time_stage("assembly"):
         estimate = initial_estimate(
             constraints.topology, alpha, options.threshold, options.safeguard, constraints.sums
         )

@@ -9,7 +9,7 @@ import numpy as np
 from ..._core import signed_double_areas
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...layouts import place_map
-from ...surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer_loop
+from ...surface import Mesh, Pins, Topology, build_topology, compact, flat_angles, with_outer_loop
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -51,7 +51,7 @@ class Ears:
         if not layers:
             return None
         vertices, numbered = compact(mesh.topology.corner.T[faces], mesh.topology.n)
-        topology = topology_of(numbered, mesh.vertices[vertices])
+        topology = build_topology(numbered, mesh.vertices[vertices])
         if len(topology.loops) > 1:
             on_rim = np.isin(vertices, mesh.topology.loops[0])
             topology = with_outer_loop(

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from ..._runtime import timed
+from ..._runtime import time_stage
 from ..._types import ComplexArray
 from ...layouts import draw_to_pins, embed_in_boundary, injective, make_isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
@@ -22,7 +22,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
 
     if problem.shape.sums is not None:
         circle, solvers = problem.shape.name == "circle", problem.angles.solvers
-        with timed("injective"):
+        with time_stage("injective"):
             found = embed_in_boundary(mesh, layout.z, circle, place, solvers)
         if found is None:
             detail = "no embedding without flipped triangles inside this boundary was found"
@@ -31,7 +31,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
         state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
         inside = replace(layout, z=z, method="embedding", solver=how)
         return StageResult("injective", state, layout=inside)
-    with timed("injective"):
+    with time_stage("injective"):
         made = injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:
         detail = "no embedding without flipped triangles was found in double precision"
@@ -53,7 +53,7 @@ def isometric_map(
     best, layout = select_best(earlier)
     if len(best.flipped):
         return None
-    with timed("isometric"):
+    with time_stage("isometric"):
         made = make_isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"

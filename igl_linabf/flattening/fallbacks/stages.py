@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._runtime import advance, timed
+from ..._runtime import advance, time_stage
 from ...angles import (
     AbfResult,
     Iterate,
@@ -22,7 +22,7 @@ from ...angles import (
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
 from ...layouts import GAP, Boundary, LayoutOptions, develop_boundary, lay_out
-from ...surface import chords_of, flipped_faces
+from ...surface import find_chords, flipped_faces
 from ..boundary_shapes import HELP
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
@@ -42,7 +42,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
     """Lay out the angles of a result; `boundary` is their drawn outer loop, if known."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
-    with timed("layout"):
+    with time_stage("layout"):
         alpha, invalid = at.alpha, angles.invalid(at)
         if invalid.any():
             warnings.warn(
@@ -140,7 +140,7 @@ def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, 
     reached = state.at.residual.largest <= enough
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
     whole = problem.mesh if problem.ears is None else problem.ears.whole
-    if not reached and len(chords := chords_of(whole.topology)):
+    if not reached and len(chords := find_chords(whole.topology)):
         note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 

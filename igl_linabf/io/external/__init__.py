@@ -2,7 +2,15 @@
 
 from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
 from .optional_packages import call_reader, import_optional
-from .patches import PATCH_MAGIC, Patch, mean_surface, parse_patch, save_patch, surfaces_beside, write_patch
+from .patches import (
+    PATCH_MAGIC,
+    Patch,
+    find_companion_surfaces,
+    mean_surface,
+    parse_patch,
+    save_patch,
+    write_patch,
+)
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
 from .tifxyz import Segment, check_scale, check_target, read_tifxyz, write_tifxyz, writing_tifxyz
 from .vtk_polydata import VtpFile, keep_data_of_polydata, parse_vtp, save_vtp, without_strips

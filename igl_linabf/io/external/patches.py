@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
-from ...surface import Polygons, compact, patch_faces, topology_of
+from ...surface import Polygons, build_topology, compact, patch_faces
 from ..mesh_file import MeshFile
 from ..parsing import Damaged
 from ..vertex_splits import split_vertices, to_single_precision
@@ -45,7 +45,7 @@ class Patch:
     border: BoolArray
 
 
-def surfaces_beside(folder: Path, hemisphere: str) -> list[Path]:
+def find_companion_surfaces(folder: Path, hemisphere: str) -> list[Path]:
     """Return the existing files, one or two, whose mean is the surface of a hemisphere, "lh" or "rh"."""
     for names in SURFACE_NAMES:
         paths = [folder / f"{hemisphere}.{name}" for name in names]
@@ -89,7 +89,7 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
     except MeshError as error:
         raise MeshError(f"{path} on {surface.path}: {error}; is this the patch's own surface?") from None
     vertices, faces = compact(F[found.rows], n)
-    interior = vertices[topology_of(faces, vertices).interior]
+    interior = vertices[build_topology(faces, vertices).interior]
     slit_vertices = interior[border[interior]]
     remarks = [f"without {part}" for part in found.left_out]
     if len(slit_vertices):
@@ -149,7 +149,7 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
         border = mesh.extras.source.border[split.vertex]
     else:
         used, F = compact(mesh.triangles, len(mesh.V))
-        border = np.isin(split.vertex, used[~topology_of(F, used).interior])
+        border = np.isin(split.vertex, used[~build_topology(F, used).interior])
     write_patch(temporary, split.vertex, border, split.TC)
 
 

@@ -38,7 +38,7 @@ class MaterialPages:
         self.pages: dict[int, int] = {}
         self._copies: dict[tuple[int, int], int] = {}
 
-    def material_for(self, material: int, page: int) -> int:
+    def choose_material(self, material: int, page: int) -> int:
         """Return the number of the material for a page, a copy for all pages but the first."""
         if page == 0:
             return material
@@ -53,10 +53,10 @@ class MaterialPages:
 
     def assign(self, primitive: dict[str, Any], page: int) -> None:
         """Assign the materials of a page to a primitive and its variants."""
-        primitive["material"] = self.material_for(primitive["material"], page)
+        primitive["material"] = self.choose_material(primitive["material"], page)
         for mapping in primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", ()):
             if "material" in mapping:
-                mapping["material"] = self.material_for(mapping["material"], page)
+                mapping["material"] = self.choose_material(mapping["material"], page)
 
 
 def add_images(

@@ -4,5 +4,5 @@ Input: a mesh and a map of it. Output: the nearest isometric map, by Newton's me
 from a map with flips, by the SLIM of igl. References: Rabinovich et al. 2017; Smith, De Goes, Kim 2019.
 """
 
-from .maps import IsometricMap, draw_to_pins, isometric_together, make_isometric
+from .maps import IsometricMap, draw_to_pins, flatten_isometrically, make_isometric
 from .slim import InjectiveMap, embed_in_boundary, injective

@@ -76,7 +76,7 @@ def make_isometric(
     return IsometricMap(made, int(steps), bool(stalled), float(energy.of_charts(z)[0]), missed)
 
 
-def isometric_together(
+def flatten_isometrically(
     disks: Disks, z: ComplexArray, weight: float, solvers: Solvers, tol: float
 ) -> tuple[ComplexArray, FloatArray, IntArray, BoolArray]:
     """Reduce the energy of disks side by side with a single system.

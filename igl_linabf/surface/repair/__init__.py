@@ -4,7 +4,7 @@
 vertices have been removed, and `split_chords` splits edges between boundary vertices.
 """
 
-from .chords import chords_of, split_chords
-from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired
+from .chords import find_chords, split_chords
+from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, wrap_sound_surface
 from .disks import RepairedDisk, repair_disk
 from .patches import PatchFaces, patch_faces

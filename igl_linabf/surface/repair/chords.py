@@ -10,7 +10,7 @@ from ..submesh import Submesh
 from ..topology import NEXT, PREV, Topology
 
 
-def chords_of(topology: Topology) -> IntArray:
+def find_chords(topology: Topology) -> IntArray:
     """Return the indices of the interior edges whose two ends are boundary vertices."""
     at_boundary = ~topology.interior[topology.edges]
     return np.flatnonzero(at_boundary.all(axis=1) & (topology.sides[1] >= 0))
@@ -51,7 +51,7 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
     """
     surface = Submesh.checked_manifold(V, F)
     positions, topology, number = np.asarray(V, dtype=np.float64), surface.topology, surface.n_given
-    chords = chords_of(topology)
+    chords = find_chords(topology)
     middle = np.full(topology.corner.shape, -1)  # midpoint of the side opposite to each corner
     for side in topology.sides[:, chords]:
         middle.ravel()[side] = number + np.arange(len(chords))

@@ -18,7 +18,7 @@ from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
 from .sheets import Sheets, separate_sheets
-from .slivers import collapse_short_sides, open_caps
+from .slivers import collapse_short_sides, limit_obtuse_angles
 
 # Bounds of the largest coordinate, between which eighth powers of lengths neither overflow nor vanish; other
 # meshes are scaled by a power of two.
@@ -222,7 +222,7 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     if weld is None:
         surface = _check_clean(positions, faces)
         if surface is not None:
-            return unrepaired(surface), surface
+            return wrap_sound_surface(surface), surface
     done = _repair(positions, faces, used, weld)
     n = len(done.V)
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
@@ -245,7 +245,7 @@ def _check_clean(V: FloatArray, F: IntArray) -> Submesh | None:
     return None if soup or unclear or _needs_scaling(size).any() else surface
 
 
-def unrepaired(surface: Submesh) -> Cleaned:
+def wrap_sound_surface(surface: Submesh) -> Cleaned:
     """Wrap a surface that needs no repair."""
     return Cleaned(
         V=surface.V,
@@ -304,7 +304,7 @@ def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> C
     kept[sheets.F[solid]] = True
     number = np.cumsum(kept) - 1
     F_new, origin = number[sheets.F[solid]], sheets.origin[kept]
-    V_new, opened = open_caps(V[origin], F_new)
+    V_new, opened = limit_obtuse_angles(V[origin], F_new)
     note("opened", "faces", rows[solid][opened])
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 

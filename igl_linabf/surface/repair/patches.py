@@ -10,7 +10,7 @@ from ..._core import connected_labels, count_fans, find_edges
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ..arrays import compact
-from ..topology import topology_of
+from ..topology import build_topology
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
         corner = np.ascontiguousarray(faces.T)
         _, sides, sound = find_edges(corner, len(vertices))
         if not sound:
-            topology_of(faces, vertices)  # raises
+            build_topology(faces, vertices)  # raises
         label = connected_labels((sides[:, sides[1] >= 0] % len(faces)).T, len(faces))
         largest = label == np.bincount(label).argmax()
         if largest.all():

@@ -40,7 +40,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
         merged = np.unique(label, return_index=True)[1][label][merged]
 
 
-def open_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
+def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
     """Move the vertices of faces without area a little, such that these faces get an area.
 
     The caps at an edge triangulate a line segment. Their vertices move to a shallow arc in the plane of the

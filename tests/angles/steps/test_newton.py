@@ -13,7 +13,7 @@ from igl_linabf.angles import (
     ANGLE_BOUND,
     AngleProblem,
     State,
-    constraints_of,
+    build_constraints,
     converge,
     corner_angles,
     initial_estimate,
@@ -49,8 +49,8 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
     alpha = angles.ravel()
     gradient = (alpha - start) / start  # times alpha_0
     rows = (
-        interior_rows(constraints_of(mesh.topology), angles.T),
-        triangle_rows(constraints_of(mesh.topology)),
+        interior_rows(build_constraints(mesh.topology), angles.T),
+        triangle_rows(build_constraints(mesh.topology)),
     )
     A = sparse.vstack(rows).tocsr() @ sparse.diags_array(start)
     free = alpha > (1 + 1e-5) * ANGLE_BOUND * start
@@ -72,7 +72,9 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     result = flatten(V, F, method=ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
     assert result.report.iterations <= (60 if name == "cone" or name in STRESS else 16)
-    vertex_and_wheel, triangle = right_hand_sides(constraints_of(planar_mesh(V, F).topology), result.angles.T)
+    vertex_and_wheel, triangle = right_hand_sides(
+        build_constraints(planar_mesh(V, F).topology), result.angles.T
+    )
     assert np.abs(vertex_and_wheel).max() <= 1e-9
     assert np.abs(triangle).max() <= 1e-9
     assert stationarity(V, F, result.angles) <= 1e-6
@@ -167,7 +169,7 @@ def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     """At the minimum, every direction leads uphill, so that the line search has to shorten the step to 0."""
     mesh = planar_mesh(*load("bumps"))
     start = initial_estimate(mesh.topology, corner_angles(mesh))
-    problem = AngleProblem(constraints_of(mesh.topology), start, Solvers("auto"), safeguard=True)
+    problem = AngleProblem(build_constraints(mesh.topology), start, Solvers("auto"), safeguard=True)
     at_minimum = converge(State(problem, problem.start), 1e-10).state
     least = objective(at_minimum)
     uphill = 0.2 * start * np.random.default_rng(0).normal(size=start.shape)
@@ -183,7 +185,7 @@ def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
 def test_angles_below_their_bounds_come_to_these_and_the_others_of_their_triangles_make_up_for_it() -> None:
     mesh = planar_mesh(*load("bumps"))
     start = initial_estimate(mesh.topology, corner_angles(mesh))
-    problem = AngleProblem(constraints_of(mesh.topology), start, Solvers("auto"))
+    problem = AngleProblem(build_constraints(mesh.topology), start, Solvers("auto"))
     bound, alpha = ANGLE_BOUND * start, start.copy()
     for t, low in ((5, [0]), (9, [2]), (11, [0, 1])):
         others = np.delete([0, 1, 2], low)

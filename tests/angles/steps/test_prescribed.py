@@ -19,7 +19,7 @@ from igl_linabf.angles import (
     State,
     System,
     active_set,
-    constraints_of,
+    build_constraints,
     initial_estimate,
     linear_step,
     linearise,
@@ -36,7 +36,7 @@ from igl_linabf.surface import Topology, manifold_topology
 KINDS = ("disk, all", "disk, some", "outer loop", "one hole", "every loop", "part of a hole", "closed")
 
 
-def topology_of(F: np.ndarray) -> Topology:
+def build_topology(F: np.ndarray) -> Topology:
     return manifold_topology(np.asarray(F, dtype=np.int64), np.arange(F.max() + 1))
 
 
@@ -49,7 +49,7 @@ def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
         cones = np.linalg.norm(V[:, None] - corners, axis=2).argmin(axis=0)
         sums = np.full(len(V), np.nan)
         sums[cones] = 3 * np.pi / 2
-        return topology_of(F), np.ascontiguousarray(igl.internal_angles(V, F).T), sums
+        return build_topology(F), np.ascontiguousarray(igl.internal_angles(V, F).T), sums
     if kind.startswith("disk"):
         V, F = bumps(400)
     else:
@@ -57,7 +57,7 @@ def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
         middle = V[F].mean(axis=1)[:, :2] @ [1, 1j]
         near = np.abs(middle[:, None] - [0.45, -0.4 + 0.3j]).min(axis=1) < 0.22
         V, F, *_ = igl.remove_unreferenced(V, F[~near])
-    topology = topology_of(F)
+    topology = build_topology(F)
     alpha = np.ascontiguousarray(igl.internal_angles(V, F).T)
     total = topology.sum_at_vertices(alpha)
     sums = np.full(len(V), np.nan)
@@ -80,7 +80,7 @@ def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
 
 def state_of(kind: str, solver: str = "auto") -> State:
     topology, alpha, sums = posed(kind)
-    constraints = constraints_of(topology, sums)
+    constraints = build_constraints(topology, sums)
     estimate = initial_estimate(topology, alpha, sums=constraints.sums)
     problem = AngleProblem(constraints, estimate, Solvers(solver))
     return State(problem, problem.start)
@@ -188,9 +188,9 @@ def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kin
 def with_free_loops(turning: float) -> State:
     """Return a state with free loops and a path around a hole, whose turning may be prescribed."""
     topology, alpha, sums = posed("part of a hole")
-    (path,) = constraints_of(topology, sums).paths
+    (path,) = build_constraints(topology, sums).paths
     free = replace(topology, n_outer=len(topology.loops))
-    constraints = constraints_of(free, None, [replace(path, turning=turning)])
+    constraints = build_constraints(free, None, [replace(path, turning=turning)])
     problem = AngleProblem(constraints, initial_estimate(free, alpha), Solvers())
     return State(problem, problem.start)
 

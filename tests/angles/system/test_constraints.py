@@ -14,24 +14,24 @@ from igl_linabf.angles import (
     AngleProblem,
     State,
     System,
-    constraints_of,
+    build_constraints,
     corner_angles,
     initial_estimate,
+    limit_obtuse_angles,
     linear_step,
-    open_caps,
     residual,
 )
 from igl_linabf.angles.full_system import full_step, interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.flattening import linabf_angles
 from igl_linabf.linalg import Solvers, has_cholmod
-from igl_linabf.surface import Mesh, measure, planar_mesh, topology_of
+from igl_linabf.surface import Mesh, build_topology, measure, planar_mesh
 
 SURFACES = ("bumps", "cortex", *DISKS)
 
 
 def step_from(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
     """Return the errors of one step of the reduced system without safeguard."""
-    problem = AngleProblem(constraints_of(mesh.topology), alpha, Solvers(solver), safeguard=False)
+    problem = AngleProblem(build_constraints(mesh.topology), alpha, Solvers(solver), safeguard=False)
     return linear_step(State(problem, problem.start), 1e-12, close=False).at.alpha - alpha
 
 
@@ -41,7 +41,7 @@ def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
         pytest.skip("SuperLU takes minutes for the full system of face")
     mesh = planar_mesh(*load(name))
     alpha = initial_estimate(mesh.topology, corner_angles(mesh))
-    expected = full_step(constraints_of(mesh.topology), alpha)
+    expected = full_step(build_constraints(mesh.topology), alpha)
     for solver in ("direct", "auto"):
         assert np.abs(step_from(mesh, alpha, solver) - expected).max() <= 1e-9
 
@@ -51,7 +51,7 @@ def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() 
     rng = np.random.default_rng(1)
     alpha = corner_angles(mesh)
     alpha *= rng.uniform(0.9, 1.1, alpha.shape)
-    expected = full_step(constraints_of(mesh.topology), alpha)
+    expected = full_step(build_constraints(mesh.topology), alpha)
     assert np.abs(step_from(mesh, alpha, "direct") - expected).max() <= 1e-9
 
 
@@ -59,9 +59,9 @@ def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() 
 def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
     V, F = load(name)
     vertices = np.arange(len(V))
-    topology = topology_of(F, vertices)
+    topology = build_topology(F, vertices)
     assert len(topology.loops) > 1
-    constraints = constraints_of(topology)
+    constraints = build_constraints(topology)
     double_area, dot = measure(V, topology.corner, vertices)
     alpha = np.arctan2(double_area, dot)
     system = System(constraints, alpha)
@@ -90,7 +90,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
         element[:, k, k] = (c[i] + c[j]) / 2
     m = len(element)
     K = sparse.bsr_array((element, np.arange(m), np.arange(m + 1)), shape=(3 * m, 3 * m))
-    M = interior_rows(constraints_of(mesh.topology), alpha)
+    M = interior_rows(build_constraints(mesh.topology), alpha)
     S = (M @ K @ M.T).tocsr()
     inside = mesh.topology.interior
     L = -igl.cotmatrix(V, F)[inside][:, inside]
@@ -99,7 +99,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
     assert abs(S[1::2][:, 1::2] - L).max() <= 1e-9 * scale
     assert abs(S[0::2][:, 1::2]).max() <= 1e-9 * scale
     weight = mesh.topology.sum_at_edges(c) / 2
-    lower = constraints_of(mesh.topology).pattern.laplacian(weight)
+    lower = build_constraints(mesh.topology).pattern.laplacian(weight)
     assert abs(lower - sparse.tril(L)).max() <= 1e-9 * scale
 
 
@@ -146,7 +146,7 @@ def test_the_exponential_map_switch_scales_only_spikes() -> None:
 def test_caps_are_opened_to_the_least_angle_and_triangles_stay_triangles() -> None:
     small = np.array([[1e-9, 3e-9], [4e-8, 5e-8], [6e-8, 5e-8], [0.2, 1e-12]])
     alpha = np.insert(small, 1, np.pi - small.sum(axis=1), axis=1).T
-    opened, caps = open_caps(alpha)
+    opened, caps = limit_obtuse_angles(alpha)
     assert caps.tolist() == [0, 1]
     assert np.abs(opened.sum(axis=0) - np.pi).max() < 1e-14
     np.testing.assert_allclose(np.pi - opened.max(axis=0)[caps], CAP_ANGLE, rtol=1e-7)

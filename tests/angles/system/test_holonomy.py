@@ -17,7 +17,7 @@ from igl_linabf.angles import (
     Linearisation,
     State,
     System,
-    constraints_of,
+    build_constraints,
     corner_angles,
     holonomy_residual,
     initial_estimate,
@@ -87,7 +87,7 @@ def test_no_flips_and_less_distortion_than_igl_lscm(name: str) -> None:
 def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     mesh = planar_mesh(*surface("wavy plate"))
     topology = mesh.topology
-    constraints = constraints_of(topology)
+    constraints = build_constraints(topology)
     alpha = initial_estimate(topology, corner_angles(mesh))
     system = System(constraints, alpha)
     holonomy = residual(constraints, alpha).holonomy
@@ -105,7 +105,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
 
 def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     mesh = planar_mesh(*surface("wavy plate"))
-    missing = residual(constraints_of(mesh.topology), corner_angles(mesh))
+    missing = residual(build_constraints(mesh.topology), corner_angles(mesh))
     turned = planar_mesh(mesh.V, mesh.faces)
     loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
     object.__setattr__(turned.topology, "loops", loops)
@@ -117,7 +117,7 @@ def bordered() -> Linearisation:
     """Return the system of a wavy plate after the first step."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
-    problem = AngleProblem(constraints_of(mesh.topology), estimate, Solvers("auto"))
+    problem = AngleProblem(build_constraints(mesh.topology), estimate, Solvers("auto"))
     state = linear_step(State(problem, problem.start), 1e-3, close=False)
     return linearise(problem, state.at, reuse=state.lin)
 

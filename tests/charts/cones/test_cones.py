@@ -29,7 +29,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.angles import constraints_of, rescale_triangles, residual
+from igl_linabf.angles import build_constraints, rescale_triangles, residual
 from igl_linabf.charts import find_cones, texture_seams
 from igl_linabf.charts.cones.seams import find_closed_paths, find_seam
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
@@ -401,7 +401,7 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
     alpha, impossible = rescale_triangles(surface.topology, length, u)
     assert len(paths) == 2 and not impossible.any()
-    missing = residual(constraints_of(surface.topology, paths=paths), alpha)
+    missing = residual(build_constraints(surface.topology, paths=paths), alpha)
     assert max(np.abs(missing.wheel).max(), np.abs(missing.holonomy.gap.real).max()) < 1e-10
     # far from flat, and from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01

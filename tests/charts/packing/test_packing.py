@@ -17,7 +17,7 @@ from igl_linabf.charts import pack_charts
 from igl_linabf.charts.atlas import seam_prices
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.packing.flat_charts import FlatChart
-from igl_linabf.charts.packing.outlines import masks_of
+from igl_linabf.charts.packing.outlines import rasterize_outlines
 from igl_linabf.charts.packing.packing import PackedChart, PackingRequest, _prepare_charts
 from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
@@ -378,7 +378,7 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
     turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite turns are drawn once
     for outline, by, masks in zip(
-        charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
+        charts.outlines, turns, rasterize_outlines(charts.outlines, turns, cells, gap), strict=True
     ):
         lines = np.stack((outline.start, outline.end), axis=1)
         for k, shape in enumerate(masks.shapes):

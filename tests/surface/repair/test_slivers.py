@@ -13,7 +13,7 @@ import pyvista
 from conftest import Surface, load
 
 from igl_linabf import ChartOptions, MeshError, MeshWarning, flatten, quality, unwrap
-from igl_linabf.angles import CAP_ANGLE, System, constraints_of
+from igl_linabf.angles import CAP_ANGLE, System, build_constraints
 from igl_linabf.flattening import Outcome
 from igl_linabf.surface import planar_topology
 
@@ -82,7 +82,7 @@ def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
     V, F = with_points("caps", 1e-7, 40)
     topology = planar_topology(F, np.arange(len(V)))
     alpha = igl.internal_angles(V, F).T
-    constraints = constraints_of(topology)
+    constraints = build_constraints(topology)
     ours = System(constraints, alpha).matrix().whole().diagonal().reshape(-1, 2)
     wanted = [[Fraction(0), Fraction(0)] for _ in constraints.target]
     cot = 1 / np.tan(alpha)

@@ -15,7 +15,7 @@ from ....surface import Polygons
 from ...limits import check_expansion
 from ...mesh_file import MeshFile
 from ...parsing import Damaged, Extras
-from ...vertex_splits import warn_of_rounding
+from ...vertex_splits import warn_about_rounding
 from ..optional_packages import call_reader, import_optional, make_checked_mesh_file
 from .packages import check_package, find_required_extensions, list_unread_content
 from .properties import Properties, assign_colours
@@ -97,7 +97,7 @@ def _parse_model(model: Any, size: int) -> MeshFile:
     for mesh, matrix, name, _ in placed:
         positions = read_records(mesh.GetVertices(), "<f4", 3).astype(np.float64)
         spacing = np.abs(positions).max(initial=0) * np.finfo(np.float32).eps / 2
-        warn_of_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
+        warn_about_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
         F.append(read_records(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
         V.append(positions @ matrix[:3] + matrix[3])
         for kind, index in properties.at_corners(mesh).items():

@@ -17,8 +17,8 @@ from ...vertex_splits import (
     choose_origin,
     find_rounding_error,
     round_to_single,
+    warn_about_rounding,
     warn_of_error,
-    warn_of_rounding,
 )
 from ..optional_packages import import_optional
 from .properties import PROPERTY_DTYPE
@@ -75,7 +75,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
             mesh_object.SetType(lib3mf.ObjectType(source.types[i]))
             item.SetPartNumber(source.numbers[i])
     warn_of_error(error, "V")
-    warn_of_rounding(mesh.TC, np.round(mesh.TC, decimals), "TC")
+    warn_about_rounding(mesh.TC, np.round(mesh.TC, decimals), "TC")
     writer = model.QueryWriter("3mf")
     writer.SetDecimalPrecision(decimals)
     # not WriteToFile, which does not report a full disk, and may end the process
