@@ -96,8 +96,7 @@ class UVCheck:
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
         Number of pairs of triangles that overlap by accident, within a chart or between charts that are not
-        stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001, and only charts with the
-        same triangles count as stacked.
+        stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001.
     seam_length : float
         Length of the seams on the surface, in units of V.
     stretch_l2 : float

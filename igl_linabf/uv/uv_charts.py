@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
-import shapely
 from numpy.typing import ArrayLike
 
-from .._core import find_overlaps
-from .._types import BoolArray, FloatArray, IntArray
+from .._core import common_areas, find_overlaps
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..measures import MAX_PAIRS
 from ..surface import (
@@ -27,6 +27,7 @@ from ..surface import (
 
 LEAST_MIRRORED_SHARE = 0.25  # smallest share of an island that counts as mirrored instead of flipped
 SAME_PLACE = 1e-6  # largest distance between equal points of the map, over the largest coordinate
+PAIRS_AT_ONCE = 200_000  # overlapping pairs of triangles that are compared at once in a large pile of charts
 STACKED = 0.9  # smallest share of both charts' areas that stacked charts have in common
 
 
@@ -161,30 +162,66 @@ class UVCharts:
     def overlaps(self) -> tuple[IntArray, IntArray]:
         """Pairs of triangles (#P, 2) that overlap by accident, and the first chart of each chart's stack.
 
-        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart. If
-        the list of pairs is incomplete, only charts with the same triangles are stacked.
+        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart. Of
+        charts with the same triangles, only the first one is compared with other charts. The same applies to
+        all stacks if more than `MAX_PAIRS` pairs overlap. The list is incomplete if it has more rows.
         """
-        stack = self._same_triangles
-        rows = np.flatnonzero((stack == np.arange(self.number))[self.chart])
-        z = complex_positions(scale_to_unit_size(self.uv))
-        pairs = rows[find_overlaps(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), MAX_PAIRS)]
+        same = self._same_triangles
+        firsts = np.flatnonzero(same == np.arange(self.number))
+        pairs, stack = self._compare(firsts, MAX_PAIRS)
+        if len(pairs) > MAX_PAIRS:
+            halves = self._stack_halves(firsts)
+            kept = np.unique(halves)
+            pairs, stack = self._compare(kept, MAX_PAIRS)
+            stack = stack[np.searchsorted(kept, halves)]
+        first = np.zeros(self.number, dtype=np.int64)
+        first[firsts] = stack
+        return pairs, first[same]
+
+    def _stack_halves(self, charts: IntArray) -> IntArray:
+        """Return the first chart of each chart's stack, found in parts that have few overlapping pairs."""
+        pairs, stack = self._compare(charts, PAIRS_AT_ONCE)
+        if len(pairs) <= PAIRS_AT_ONCE or len(charts) < 2:
+            return stack
+        halves = np.concatenate([self._stack_halves(half) for half in np.array_split(charts, 2)])
+        firsts = np.unique(halves)
+        if len(firsts) == len(charts):
+            return halves
+        return self._compare(firsts, PAIRS_AT_ONCE)[1][np.searchsorted(firsts, halves)]
+
+    def _compare(self, charts: IntArray, limit: int) -> tuple[IntArray, IntArray]:
+        """Return the accidental pairs among some charts, and the first chart of each chart's stack.
+
+        If there are more pairs than the limit, the list is incomplete, and no charts are stacked.
+        """
+        z = self._scaled
+        is_compared = np.zeros(self.number, dtype=bool)
+        is_compared[charts] = True
+        rows = np.flatnonzero(is_compared[self.chart])
+        pairs = rows[find_overlaps(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), limit)]
         of = self.chart[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])
-        if not len(between) or len(pairs) > MAX_PAIRS:
-            return pairs, stack
-        ends, number = np.unique(np.sort(of[between], axis=1), axis=0, return_inverse=True)
-        one, other = (shapely.polygons(self.uv[self.upright[pairs[between, k]]]) for k in (0, 1))
-        common = np.bincount(number.ravel(), shapely.area(shapely.intersection(one, other)), len(ends))
-        flat = np.bincount(self.chart, np.abs(self.double_area)) / 2
-        on_purpose = common >= STACKED * flat[ends].max(axis=1)
-        stack = stack.copy()
-        for first, second in ends[
-            on_purpose
-        ].tolist():  # in order, so that the first chart of a stack is found
-            stack[stack == second] = stack[first]
+        if not len(between) or len(pairs) > limit:
+            return pairs, charts
+        ends = np.sort(of[between], axis=1)
+        key, number = np.unique(ends[:, 0] * self.number + ends[:, 1], return_inverse=True)
+        one, other = np.divmod(key, self.number)
+        common = np.bincount(number, common_areas(z, self.upright, pairs[between]))
+        on_purpose = common >= STACKED * np.maximum(*self._scaled_area[[one, other]])
         kept = np.ones(len(pairs), dtype=bool)
-        kept[between] = ~on_purpose[number.ravel()]
-        return pairs[kept], stack
+        kept[between] = ~on_purpose[number]
+        return pairs[kept], _stack_on_first(one[on_purpose], other[on_purpose], self.number)[charts]
+
+    @cached_property
+    def _scaled(self) -> ComplexArray:
+        """The map at a scale at which products cannot overflow."""
+        return complex_positions(scale_to_unit_size(self.uv))
+
+    @cached_property
+    def _scaled_area(self) -> FloatArray:
+        """The area of each chart in the scaled map."""
+        area = np.abs(signed_double_areas(self._scaled, np.ascontiguousarray(self.F.T))) / 2
+        return np.asarray(np.bincount(self.chart, area, self.number))
 
     @cached_property
     def _same_triangles(self) -> IntArray:
@@ -208,6 +245,21 @@ def _merge_equal_rows(points: FloatArray) -> tuple[IntArray, IntArray]:
         return np.zeros((2, 0), dtype=np.int64)[0], np.zeros(0, dtype=np.int64)
     used, number = np.unique(merge_coincident(points, np.arange(len(points))), return_inverse=True)
     return used, number
+
+
+def _stack_on_first(one: IntArray, other: IntArray, number: int) -> IntArray:
+    """Return the first chart of each chart's stack.
+
+    `one` and `other` are the charts one < other that cover each other, sorted. A chart is stacked on the
+    earliest of them that is not itself stacked.
+    """
+    stack = np.arange(number)
+    starts = np.flatnonzero(np.diff(one, prepend=-1))
+    for start, end in pairwise([*starts.tolist(), len(one)]):
+        if stack[one[start]] == one[start]:
+            above = other[start:end]
+            stack[above[stack[above] == above]] = one[start]
+    return stack
 
 
 def _renumber(label: IntArray) -> IntArray:

@@ -1,6 +1,7 @@
 """Reference for overlaps, their sheets, and the assembly of regions, by comparing all pairs of triangles."""
 
 import numpy as np
+import shapely
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -40,6 +41,15 @@ def find_overlaps(z, F, chart):
     least = [MIN_DEPTH * min(height[i], height[j]) + max(rounding[i], rounding[j]) for i, j in pairs]
     found = [pair for pair, deep in zip(pairs, least, strict=True) if overlap_of(*triangle[list(pair)], deep)]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def common_areas(z, F, pairs):
+    """Return the areas of the intersections of triangles."""
+    one, other = (
+        shapely.make_valid(shapely.polygons(np.stack((z[F[side]].real, z[F[side]].imag), axis=2)))
+        for side in pairs.T
+    )
+    return shapely.area(shapely.intersection(one, other))
 
 
 def overlap_sheets(pairs, beside, m, most):

@@ -37,6 +37,18 @@ def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None
     assert number > 100
 
 
+@pytest.mark.parametrize("kind", ["any", "ties", "apart"])
+def test_common_areas_are_those_of_the_intersections(kind) -> None:
+    rng = np.random.default_rng(8)
+    z, pairs = corners(rng, 60, kind), rng.integers(40, size=(2000, 2))
+    F = np.array([rng.permutation(60)[:3] for _ in range(40)])
+    F = F[np.abs(((z[F[:, 1]] - z[F[:, 0]]).conj() * (z[F[:, 2]] - z[F[:, 0]])).imag) > 1e-6]
+    pairs %= len(F)
+    expected = reference.common_areas(z, F, pairs)
+    np.testing.assert_allclose(_core.common_areas(z, F, pairs), expected, atol=1e-12)
+    assert np.count_nonzero(expected) > 200
+
+
 def test_degenerate_triangles_do_not_overlap() -> None:
     none = np.zeros((0, 3), dtype=np.int64)
     assert _core.find_overlaps(np.zeros(0, dtype=complex), none, none[:, 0], 9).shape == (0, 2)

@@ -195,6 +195,29 @@ def test_more_overlaps_than_are_listed_are_reported_as_more(monkeypatch: pytest.
     assert all("more than 20" in text for text in (found.troubles[0], repr(found), str(found)))
 
 
+def test_a_pile_with_more_overlaps_than_are_listed_is_stacked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts that nearly coincide have n^2 / 2 overlapping pairs, and none of them is an accident."""
+    rng = np.random.default_rng(0)
+    V, F, TC, FTC = plane(2)
+    pile = [(V, F, TC + 1e-4 * rng.normal(size=TC.shape), FTC) for _ in range(20)]
+    expected = check_uv(*several(*pile, moved(plane(), (0.4, 0))))
+    monkeypatch.setattr(uv_charts, "MAX_PAIRS", 500)
+    monkeypatch.setattr(uv_charts, "PAIRS_AT_ONCE", 300)
+    found = check_uv(*several(*pile, moved(plane(), (0.4, 0))))
+    assert found.good
+    assert found.report.stacked == expected.report.stacked == len(pile) - 1
+    beside = check_uv(*several(*pile, moved(plane(2), (0.05, 0))))
+    assert (beside.report.stacked, beside.charts) == (len(pile) - 1, len(pile) + 1)
+    assert 0 < beside.overlaps < 500
+
+
+def test_a_chart_is_stacked_on_the_first_chart_only() -> None:
+    """Of three charts in a row, the outer ones have less than nine tenths in common."""
+    found = check_uv(*several(plane(2), moved(plane(2), (0.015, 0)), moved(plane(2), (0.03, 0))))
+    assert found.report.stacked == 1
+    assert {*map(tuple, np.unique(found.report.chart[found.overlapping], axis=0).tolist())} == {(0, 2)}
+
+
 def test_a_chart_over_itself_is_an_accident() -> None:
     n = 40
     turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around one and a half times

@@ -9,6 +9,7 @@
 #include "graphs/shortest_paths.hpp"
 #include "isometry/isometric_energy.hpp"
 #include "numpy.hpp"
+#include "overlaps/common_areas.hpp"
 #include "overlaps/overlap_layers.hpp"
 #include "overlaps/overlapping.hpp"
 #include "overlaps/unfolding.hpp"
@@ -292,6 +293,8 @@ static void bind_overlaps(nb::module_& m) {
           "height, and by more than the rounding error of the corners. Collapsed faces never overlap.");
     m.def("has_overlap", wrap(&has_overlap, "s,3 o,3"), "some"_a, "others"_a,
           "Return True if one of the triangles `some`, (#S, 3), overlaps another one, or one of `others`, (#O, 3).");
+    m.def("common_areas", wrap(&common_areas, "v f,3 p,2"), "z"_a, "F"_a, "pairs"_a,
+          "Return the area that the two triangles of each pair, (#P, 2), have in common in a map (#V,).");
     m.def("overlap_sheets", wrap(&overlap_sheets, "p p n+1 e k"), "upper"_a, "lower"_a, "begin"_a, "neighbour"_a,
           "most"_a,
           "Return the faces of the two sheets of each of the `most` largest overlaps, and the start of each sheet.\n\n"
