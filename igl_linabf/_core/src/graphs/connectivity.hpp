@@ -17,7 +17,10 @@ template <class Visit>
 Lists build_pair_lists(Index n, Index lower_end, const Visit& visit) {
     if (n > UPPER_END || lower_end > LOWER_END) throw std::invalid_argument("more than 2^31 nodes or 2^32 edges");
     return build_lists(n, [&](const auto& put) {
-        visit([&](Index node, Index upper, Index lower) { put(node, upper << 32 | lower); });
+        visit([&](Index node, Index upper, Index lower) {
+            check_index(upper, n), check_index(lower, lower_end);
+            put(node, Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)));
+        });
     });
 }
 
