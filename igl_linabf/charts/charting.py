@@ -51,7 +51,7 @@ MAX_TRADE_DOUBLINGS = 12  # times that `trade` is doubled to find more seams
 # Seam length, in square roots of the area, that the stretch must be worth to search for seams.
 SOUGHT_SEAM = 1.0
 MAX_EVEN_ROUNDS = 3  # rounds of more seams for even texels
-MAX_FLIP_ROUNDS = 20  # rounds of cuts for flips, the last ones halvings
+MAX_FLIP_ROUNDS = 20  # rounds of cuts that remove flips; the last rounds halve the piece
 MAX_STRETCH_ROUNDS = 64  # rounds of cuts for stretch, the last ones halvings
 
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)

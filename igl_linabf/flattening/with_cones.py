@@ -57,7 +57,7 @@ MAX_STEPS_TO_SEAMS = 3  # steps after converged ABF that make both sides of seam
 
 
 class DivergedError(ArithmeticError):
-    """Steps move away from all angles with the prescribed sums and holonomy."""
+    """The steps diverge from the angles that have the prescribed sums and holonomy."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -122,7 +122,7 @@ def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[I
     tail, head = place.ravel()[sides.start], place.ravel()[sides.end]
     n = int(place.max()) + 1
     own, opposite = tail * n + head, head * n + tail
-    # pair sides of opposite direction in the order of their pieces
+    # sort the sides of an edge by piece, and pair each forward side with the next backward side
     order = np.lexsort((piece[sides.start], own))
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order)) - np.searchsorted(own[order], own[order])

@@ -55,7 +55,7 @@ def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
     points[:, 1:][twice] = points[:, :-1][twice]  # coincident neighbours
     missing = np.abs(column - 0.8 * columns) < 1.5
     missing[rows // 2 - 1 : rows // 2 + 1] = False  # a bridge of one cell
-    missing |= np.abs(column - 0.93 * columns) < 1.5  # a piece of its own
+    missing |= np.abs(column - 0.93 * columns) < 1.5  # a gap, so that the rest beyond it is a separate piece
     for radius_of_hole in (1.0, 3.0):
         seeds = rng.random((rows, columns)) < 1 / 3000
         missing |= scipy.ndimage.distance_transform_edt(~seeds) < radius_of_hole

@@ -171,7 +171,7 @@ class Polygons:
         again[self.starts[whole]] = False
         return np.asarray(again)
 
-    def spread(self, values: IntArray) -> IntArray:
+    def fill_repeated_corners(self, values: IntArray) -> IntArray:
         """Replace values of -1 at the corners by the value of the next corner, which has the same vertex."""
         values = values.copy()
         waiting = np.flatnonzero(values < 0)
@@ -226,11 +226,11 @@ class Triangles:
         """Convert values at the triangles' corners, (#T, 3), to values at the polygons' corners, (#C,)."""
         known = np.full(len(self.polygons.corners), -1)
         known[self.place[::-1].ravel()] = values[::-1].ravel()  # the first triangle at a corner wins
-        return self.polygons.spread(known)
+        return self.polygons.fill_repeated_corners(known)
 
 
 def _flatten_group(rows: IntArray, at: IntArray, local: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
-    """Flatten the local triangles (P, t, 3) of k-gons to polygon, corner indices, and mask of diagonals."""
+    """Return polygon, corners and mask of diagonals of each triangle, from triangles (P, t, 3) of k-gons."""
     k = at.shape[1]
     step = (local[..., [1, 2, 0]] - local) % k
     place = at[np.arange(len(rows))[:, None, None], local]

@@ -145,7 +145,7 @@ class Direction:
 
     @property
     def inner_steps(self) -> int:
-        """The largest number of inner steps of a disk."""
+        """The number of conjugate gradient steps of the disk that took most."""
         return int(self.each.max(initial=0))
 
 
@@ -345,7 +345,7 @@ def errors(lin: Linearisation, x: FloatArray, *, conformal: bool = False) -> Flo
 
 
 def exact_direction(e: FloatArray, x: FloatArray, lin: Linearisation) -> Direction:
-    """Return a direction without inner steps, as found with a factored system."""
+    """Return the direction found by a direct solve with the factored system."""
     disks = len(lin.problem.disks.faces)
     return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
 

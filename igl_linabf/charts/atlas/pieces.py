@@ -26,7 +26,7 @@ from ...surface import (
     normalize_placement,
 )
 
-MIN_LONE_HEIGHT = 1e-6  # least height of the triangle of a chart, over its longest side
+MIN_LONE_HEIGHT = 1e-6  # least height of a chart that is a single triangle, over its longest side
 LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of such a triangle, over its largest coordinate
 
 

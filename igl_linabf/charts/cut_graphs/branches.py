@@ -23,7 +23,7 @@ EndedArc = tuple[IntArray, int]  # consecutive edges, and the last node
 
 MOVES_OF_BRANCH_POINT = 3  # times that each branch point is moved, on average
 MAX_ARCS_OF_ALL_PAIRS = 6  # arcs at a branch point up to which every pair may share a part of their paths
-NEAREST_ARCS = 2  # nearest arcs that each arc is paired with at a point of more arcs
+NEAREST_ARCS = 2  # an arc that meets more others at a branch point is paired with only this many, the nearest
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:

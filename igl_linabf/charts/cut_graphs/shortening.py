@@ -80,7 +80,7 @@ class _Corridor:
         """Return the total length of edges."""
         return float(self.length[edges].sum())
 
-    def block_nodes(self, nodes: IntArray) -> BoolArray:
+    def mask_blocked_nodes(self, nodes: IntArray) -> BoolArray:
         """Return a mask over the corridor that blocks paths through these nodes of the surface."""
         blocked = np.zeros(len(self._nodes), dtype=bool)
         blocked[self.index[nodes]] = True
@@ -151,7 +151,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     graph = corridor.graph
 
     def move(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
-        blocked, on, old = corridor.block_nodes(graph.ends[seam]), graph.mask_of(seam), seam
+        blocked, on, old = corridor.mask_blocked_nodes(graph.ends[seam]), graph.mask_of(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.length_of(edges), corridor.index[nodes]
             blocked[places[1:]] = False
@@ -192,7 +192,7 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
             if len({*tips, branch}) < 4:
                 continue
             own = np.array([edge for edges, _ in arms for edge in edges])
-            blocked = corridor.block_nodes(np.fromiter(steps, dtype=np.int64, count=len(steps)))
+            blocked = corridor.mask_blocked_nodes(np.fromiter(steps, dtype=np.int64, count=len(steps)))
             for _, nodes in arms:
                 blocked[corridor.index[nodes[:-1]]] = False
             limit = corridor.length_of(own) * STRICTLY_SHORTER

@@ -15,7 +15,9 @@ from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, displacement_energy, triangle_changes
 
 COST_OF_SHIFT = 0.01  # cost of each shift by itself, over the mean cost of a shift
-MIN_SHIFT_COST = 1e-7  # least mean cost of a shift, over the energy of moving the seam's triangles alone
+MIN_SHIFT_COST = (
+    1e-7  # least mean cost of a shift, as a share of the energy if only triangles at the seam moved
+)
 COLUMNS_AT_ONCE = 32  # right-hand sides that are solved in one call
 MAX_WEIGHTINGS = 4  # rounds that increase the weight of triangles which change much, while triangles flip
 DOUBLING_CHANGE = 0.3  # relative change of a triangle that doubles its weight

@@ -83,14 +83,16 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
         if in_vain == constants.MAX_LEAVES_IN_VAIN or not scale.any():
             break
         far, before, _ = closed.graph.shortest_paths(fixed)
-        leaf = int(np.argmax(gain_of_leaves(closed, fixed, scale, far)))
+        leaf = int(np.argmax(estimate_branch_gains(closed, fixed, scale, far)))
         seam = np.append(seam, closed.graph.path_edges(before, [leaf]))
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
-def gain_of_leaves(closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray) -> FloatArray:
-    """What a branch to each node would save, (n,), from the log scale that is `expected`.
+def estimate_branch_gains(
+    closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray
+) -> FloatArray:
+    """Return what a branch to each node would save, (n,), from the `expected` log scale.
 
     A conformal map shrinks tips: a branch helps most where u is farthest from zero. A branch lets w of an
     isometric map be something else at its node. How fast the integral of w^2 then falls is the solution of

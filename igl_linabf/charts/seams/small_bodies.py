@@ -59,7 +59,7 @@ class SmallBodies:
             lower = self._cost(seam, trade)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
             stays = idle & (cost - lower < DISK_GAIN / trade)
-            seam, cost = self._either(needed, seam, stays), np.where(stays, cost, lower)
+            seam, cost = self._choose_per_body(needed, seam, stays), np.where(stays, cost, lower)
         return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 
     def _slits(self) -> IntArray:
@@ -107,8 +107,8 @@ class SmallBodies:
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]]
 
-    def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
-        """For each body one seam or the other."""
+    def _choose_per_body(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
+        """Return one of two seams for each body."""
         return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
 
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:

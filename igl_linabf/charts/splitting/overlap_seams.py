@@ -190,7 +190,7 @@ class _Search:
         for one, other in zip(sheets[::2], sheets[1::2], strict=True):
             within[0, one], within[1, other] = True, True
             barred = np.append(dual.inside(one, within[0]), dual.inside(other, within[1]))
-            overlaps.append(_Overlap(dual.crossed(*within), barred))
+            overlaps.append(_Overlap(dual.edges_across_path(*within), barred))
             within[0, one], within[1, other] = False, False
         return overlaps
 
@@ -245,8 +245,8 @@ class _Dual(NamedTuple):
     neighbour: IntArray
     edge: IntArray
 
-    def crossed(self, one: BoolArray, other: BoolArray) -> IntArray:
-        """The edges that a way from one sheet to another crosses, both masks of faces."""
+    def edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
+        """Return the edges that a shortest path between two sheets crosses; both are masks of faces."""
         way = breadth_first_path(self.begin, self.neighbour, one, other)
         at, of = self._around(way[:-1])
         return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])

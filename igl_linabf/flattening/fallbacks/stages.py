@@ -29,7 +29,9 @@ from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults
 
 LARGEST_HOLE_GAP = 0.1  # largest gap of a hole's loop, relative to its length, after the linear step
-STEP_AND_CHORD_RTOL = 0.1  # relative residual of the first step and its chord, and of steps to circles
+STEP_AND_CHORD_RTOL = (
+    0.1  # relative residual of the solves for the first step, its chord step, and steps to circles
+)
 ACTIVE_SET_RTOL = 0.01  # relative residual of the steps of the active set
 CONTINUED_RTOL = 0.03  # relative residual of steps that are followed by conformal corrections
 MAX_ACTIVE_SET_STEPS = 12

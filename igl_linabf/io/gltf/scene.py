@@ -248,7 +248,7 @@ def find_placements(gltf: Gltf) -> dict[int, Placement]:
 
 
 def _with_size(placement: Placement, area: float) -> Placement:
-    """Return the placement of a mesh; if it has size zero, use the mesh's own size."""
+    """Return the placement of a mesh; a placement of size zero stands for the mesh's own size."""
     if area > 0:
         return placement
     matrix = np.eye(4)

@@ -265,7 +265,7 @@ def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, Flo
 def _parse_statement_numbers(
     lines: list[bytes], rows: IntArray, counts: tuple[int, ...], what: str, fill: float = 0.0
 ) -> FloatArray:
-    """Return the numbers of these lines. `counts` lists the valid numbers of values, largest first."""
+    """Return the values of these lines. `counts` lists how many values a line may have, largest first."""
     if not len(rows):
         return np.empty((0, 3))
     texts = [lines[i].partition(b" ")[2] for i in rows.tolist()]

@@ -224,7 +224,7 @@ def _strip_texture_index(word: bytes) -> bytes:
 
 
 def _relocate_file_names(line: bytes, word: bytes, old: Folder, new: Path) -> bytes:
-    """Return a statement with references relative to the folder of the new file, one line for each file."""
+    """Make the references of a statement relative to the new file's folder, with one line per reference."""
     if FILE_STATEMENTS[word] is None:
         names, arguments = parse_library_names(line, old), ""
     elif FILE_STATEMENTS[word] == 0:

@@ -69,7 +69,7 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     turn = turned[links // 3]
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
     F = np.where(turned[:, None], F[:, [0, 2, 1]], F)
-    before = edges.counts_at_sides().reshape(F.shape)
+    before = edges.count_faces_at_sides().reshape(F.shape)
     number = np.where(turned[:, None], before[:, ::-1], before)
     F_new, origin = _split_vertices(F, links, triangle, number.ravel())
     return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
@@ -101,7 +101,7 @@ class _Edges:
         begin = self.begin[self.count == 2]
         return self.order[begin], self.order[begin + 1]
 
-    def counts_at_sides(self) -> IntArray:
+    def count_faces_at_sides(self) -> IntArray:
         """Return, for each side, the number of sides of its edge."""
         number = np.empty_like(self.order)
         number[self.order] = np.repeat(self.count, self.count)

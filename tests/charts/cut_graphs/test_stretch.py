@@ -14,7 +14,7 @@ from igl_linabf import cut, find_seams, flatten, quality, unwrap
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.stretch import expected
-from igl_linabf.charts.seams.growth import gain_of_leaves
+from igl_linabf.charts.seams.growth import estimate_branch_gains
 from igl_linabf.surface import Submesh
 
 
@@ -82,6 +82,6 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
         return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 
     every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])
-    taken = int(np.argmax(gain_of_leaves(closed, boundary, scale, far)))
+    taken = int(np.argmax(estimate_branch_gains(closed, boundary, scale, far)))
     assert every[taken - 1] > np.quantile(every, 0.9)
     assert every[taken - 1] > 0.5 * every.max()

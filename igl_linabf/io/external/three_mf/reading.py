@@ -27,7 +27,7 @@ METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers
 
 
 class PlacedMesh(NamedTuple):
-    """A mesh with the placement that the build defines.
+    """A mesh and its transform from the `<build>` section of the file.
 
     Attributes
     ----------
