@@ -1,6 +1,6 @@
 """Time the flattening of OpenABF's test surfaces, beside its published times and the SLIM of igl.
 
-    python benchmarks/scrolls.py [--most 1000000] [--slim-most 100000]
+    python benchmarks/scrolls.py [--most 1000000] [--slim-most 100000] [--memory 1600 2500]
 
 "wavy" is a grid of n x n points with unit steps and z = 0.3 sin(2 pi x / (n - 1)) cos(2 pi y / (n - 1));
 "cap" is a hemisphere. SLIM starts from a harmonic map to a circle and takes 20 steps of the symmetric
@@ -12,6 +12,7 @@ numbers of triangles (github.com/educelab/volume-cartographer/pull/123). Prints 
 from __future__ import annotations
 
 import argparse
+import sys
 import warnings
 from collections.abc import Callable
 from time import process_time
@@ -21,6 +22,7 @@ import numpy as np
 
 from igl_linabf import Isometric, abf, flatten, linabf
 from igl_linabf.measures import quality
+from igl_linabf.scrolls import flatten_segment, synthetic_segment
 
 SIZES = (50_000, 100_000, 200_000, 400_000, 600_000, 800_000, 1_000_000)
 PUBLISHED = {  # seconds by a direct solver, and by conjugate gradients on 1 and 12 threads
@@ -106,11 +108,25 @@ def print_times(most: int, slim_most: int) -> None:
             print(f"| {name} | {len(F):,} | {' | '.join(cells)} | {published} |", flush=True)
 
 
+def print_memory(rows: int, columns: int) -> None:
+    """Print the peak memory and the time of a synthetic segment; needs Linux or macOS."""
+    import resource
+
+    flat = flatten_segment(synthetic_segment(rows, columns), progress=False)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    report = flat.report
+    print(f"{report.faces:,} triangles: {peak / 1e9:.2f} GB, {process_time():.0f} s of a core\n\n{report}")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--most", type=int, default=SIZES[-1], help="largest number of triangles")
     parser.add_argument("--slim-most", type=int, default=100_000, help="largest number of triangles for SLIM")
+    parser.add_argument("--memory", type=int, nargs=2, metavar=("ROWS", "COLUMNS"), help="only this segment")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
+    if options.memory:
+        print_memory(*options.memory)
+        sys.exit()
     linabf(*wavy(1000))
     print_times(options.most, options.slim_most)

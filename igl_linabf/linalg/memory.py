@@ -41,14 +41,9 @@ def fits(wanted: int) -> bool:
     return free is None or wanted <= free
 
 
-def map_bytes(faces: int, factor: int = 0) -> int:
-    """Estimate the bytes that a map of `faces` faces and a factor of `factor` bytes take."""
-    return BYTES_PER_FACE * faces + factor
-
-
 def check_memory(faces: int, factor: int) -> None:
     """Raise a `MemoryLimitError` if a map of `faces` faces and a factor of `factor` bytes do not fit."""
-    wanted = map_bytes(faces, factor)
+    wanted = BYTES_PER_FACE * faces + factor
     if not fits(wanted):
         raise MemoryLimitError(
             f"{faces:,} faces take about {gigabytes(wanted)}, but only {gigabytes(available() or 0)} "

@@ -17,7 +17,6 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, flatten, resolve_method
 from ..io import Segment, read_tifxyz
-from ..linalg import map_bytes
 from ..measures import format_pair_count
 from ..surface import Repair, Submesh, clean, complex_positions, coordinates, direction_in_space
 from .grids import check_step, triangulate_grid
@@ -26,6 +25,7 @@ from .report import FlatSegment, SegmentReport, measure_pieces
 from .resampling import Sheet, grid_positions, sample_sheets
 
 AXIS = (0.0, 0.0, 1.0)  # of the scroll, in the coordinates of its volume
+BYTES_PER_POINT = 2200  # peak memory, with a million points or more
 GAP = 2  # columns without points between neighbouring pieces
 MAPPED = 0.9  # share of the progress at which the maps are finished
 
@@ -47,7 +47,7 @@ def memory_needed(segment: Segment) -> int:
     >>> memory_needed(synthetic_segment(50, 100)) < 10_000_000
     True
     """
-    return map_bytes(2 * int(segment.valid.sum()))
+    return BYTES_PER_POINT * int(segment.valid.sum())
 
 
 def flatten_segment(

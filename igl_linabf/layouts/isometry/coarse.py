@@ -15,6 +15,7 @@ from ..._core import sum_by
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
 from ...surface import Ragged
+from .energy import Rest
 from .newton import Springs, factor_damped, sum_at_vertices
 
 VERTICES_PER_NODE = 40  # of a map that fills a rectangle
@@ -51,7 +52,7 @@ class CoarseHessians:
     """The Hessian of the energy with respect to bilinear displacements on a grid over the map `start`."""
 
     def __init__(self, corner: IntArray, start: ComplexArray, solvers: Solvers) -> None:
-        self._corner, self._n = corner, len(start)
+        self._n = len(start)
         low = complex(start.real.min(), start.imag.min())
         width, height = np.ptp(start.real), np.ptp(start.imag)
         x = (start - low) / np.sqrt(width * height * VERTICES_PER_NODE / len(start))
@@ -87,22 +88,28 @@ class CoarseHessians:
         self._entries = len(found)
         self._analysis: Analysis = solvers.analyse(indptr, row, 2)
 
-    def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
-        """Return the gradient with respect to all vertices, (2 #V,)."""
-        return sum_at_vertices(self._corner, by_corner, self._n, springs, z)
-
-    def factor(self, rows: FloatArray, springs: Springs | None) -> Factor:
-        """Factor the sum of row row^T over the triangles, restricted to the grid.
+    def expand(
+        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+    ) -> tuple[FloatArray, Factor]:
+        """Return the gradient, (2 #V,), and a factor of the Hessian that is restricted to the grid.
 
         The factor solves for a displacement of all vertices, given a gradient with respect to all vertices.
         """
         if springs is not None:
             raise ValueError("pins are not in the grid: use the Hessian of all vertices")
-        sums = np.empty((len(self._cells), len(self._pairs), 4))
+        slope, sums = np.zeros(2 * self._n), np.empty((len(self._cells), len(self._pairs), 4))
         at_once = max(1, FACES_AT_ONCE * len(self._cells) // len(self._order))
         for first in range(0, len(self._cells), at_once):
             part = slice(first, min(first + at_once, len(self._cells)))
-            sums[part] = self._sum_in_cells(rows, part)
+            face = self._order[self._faces.start[part.start] : self._faces.start[part.stop]]
+            own = rest.of_faces(face)
+            by_corner, rows = own.expand(z, weight)
+            slope += sum_at_vertices(own.corner, by_corner, self._n)
+            sums[part] = self._sum_in_cells(rows, own.corner, self._cell[face], self._faces.sizes[part])
+        return slope, self._factor(sums)
+
+    def _factor(self, sums: FloatArray) -> Factor:
+        """Factor the Hessian, given its part of each cell, and restrict and prolong around its solutions."""
         on_diagonal = np.array([i == j for i, j in self._pairs])
         # nodes at the border with few triangles follow their neighbours
         stiffness = TIE * sums[:, on_diagonal][..., [0, 3]].mean()
@@ -114,15 +121,17 @@ class CoarseHessians:
         coarse = factor_damped(self._analysis, blocks, self._diagonal)
         return Factor(coarse.name, lambda slope: self._prolong(coarse.solve(self._restrict(slope))))
 
-    def _sum_in_cells(self, rows: FloatArray, part: slice) -> FloatArray:
-        """Sum row row^T over the triangles of some cells, as if each lay in the cell of its centre."""
-        face = self._order[self._faces.start[part.start] : self._faces.start[part.stop]]
-        within = Ragged.of_sizes(self._faces.sizes[part])
-        chosen = rows.reshape(4, 2, 3, -1)[..., face]
-        at_nodes = np.zeros((4, 2, 4, len(face)))  # rows, x and y, nodes
+    def _sum_in_cells(
+        self, rows: FloatArray, corner: IntArray, cell: IntArray, sizes: IntArray
+    ) -> FloatArray:
+        """Sum row row^T over the triangles of each cell, as if each lay in the cell of its centre."""
+        within = Ragged.of_sizes(sizes)
+        by_corner = rows.reshape(4, 2, 3, -1)
+        at_nodes = np.zeros((4, 2, 4, len(cell)))  # rows, x and y, nodes
         for k in range(3):
-            x = self._x[self._corner[k, face]]
-            at_nodes += chosen[:, :, k, None] * Bilinear.of(x, self._columns, self._cell[face]).weights
+            at_nodes += (
+                by_corner[:, :, k, None] * Bilinear.of(self._x[corner[k]], self._columns, cell).weights
+            )
         made = np.empty((len(within), len(self._pairs), 4))
         for pair, (i, j) in enumerate(self._pairs):
             for entry in range(4):

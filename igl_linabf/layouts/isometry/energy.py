@@ -62,6 +62,10 @@ class Rest:
         inward = 1j * (z[PREV] - z[NEXT]) / double_area  # gradients of the hat functions
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
+    def of_faces(self, rows: IntArray) -> Rest:
+        """Return some of the triangles."""
+        return Rest(np.ascontiguousarray(self.corner[:, rows]), self.gradient[:, rows], self.share[rows])
+
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
         """Return the energy of each triangle times its share; infinite if it is flipped or collapsed."""
         return isometric_energy(self.corner, self.gradient, self.share, z, weight)

@@ -79,27 +79,25 @@ class Hessians:
         self._entries = len(indices)
         self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
-    def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
-        """Return the gradient, (2 #V,), from the gradients of the triangles, (6, #F)."""
-        return sum_at_vertices(self._corner, by_corner, self._n, springs, z)
-
-    def factor(self, rows: FloatArray, springs: Springs | None) -> Factor:
-        """Factor the sum of row row^T over the triangles, with six `rows` entries each, and the springs."""
+    def expand(
+        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+    ) -> tuple[FloatArray, Factor]:
+        """Return the gradient, (2 #V,), and the factored Hessian: the sum of row row^T over the triangles."""
+        by_corner, rows = rest.expand(z, weight)
+        slope = sum_at_vertices(self._corner, by_corner, self._n)
         blocks = outer_products(rows, self._own, self._across, self._entries)
         if springs is not None:
+            slope += _interleave(2 * springs.stiffness * (z - springs.to))
             blocks[self._diagonal, 0] += 2 * springs.stiffness
             blocks[self._diagonal, 3] += 2 * springs.stiffness
-        return factor_damped(self._analysis, blocks, self._diagonal)
+        return slope, factor_damped(self._analysis, blocks, self._diagonal)
 
 
-def sum_at_vertices(
-    corner: IntArray, by_corner: FloatArray, n: int, springs: Springs | None, z: ComplexArray
-) -> FloatArray:
+def sum_at_vertices(corner: IntArray, by_corner: FloatArray, n: int) -> FloatArray:
     """Return the gradient with respect to all vertices, (2 #V,), from the gradients of the triangles."""
-    index = np.concatenate((2 * corner, 2 * corner + 1)).ravel()
-    slope = np.asarray(np.bincount(index, by_corner.ravel(), 2 * n), dtype=np.float64)
-    if springs is not None:
-        slope += _interleave(2 * springs.stiffness * (z - springs.to))
+    slope = np.empty(2 * n)
+    for axis in (0, 1):
+        slope[axis::2] = np.bincount(corner.ravel(), by_corner[3 * axis : 3 * axis + 3].ravel(), n)
     return slope
 
 
@@ -120,8 +118,9 @@ def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) ->
 class HessianModel(Protocol):
     """The model of the energy's Hessian that `descend` solves with."""
 
-    def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray: ...
-    def factor(self, rows: FloatArray, springs: Springs | None) -> Factor: ...
+    def expand(
+        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+    ) -> tuple[FloatArray, Factor]: ...
 
 
 def descend(
@@ -146,10 +145,10 @@ def descend(
     value, n = energy.of_charts(z), len(energy.faces)
     steps, moving, last = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool), np.full(n, np.inf)
     for _ in range(max_steps):
-        by_corner, rows = energy.rest.expand(z, energy.weight)
-        slope = hessians.slope(by_corner, energy.springs, z)
         try:
-            x = -hessians.factor(rows, energy.springs).solve(slope)
+            slope, factor = hessians.expand(energy.rest, z, energy.weight, energy.springs)
+            x = -factor.solve(slope)
+            del factor  # the largest object
         except NotPositiveDefiniteError:
             if n > 1:
                 raise
