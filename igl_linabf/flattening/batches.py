@@ -134,7 +134,8 @@ def isometric_maps(
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
-        how = describe_newton(int(steps[k]), f"the map of the {linear.attempts[-1].name}", float(energy[k]))
+        first = linear.report.attempts[-1].name
+        how = describe_newton(int(steps[k]), f"the map of the {first}", float(energy[k]))
         residuals = Residuals(*after[k].tolist())
         outcome, message = judge(
             Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)
