@@ -27,7 +27,7 @@ from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / folder) for folder in ("demos", "benchmarks", "scripts")]
-collect_ignore = ["blender_scenes.py"]  # project/test_blender.py runs it in the Python of Blender
+collect_ignore = ["blender_scenes"]  # project/test_blender.py runs it in the Python of Blender
 OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")

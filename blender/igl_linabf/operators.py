@@ -5,17 +5,21 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import pairwise
+from typing import Any
 
 import bpy
 import numpy as np
 
-from .scene import CannotUnwrapError, Part, mark_seams, read_part, select_faces, write_uv
+from .objects import CannotUnwrapError, choose_objects, largest_frames, object_mode
+from .pins import keep_pins, pack_beside, split_locked
+from .scene import Part, mark_seams, read_part, select_faces, write_uv
 from .settings import PROPERTIES, draw
+from .shapes import positions_of
+from .surface import Surface, make_atlas, mirrored_axis
 
 
 class UV_OT_linabf_unwrap(bpy.types.Operator):
-    """Unwrap the selected faces, or whole objects, by linear angle based flattening"""
+    """Unwrap the selected faces, or whole objects, without flips and overlaps"""
 
     bl_idname = "uv.linabf_unwrap"
     bl_label = "Unwrap (Linear ABF)"
@@ -30,101 +34,117 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         draw(self.layout, self)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects, selected = _choose_objects(context)
-        modifiers = context.evaluated_depsgraph_get() if self.modifiers else None
-        with _object_mode(context, selected), _progress(context) as progress:
+        selected = context.mode == "EDIT_MESH"
+        with _progress(context) as progress:
             try:
-                found = (read_part(obj, selected, modifiers) for obj in objects)
-                parts = [part for part in found if part is not None]
-                if not parts:
-                    what = "no faces are selected" if selected else "the objects have no faces"
-                    raise CannotUnwrapError(f"{what}: select some")
-                return self._unwrap(parts, progress)
+                objects, linked = choose_objects(context)
+                with object_mode(context):
+                    try:
+                        self._report_linked(objects, linked)
+                        parts, locked = self._read_parts(context, objects, selected)
+                        return self._unwrap(Surface.of(parts), locked, progress)
+                    except CannotUnwrapError as error:
+                        if error.mesh is not None and error.faces:
+                            select_faces(error.mesh, error.faces)
+                        raise
             except CannotUnwrapError as error:
-                if error.mesh is not None and error.faces:
-                    select_faces(error.mesh, error.faces)
                 self.report({"ERROR"}, str(error))
                 return {"CANCELLED"}
 
-    def _unwrap(self, parts: list[Part], progress: object) -> set[str]:
-        # imported here, because the import of SciPy is slow
-        from igl_linabf import ChartOptions, MeshError, Packing, unwrap
+    def _report_linked(self, objects: list[bpy.types.Object], linked: list[str]) -> None:
+        """Report the objects whose meshes belong to another file."""
+        if not linked:
+            return
+        text = f"the mesh of {', '.join(linked)} is linked from another file, where changes would be lost"
+        help_ = "make it local (Object > Relations > Make Local > Selected Objects and Data)"
+        if not objects:
+            raise CannotUnwrapError(f"{text}: {help_}")
+        self.report({"WARNING"}, f"{text}; it is left out: {help_}")
 
-        vertices = np.cumsum([0, *(len(part.V) for part in parts)])
-        faces = np.cumsum([0, *(len(part.F) for part in parts)])
-        F = [
-            [v + first for v in row]
-            for part, first in zip(parts, vertices.tolist(), strict=False)
-            for row in part.F
-        ]
-        marked = self.seams == "MARKED"
-        edges = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
-        if marked:
-            seams, charts = edges, ChartOptions(trade=self.trade, extend=self.extend)
-        else:
-            seams, charts = None, None if self.cones else ChartOptions(trade=self.trade)
+    def _read_parts(
+        self, context: bpy.types.Context, objects: list[bpy.types.Object], selected: bool
+    ) -> tuple[list[Part], list[Part]]:
+        """Return the faces to unwrap of each object, and the faces of islands that are pinned completely."""
+        axis, second = mirrored_axis(self.hide), self.layer == "SECOND"
+        frames = largest_frames(context.evaluated_depsgraph_get(), objects)
+        split = []
+        for obj, frame in zip(objects, frames, strict=True):
+            V = positions_of(obj, frame, context, self.modifiers, axis)
+            split.append(split_locked(read_part(obj, V, selected, second)))
+        parts, locked = ([part for part in each if len(part.polygons)] for each in zip(*split, strict=True))
+        if not parts and locked:
+            raise CannotUnwrapError("all UVs are pinned: unpin those that may move")
+        if not parts:
+            raise CannotUnwrapError(
+                "no faces are selected: select some" if selected else "the objects have no faces: add some"
+            )
+        return parts, locked
+
+    def _unwrap(self, surface: Surface, locked: list[Part], progress: object) -> set[str]:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            try:
-                atlas = unwrap(
-                    np.concatenate([part.V for part in parts]),
-                    F,
-                    seams,
-                    charts=charts,
-                    method=self.method,
-                    cones=self.cones if charts is None else None,
-                    packing=Packing(
-                        resolution=(self.resolution, self.height or self.resolution), padding=self.margin
-                    ),
-                    progress=progress,
-                )
-            except MeshError as error:
-                helps = "; Extend Seams finds the missing seams" if marked and not self.extend else ""
-                raise CannotUnwrapError(f"{error}{helps}") from None
-        uv = atlas.TC[np.concatenate([np.asarray(row) for row in atlas.FTC])]
-        corners = np.cumsum([0, *(len(part.loops) for part in parts)])
-        for part, (a, b), first in zip(parts, pairwise(corners), vertices, strict=False):
-            write_uv(part, uv[a:b], second=self.layer == "SECOND")
-            if not marked or self.extend:
-                own = (atlas.seams >= first).all(axis=1) & (atlas.seams < first + len(part.V)).all(axis=1)
-                mark_seams(part, atlas.seams[own] - first, keep=marked)
+            atlas, found = self._make_atlas(surface, progress)
+            rows = np.concatenate([np.ravel(row) for row in atlas.FTC])
+            TC, faulty = self._place_pinned(surface, locked, atlas, rows)
+        for part, own in surface.split_corners(rows):
+            uv = TC[own]
+            uv[part.pinned] = part.uv[part.pinned]
+            write_uv(part, uv, second=self.layer == "SECOND")
+            if found:
+                mark_seams(part, own, keep=self.seams == "MARKED")
         for warning in caught:
             self.report({"WARNING"}, str(warning.message))
-        self._select_bad_charts(atlas, parts, faces)
-        if atlas.good:
-            self.report({"INFO"}, f"{len(atlas.charts)} charts, L2 stretch {atlas.quality.stretch_l2:.3f}")
+        self._select_faulty_charts(surface, atlas, faulty)
+        if atlas.good and not faulty.any():
+            summary = f"{len(atlas.charts)} charts, L2 stretch {atlas.quality.stretch_l2:.3f}"
+            unmarked = found and self.seams == "MARKED" and not self.extend
+            self.report({"INFO"}, summary + "; no seams were marked, and seams were found" * unmarked)
         return {"FINISHED"}
 
-    def _select_bad_charts(self, atlas: object, parts: list[Part], faces: np.ndarray) -> None:
-        """Select the faces of all charts that overlap or have a bad outcome."""
-        if atlas.good:
-            return
-        bad = np.zeros(faces[-1], dtype=bool)
-        for chart in atlas.charts:
-            bad[chart.faces] |= bool(chart.overlapping) or not chart.result.outcome.good
-        for part, (a, b) in zip(parts, pairwise(faces), strict=True):
-            if bad[a:b].any():
-                select_faces(part.obj.data, part.polygons[bad[a:b]].tolist())
+    def _make_atlas(self, surface: Surface, progress: object) -> tuple[Any, bool]:
+        """Return the atlas, and whether seams were found.
 
+        Without any marked seams, seams are found only if the faces cannot be unwrapped otherwise, for example
+        those of a closed body.
+        """
+        if self.seams == "FOUND" or self.extend:
+            return make_atlas(surface, self, self.seams == "MARKED", progress), True
+        try:
+            return make_atlas(surface, self, False, progress), False
+        except CannotUnwrapError:
+            if len(surface.join("seams")):
+                raise
+        return make_atlas(surface, self, True, progress), True
 
-def _choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], bool]:
-    """Return the objects, each mesh once, and whether only selected faces are unwrapped (edit mode)."""
-    selected = context.mode == "EDIT_MESH"
-    objects = context.objects_in_mode_unique_data if selected else context.selected_objects
-    meshes = {obj.data: obj for obj in reversed(objects) if obj.type == "MESH"}
-    return list(reversed(meshes.values())), selected
+    def _place_pinned(
+        self, surface: Surface, locked: list[Part], atlas: Any, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the texture coordinates with all pins where they were, and the charts with faults."""
+        faulty = np.array(
+            [bool(chart.overlapping) or not chart.result.outcome.good for chart in atlas.charts], dtype=bool
+        )
+        if not (locked or surface.join("pinned").any()):
+            return atlas.TC, faulty
+        pinned = keep_pins(surface, atlas, rows, self.method)
+        if pack_beside(surface, atlas, pinned, rows, locked, self):
+            self.report(
+                {"WARNING"}, "the pinned charts leave no room: the other charts are on the next UDIM tile"
+            )
+        if pinned.faulty.any():
+            self.report(
+                {"WARNING"},
+                f"the pins of {np.count_nonzero(pinned.faulty)} charts force flips or overlaps; the charts "
+                "are selected: move or remove pins",
+            )
+        return pinned.TC, (faulty & ~pinned.fixed) | pinned.faulty
 
-
-@contextmanager
-def _object_mode(context: bpy.types.Context, editing: bool) -> Iterator[None]:
-    """Leave edit mode, because arrays of a mesh are accessible in object mode only."""
-    if editing:
-        bpy.ops.object.mode_set(mode="OBJECT")
-    try:
-        yield
-    finally:
-        if editing:
-            bpy.ops.object.mode_set(mode="EDIT")
+    def _select_faulty_charts(self, surface: Surface, atlas: Any, faulty: np.ndarray) -> None:
+        """Select the faces of all charts that have flips or overlaps."""
+        if faulty.any():
+            bad = np.isin(np.asarray(atlas.chart), np.flatnonzero(faulty))
+            for part, chosen in surface.split_faces(bad):
+                if chosen.any():
+                    select_faces(part.obj.data, part.polygons[chosen])
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .operators import UV_OT_linabf_unwrap
-from .settings import PROPERTIES, draw
+from .settings import copy_settings, draw
 
 
 class _Panel:
@@ -15,14 +15,12 @@ class _Panel:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return context.active_object is not None and context.active_object.type == "MESH"
+        return UV_OT_linabf_unwrap.poll(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         chosen = context.scene.linabf
         draw(self.layout, chosen)
-        button = self.layout.operator(UV_OT_linabf_unwrap.bl_idname, text="Unwrap")
-        for name in PROPERTIES:
-            setattr(button, name, getattr(chosen, name))
+        copy_settings(chosen, self.layout.operator(UV_OT_linabf_unwrap.bl_idname, text="Unwrap"))
 
 
 class VIEW3D_PT_linabf(_Panel, bpy.types.Panel):
@@ -39,7 +37,7 @@ MENUS = "VIEW3D_MT_uv_map", "IMAGE_MT_uvs_unwrap"
 
 def _draw_entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
     menu.layout.separator()
-    menu.layout.operator(UV_OT_linabf_unwrap.bl_idname)
+    copy_settings(context.scene.linabf, menu.layout.operator(UV_OT_linabf_unwrap.bl_idname))
 
 
 def register() -> None:

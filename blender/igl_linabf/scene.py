@@ -1,20 +1,14 @@
-"""Convert Blender meshes to arrays, and write the atlas back."""
+"""Convert Blender meshes to arrays, and write texture coordinates, seams and selections back."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
 
-
-class CannotUnwrapError(Exception):
-    """An error that a user can fix; `faces` of `mesh` are the faces to select."""
-
-    def __init__(self, text: str, mesh: bpy.types.Mesh | None = None, faces: Sequence[int] = ()) -> None:
-        super().__init__(text)
-        self.mesh, self.faces = mesh, faces
+from .objects import CannotUnwrapError
+from .shapes import read
 
 
 @dataclass(frozen=True)
@@ -26,91 +20,144 @@ class Part:
     obj : the object
     V : (#V, 3) float64, all vertices of the object, at its scale
     polygons : (#f,) int64, the indices of the faces
-    loops : (#l,) int64, the corners of all faces, in order
     sizes : (#f,) int64, the number of corners of each face
-    F : list of lists, the vertices of each face
-    seams : (#E, 2) int64, the marked edges
+    loops : (#l,) int64, the corners of all faces, in order
+    corners : (#l,) int64, the vertex of each corner
+    edges : (#l,) int64, the edge from each corner to the next one of its face
+    uv : (#l, 2) float32, the texture coordinates before
+    pinned : (#l,) bool, whether they are pinned
     """
 
     obj: bpy.types.Object
     V: np.ndarray
     polygons: np.ndarray
-    loops: np.ndarray
     sizes: np.ndarray
-    F: list[list[int]]
-    seams: np.ndarray
+    loops: np.ndarray
+    corners: np.ndarray
+    edges: np.ndarray
+    uv: np.ndarray
+    pinned: np.ndarray
+
+    @property
+    def starts(self) -> np.ndarray:
+        """The first corner of each face."""
+        return np.cumsum(self.sizes) - self.sizes
+
+    @property
+    def next_corners(self) -> np.ndarray:
+        """The next corner of the same face, for each corner."""
+        following = np.arange(1, len(self.loops) + 1)
+        following[self.starts + self.sizes - 1] = self.starts
+        return following
+
+    @property
+    def seams(self) -> np.ndarray:
+        """The ends of the edges of these faces that are marked as seams, (#E, 2)."""
+        used = np.unique(self.edges)
+        marked = used[read(self.obj.data.edges, "use_seam", bool)[used]]
+        return read(self.obj.data.edges, "vertices", np.int32, 2).reshape(-1, 2)[marked].astype(np.int64)
+
+    @property
+    def materials(self) -> np.ndarray:
+        """The material slot of each face."""
+        return read(self.obj.data.polygons, "material_index", np.int32)[self.polygons]
+
+    def select(self, chosen: np.ndarray) -> Part:
+        """Return the part with some of its faces, a mask."""
+        at = np.repeat(chosen, self.sizes)
+        names = "loops", "corners", "edges", "uv", "pinned"
+        kept = {name: getattr(self, name)[at] for name in names}
+        return replace(self, polygons=self.polygons[chosen], sizes=self.sizes[chosen], **kept)
 
 
-def read_part(obj: bpy.types.Object, selected: bool, modifiers: bpy.types.Depsgraph | None) -> Part | None:
-    """Return all faces of an object, or the selected faces; None if there are no faces."""
+def read_part(obj: bpy.types.Object, V: np.ndarray, selected: bool, second: bool) -> Part:
+    """Return all faces of an object, or the selected faces; `second` reads the second UV layer."""
     mesh = obj.data
     polygons = np.arange(len(mesh.polygons))
     if selected:
-        polygons = polygons[_read(mesh.polygons, "select", bool) & ~_read(mesh.polygons, "hide", bool)]
-    if not len(polygons):
-        return None
-    sizes = _read(mesh.polygons, "loop_total", np.int32)[polygons].astype(np.int64)
-    starts = _read(mesh.polygons, "loop_start", np.int32)[polygons].astype(np.int64)
-    begin = np.cumsum(sizes) - sizes
-    loops = np.repeat(starts - begin, sizes) + np.arange(sizes.sum())
-    vertices = _read(mesh.loops, "vertex_index", np.int32)[loops].astype(np.int64)
-    V = _positions(obj, modifiers)
-    bad = ~np.isfinite(V).all(axis=1)[vertices]
+        polygons = polygons[read(mesh.polygons, "select", bool) & ~read(mesh.polygons, "hide", bool)]
+    sizes = read(mesh.polygons, "loop_total", np.int32)[polygons].astype(np.int64)
+    first = read(mesh.polygons, "loop_start", np.int32)[polygons].astype(np.int64)
+    loops = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+    corners = read(mesh.loops, "vertex_index", np.int32)[loops].astype(np.int64)
+    edges = read(mesh.loops, "edge_index", np.int32)[loops].astype(np.int64)
+    bad = ~np.isfinite(V).all(axis=1)[corners]
     if bad.any():
         faces = polygons[np.unique(np.repeat(np.arange(len(sizes)), sizes)[bad])]
         raise CannotUnwrapError(
             f"{obj.name}: {len(faces)} faces have a vertex at no place (NaN or infinite); they are "
             "selected: move or remove it",
             mesh,
-            faces.tolist(),
+            faces,
         )
-    edges = _read(mesh.edges, "vertices", np.int32, 2).reshape(-1, 2).astype(np.int64)
-    F = [row.tolist() for row in np.split(vertices, begin[1:])]
-    return Part(obj, V, polygons, loops, sizes, F, edges[_read(mesh.edges, "use_seam", bool)])
+    layer = _find_layer(mesh, second)
+    uv, pinned = np.zeros((len(loops), 2), dtype=np.float32), np.zeros(len(loops), dtype=bool)
+    if layer is not None:
+        uv = read(layer.data, "uv", np.float32, 2).reshape(-1, 2)[loops]
+        pins = mesh.attributes.get(f".pn.{layer.name}")
+        pinned = pinned if pins is None else read(pins.data, "value", bool)[loops]
+    return Part(obj, V, polygons, sizes, loops, corners, edges, uv, pinned)
 
 
-def write_uv(part: Part, uv: np.ndarray, second: bool = False) -> None:
+def write_uv(part: Part, uv: np.ndarray, second: bool) -> None:
     """Write texture coordinates to the active or the second UV layer; create the layer if necessary."""
     mesh = part.obj.data
-    layer = mesh.uv_layers.active or mesh.uv_layers.new(name="UVMap")
-    if second and layer is not None:
-        layer = mesh.uv_layers[1] if len(mesh.uv_layers) > 1 else mesh.uv_layers.new(name="Lightmap")
+    layer = _find_layer(mesh, second)
+    if layer is None:
+        if not mesh.uv_layers:
+            mesh.uv_layers.new(name="UVMap")
+        layer = mesh.uv_layers.new(name="Lightmap") if second else mesh.uv_layers.active
     if layer is None:
         raise CannotUnwrapError(f"{part.obj.name} has as many UV layers as Blender allows: remove one", mesh)
-    values = _read(layer.data, "uv", np.float32, 2).reshape(-1, 2)
+    values = read(layer.data, "uv", np.float32, 2).reshape(-1, 2)
     values[part.loops] = uv
     layer.data.foreach_set("uv", values.ravel())  # `layer.uv` would also change the copy for undo
     mesh.update()
 
 
-def mark_seams(part: Part, seams: np.ndarray, keep: bool) -> None:
-    """Mark edges as seams; unless `keep`, clear the marks of all other edges of the unwrapped faces."""
-    mesh, n = part.obj.data, len(part.V)
-    ends = np.sort(_read(mesh.edges, "vertices", np.int32, 2).reshape(-1, 2).astype(np.int64), axis=1)
-    key, marked = ends[:, 0] * n + ends[:, 1], _read(mesh.edges, "use_seam", bool)
-    if not keep:
-        corners = np.concatenate([np.column_stack((row, np.roll(row, -1))) for row in part.F])
-        corners.sort(axis=1)
-        marked &= ~np.isin(key, corners[:, 0] * n + corners[:, 1])
-    seams = np.sort(seams, axis=1)
-    mesh.edges.foreach_set("use_seam", marked | np.isin(key, seams[:, 0] * n + seams[:, 1]))
+def _find_layer(mesh: bpy.types.Mesh, second: bool) -> bpy.types.MeshUVLoopLayer | None:
+    """Return the active or the second UV layer, if there is one."""
+    if second:
+        return mesh.uv_layers[1] if len(mesh.uv_layers) > 1 else None
+    return mesh.uv_layers.active
+
+
+def mark_seams(part: Part, rows: np.ndarray, keep: bool) -> None:
+    """Mark the edges along which the map is cut, also between the part's faces and other faces.
+
+    Parameters
+    ----------
+    part : the part
+    rows : (#l,) int64, an index of the texture coordinates of each corner
+    keep : whether marks of other edges of the part stay
+    """
+    mesh, edges = part.obj.data, part.edges
+    ends = np.column_stack((rows, rows[part.next_corners]))
+    backwards = part.corners > part.corners[part.next_corners]
+    ends[backwards] = ends[backwards, ::-1]
+    of_edge = np.zeros((len(mesh.edges), 2), dtype=np.int64)
+    of_edge[edges] = ends  # the corners of one of the faces at each edge
+    cut = np.zeros(len(mesh.edges), dtype=bool)
+    cut[edges[(of_edge[edges] != ends).any(axis=1)]] = True
+    n_faces = np.bincount(edges, minlength=len(cut))
+    own = n_faces > 0
+    cut |= own & (np.bincount(read(mesh.loops, "edge_index", np.int32), minlength=len(cut)) > n_faces)
+    marked = read(mesh.edges, "use_seam", bool)
+    mesh.edges.foreach_set("use_seam", cut | (marked & (keep | ~own)))
     mesh.update()
 
 
-def select_faces(mesh: bpy.types.Mesh, faces: Sequence[int]) -> None:
+def select_faces(mesh: bpy.types.Mesh, faces: object) -> None:
     """Select exactly these faces of the mesh."""
     chosen = np.zeros(len(mesh.polygons), dtype=bool)
-    chosen[list(faces)] = True
-    starts, sizes = (_read(mesh.polygons, name, np.int32)[chosen] for name in ("loop_start", "loop_total"))
-    loops = np.concatenate(
-        [np.arange(a, a + size) for a, size in zip(starts, sizes, strict=True)] or [np.empty(0, int)]
-    )
+    chosen[faces] = True
+    loops = np.repeat(chosen, read(mesh.polygons, "loop_total", np.int32))  # loops are in order of the faces
     for domain, collection, name in (
         ("vert", mesh.vertices, "vertex_index"),
         ("edge", mesh.edges, "edge_index"),
     ):
         picked = np.zeros(len(collection), dtype=bool)
-        picked[_read(mesh.loops, name, np.int32)[loops]] = True
+        picked[read(mesh.loops, name, np.int32)[loops]] = True
         _select(mesh, domain, picked)
     _select(mesh, "poly", chosen)
     mesh.update()
@@ -126,36 +173,3 @@ def _select(mesh: bpy.types.Mesh, domain: str, chosen: np.ndarray) -> None:
     kind = {"vert": "POINT", "edge": "EDGE", "poly": "FACE"}[domain]
     attribute = attribute or mesh.attributes.new(name, "BOOLEAN", kind)
     attribute.data.foreach_set("value", chosen)
-
-
-def _positions(obj: bpy.types.Object, modifiers: bpy.types.Depsgraph | None) -> np.ndarray:
-    """Return the vertices in world space up to a rigid motion, because the scale of an object matters.
-
-    A mirrored object keeps the orientation of its faces, as in the Unwrap operator of Blender.
-    """
-    n = len(obj.data.vertices)
-    if modifiers is None:
-        co = _read(obj.data.vertices, "co", np.float32, 3)
-    else:
-        evaluated = obj.evaluated_get(modifiers)
-        evaluated_mesh = evaluated.to_mesh()
-        try:
-            if len(evaluated_mesh.vertices) != n:
-                raise CannotUnwrapError(
-                    f"{obj.name}: its modifiers make {len(evaluated_mesh.vertices)} vertices of {n}, and not "
-                    "only another shape of its faces: apply them, or switch Use Modifiers off",
-                    obj.data,
-                )
-            co = _read(evaluated_mesh.vertices, "co", np.float32, 3)
-        finally:
-            evaluated.to_mesh_clear()
-    linear = np.array(obj.matrix_world.to_3x3(), dtype=np.float64)
-    V = co.reshape(-1, 3).astype(np.float64) @ linear.T
-    return V * [-1, 1, 1] if np.linalg.det(linear) < 0 else V
-
-
-def _read(collection: bpy.types.bpy_prop_collection, name: str, kind: type, width: int = 1) -> np.ndarray:
-    """Return an attribute of all elements of a collection."""
-    values = np.empty(len(collection) * width, dtype=kind)
-    collection.foreach_get(name, values)
-    return values

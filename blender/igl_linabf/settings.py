@@ -5,40 +5,74 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+NO_STRETCH_LIMIT = 10.0  # value of Maximum Stretch (L2) that sets no limit
+
 METHODS = (
-    ("linabf", "Linear ABF", "Keeps angles; the fastest without flips"),
-    ("abf", "ABF", "Keeps angles as well as they can be"),
-    ("isometric", "Isometric", "Keeps lengths: even checks everywhere, for textures"),
+    ("isometric", "Isometric", "Keep lengths and areas: even checks everywhere, for textures"),
+    ("linabf", "Linear ABF", "Keep angles; the fastest method without flips"),
+    ("abf", "ABF", "Keep angles as well as possible"),
     ("lscm", "LSCM", "Blender's conformal method, for comparison"),
 )
 SEAMS = (
-    ("MARKED", "Marked", "Cut along the edges that are marked as seams"),
-    ("FOUND", "Found", "Find seams, and mark them as seams, so that you can edit them"),
+    (
+        "MARKED",
+        "Marked",
+        "Cut along the edges that are marked as seams; a closed body without any gets found seams",
+    ),
+    ("FOUND", "Found", "Find seams, and mark them as Blender's seams, which can then be edited"),
+)
+HIDE = (
+    ("NOWHERE", "Anywhere", "Seams may lie anywhere"),
+    ("BACK", "On the Back", "On the side of each body with the least detail, such as the back of a head"),
+    ("+Y", "+Y (behind)", "On faces that look to +Y, away from the front view"),
+    ("-Y", "-Y (in front)", "On faces that look to -Y"),
+    ("+X", "+X", "On faces that look to +X"),
+    ("-X", "-X", "On faces that look to -X"),
+    ("-Z", "-Z (below)", "On faces that look down"),
+    ("+Z", "+Z (on top)", "On faces that look up"),
 )
 LAYERS = (
-    ("ACTIVE", "Active", "Write into the active UV map"),
-    ("SECOND", "Second", "Write into the second UV map, as lightmaps need it; the first one stays"),
+    ("ACTIVE", "Active", "Write to the active UV map"),
+    ("SECOND", "Second", "Write to the second UV map, for lightmaps; the first one is not changed"),
 )
 PROPERTIES = {
-    "method": EnumProperty(name="Method", items=METHODS, default="linabf"),
+    "method": EnumProperty(name="Method", items=METHODS, default="isometric"),
     "seams": EnumProperty(name="Seams", items=SEAMS, default="MARKED"),
     "extend": BoolProperty(
         name="Extend Seams",
-        description="Find and mark the seams that the marked ones leave missing: on closed pieces, handles, "
-        "and where the stretch is large",
-        default=True,
+        description="Add and mark the seams that the marked ones lack: on closed pieces and handles, and "
+        "where the stretch is large",
+        default=False,
     ),
     "trade": FloatProperty(
-        name="Trade",
-        description="Larger: longer seams for less stretch. 0: the shortest seams",
+        name="Seam Length",
+        description="Larger values: longer seams and less stretch. 0: the shortest seams",
         default=6.0,
         min=0.0,
         soft_max=60.0,
     ),
+    "hide": EnumProperty(
+        name="Hide Seams", description="Where seams that are found lie if possible", items=HIDE
+    ),
+    "max_stretch": FloatProperty(
+        name="Maximum Stretch",
+        description="Cut charts until the stretch of each is at most this value: 1 is none, 1.1 is a tenth. "
+        f"{NO_STRETCH_LIMIT:g}: no limit, stretch is only weighed against the length of seams",
+        default=NO_STRETCH_LIMIT,
+        min=1.0,
+        max=NO_STRETCH_LIMIT,
+        soft_max=2.0,
+        step=1,
+    ),
+    "keep_materials": BoolProperty(
+        name="Keep Materials",
+        description="Put faces of different materials into different charts",
+        default=False,
+    ),
     "cones": IntProperty(
-        name="Cones",
-        description="End the seams of closed surfaces at this many cones, so that both sides of each seam "
-        "are equally long; 0: no cones",
+        name="Matching Seams",
+        description="Make both sides of each seam of a closed surface equally long, so that tiling textures "
+        "match: end the seams at this number of points. 0: off. Needs the method Linear ABF or ABF",
         default=0,
         min=0,
         soft_max=64,
@@ -48,24 +82,32 @@ PROPERTIES = {
     ),
     "resolution": IntProperty(
         name="Texture Size",
-        description="Width of the texture, in texels, for which the margin is",
+        description="Width of the texture in texels, to which the margin refers",
         default=1024,
         min=16,
         soft_max=16384,
         subtype="PIXEL",
     ),
     "height": IntProperty(
-        name="Height",
-        description="Of the texture, where it is not square; 0: as its width",
+        name="Texture Height",
+        description="Height of a texture that is not square, in texels; 0: the same as its width",
         default=0,
         min=0,
         soft_max=16384,
         subtype="PIXEL",
     ),
+    "texel_density": FloatProperty(
+        name="Texel Density",
+        description="Texels per unit of length; charts that do not fit continue on further UDIM tiles. "
+        "0: charts are as large as the texture allows",
+        default=0.0,
+        min=0.0,
+        soft_max=10000.0,
+    ),
     "layer": EnumProperty(name="UV Map", items=LAYERS, default="ACTIVE"),
     "modifiers": BoolProperty(
         name="Use Modifiers",
-        description="Unwrap the shape that the modifiers make, as long as they keep the vertices",
+        description="Unwrap the shape that modifiers produce, such as Subdivision Surface or Armature",
         default=False,
     ),
 }
@@ -82,18 +124,26 @@ def draw(layout: bpy.types.UILayout, chosen: object) -> None:
     layout.use_property_split = True
     layout.use_property_decorate = False
     layout.prop(chosen, "method")
-    layout.prop(chosen, "seams", expand=True)
+    layout.row().prop(chosen, "seams", expand=True)
     if chosen.seams == "MARKED":
         layout.prop(chosen, "extend")
-    layout.prop(chosen, "trade")
+    column = layout.column(align=True)
+    for name in ("trade", "max_stretch", "hide"):
+        column.prop(chosen, name)
+    layout.prop(chosen, "keep_materials")
     if chosen.seams == "FOUND":
         layout.prop(chosen, "cones")
     column = layout.column(align=True)
-    column.prop(chosen, "margin")
-    column.prop(chosen, "resolution")
-    column.prop(chosen, "height")
+    for name in ("margin", "resolution", "height", "texel_density"):
+        column.prop(chosen, name)
     layout.prop(chosen, "layer")
     layout.prop(chosen, "modifiers")
+
+
+def copy_settings(chosen: LinabfSettings, button: bpy.types.OperatorProperties) -> None:
+    """Copy the settings of the panel to a button or a menu entry."""
+    for name in PROPERTIES:
+        setattr(button, name, getattr(chosen, name))
 
 
 def register() -> None:
