@@ -121,23 +121,26 @@ class LinabfSettings(bpy.types.PropertyGroup):
 
 def draw(layout: bpy.types.UILayout, chosen: object) -> None:
     """Draw the settings as rows of a panel."""
-    layout.use_property_split = True
     layout.use_property_decorate = False
-    layout.prop(chosen, "method")
-    layout.row().prop(chosen, "seams", expand=True)
+    split = layout.column()
+    split.use_property_split = True
+    split.prop(chosen, "method")
+    split.row().prop(chosen, "seams", expand=True)
     if chosen.seams == "MARKED":
-        layout.prop(chosen, "extend")
+        split.prop(chosen, "extend")
+    split.prop(chosen, "hide")
+    split.prop(chosen, "keep_materials")
+    # without a split, names of numbers are inside their fields, where a narrow sidebar has room for them
     column = layout.column(align=True)
-    for name in ("trade", "max_stretch", "hide"):
+    for name in ("trade", "max_stretch", *(("cones",) if chosen.seams == "FOUND" else ())):
         column.prop(chosen, name)
-    layout.prop(chosen, "keep_materials")
-    if chosen.seams == "FOUND":
-        layout.prop(chosen, "cones")
     column = layout.column(align=True)
     for name in ("margin", "resolution", "height", "texel_density"):
         column.prop(chosen, name)
-    layout.prop(chosen, "layer")
-    layout.prop(chosen, "modifiers")
+    split = layout.column()
+    split.use_property_split = True
+    split.prop(chosen, "layer")
+    split.prop(chosen, "modifiers")
 
 
 def copy_settings(chosen: LinabfSettings, button: bpy.types.OperatorProperties) -> None:
