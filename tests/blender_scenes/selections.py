@@ -89,7 +89,7 @@ def test_marked_seams_outside_the_selection_do_not_matter() -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
     obj.data.polygons.foreach_set("hide", hidden)
     bpy.ops.object.mode_set(mode="EDIT")
-    assert unwrap(extend=True) == {"FINISHED"}
+    assert unwrap() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert np.allclose(uv_of(obj)[loops], expected, atol=1e-6)
     assert unwrap() == {"FINISHED"}  # all faces, and a loose edge
