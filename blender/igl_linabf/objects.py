@@ -49,7 +49,7 @@ def largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Objec
 
 
 def _area_scale(frame: np.ndarray) -> float:
-    """Return the factor by which a transform (3, 3) scales areas, as a norm over three planes."""
+    """Return how much a transform (3, 3) scales areas: the norm of its factors for three planes."""
     a, b, c = frame.T
     return float(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)]))
 

@@ -105,7 +105,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         """Return the atlas, and whether seams were found.
 
         Without any marked seams, seams are found only if the faces cannot be unwrapped otherwise, for example
-        those of a closed body.
+        if the body is closed.
         """
         if self.seams == "FOUND" or self.extend:
             return make_atlas(surface, self, self.seams == "MARKED", progress), True

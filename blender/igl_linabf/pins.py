@@ -13,10 +13,12 @@ from .objects import CannotUnwrapError
 from .scene import Part
 from .surface import Surface
 
-SAME_POINT = 1e-5  # distance up to which two pins of a point agree, in the UV square
+SAME_POINT = 1e-5  # largest distance between two pins that count as equal, in the UV square
 CELLS = 64  # cells along the page's side in the search for the largest empty rectangle
 MIN_ROOM = 10  # least width of a page in margins, as `Packing` requires
-MIN_SHARE = 0.5  # least texel density of unpinned charts, relative to the pinned ones, in that rectangle
+MIN_SHARE = (
+    0.5  # smallest texel density of unpinned charts in that rectangle, over the density of pinned charts
+)
 
 
 def split_locked(part: Part) -> tuple[Part, Part]:
@@ -117,7 +119,7 @@ def pack_beside(
     """Pack the charts without pins into the largest empty rectangle beside the pinned charts, in place.
 
     They get the texel density of the pinned charts, or the requested one, or less if the rectangle is small.
-    Return True if there is no room for them; they are then on the next UDIM tile.
+    Return True if they do not fit and are placed on the next UDIM tile.
     """
     free = [
         chart.result.F + start

@@ -38,7 +38,7 @@ def positions_of(
 def _modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np.ndarray:
     """Return where the modifiers move the vertices of the mesh.
 
-    Most modifiers add vertices after those of the mesh: Subdivision Surface, Mirror, Array, Solidify. An
+    Subdivision Surface, Mirror, Array and Solidify append vertices to the vertices of the mesh. An
     attribute that Blender passes through the modifiers shows whether the first vertices are still the same.
     """
     mesh, n = obj.data, len(obj.data.vertices)
