@@ -183,17 +183,7 @@ def unwrap(
             ends = constants.SEAMS_END, constants.CHARTS_END
             made = charts_with_cones(surface, placed, rules.method, ends)
         with progress_part("packing", 1.0):
-            upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
-            request = replace(request.scaled(cleaned.power), upright=upright)
-            may_cut = request.resolution is not None and rules.may_find_seams and wanted is None
-            done = _set_scales(surface, made.charts, request.unseen)
-            done = cut_to_fit(creased, done, request) if may_cut and request.side is not None else done
-            if may_cut and request.side is None:
-                atlas = _pack_fully(creased, done, request, rules)
-            elif period is None:
-                atlas = _make_atlas(surface, done, request)
-            else:
-                atlas = _pack_with_period(surface, done, request, period)
+            atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
     report = replace(
         atlas.report,
         max_stretch=asked.max_stretch,
@@ -210,6 +200,27 @@ def unwrap(
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
+
+
+def _pack_charts(
+    creased: CreasedSurface,
+    made: ConeCharts,
+    request: PackingRequest,
+    wanted: Cones | None,
+    rules: ChartRules,
+) -> Atlas:
+    """Pack charts; charts without cones are cut to fit on pages, or for fuller pages."""
+    surface, cut_for_page = creased.surface, request.resolution is not None and rules.may_find_seams
+    done = _set_scales(surface, made.charts, request.unseen)
+    if wanted is not None:
+        request = replace(request, upright=wanted.angles is not None)
+        if wanted.period is not None:
+            return _pack_with_period(surface, done, request, wanted.period)
+    elif cut_for_page and request.side is None:
+        return _pack_fully(creased, done, request, rules)
+    elif cut_for_page:
+        done = cut_to_fit(creased, done, request)
+    return _make_atlas(surface, done, request)
 
 
 def _pack_with_period(
