@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import IntArray
-from ..errors import MeshError
+from ..errors import MeshError, MeshWarning, stack_level
 from ..io import Damaged, without_strips
 
 if TYPE_CHECKING:
+    import meshio
+    import open3d
     import pyvista
     import trimesh
 
 NON_SURFACE_CELLS = ("vertex", "line", "line3")  # meshio's cell types that are not surfaces
+IMAGE_FIELDS = (
+    "image",
+    "baseColorTexture",
+    "emissiveTexture",
+    "metallicRoughnessTexture",
+    "normalTexture",
+    "occlusionTexture",
+)  # attributes of trimesh's materials
 
 
 def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
@@ -39,8 +51,11 @@ def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
 
 
 def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntArray) -> None:
-    """Copy colours, attributes and metadata to a mesh whose vertices are copies of `vertex`."""
+    """Copy normals, materials, colours and other data to a mesh whose vertices are copies of `vertex`."""
+    mesh.vertex_normals = np.asarray(like.vertex_normals)[vertex]
     kind = like.visual.kind
+    if kind == "texture":
+        _copy_materials(mesh, like)
     if kind == "vertex":
         mesh.visual.vertex_attributes["color"] = like.visual.vertex_colors[vertex]
     elif kind == "face":
@@ -51,3 +66,69 @@ def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntA
         mesh.vertex_attributes[name] = np.asarray(values)[vertex]
     mesh.face_attributes.update(like.face_attributes)
     mesh.metadata.update(like.metadata)
+
+
+def _copy_materials(mesh: trimesh.Trimesh, like: trimesh.Trimesh) -> None:
+    """Copy materials, without their images unless the texture coordinates are the same."""
+    old, new = like.visual, mesh.visual
+    new.face_materials = None if old.face_materials is None else np.array(old.face_materials)
+    same = old.uv is not None and np.array_equal(old.uv[like.faces], new.uv[mesh.faces])
+    several = isinstance(old.material, Iterable)  # a MultiMaterial
+    materials = list(old.material) if several else [old.material]
+    copies = [_copy_material(material, same) for material in materials]
+    new.material = type(old.material)(copies) if several else copies[0]
+    images = sum(getattr(material, name, None) is not None for material in materials for name in IMAGE_FIELDS)
+    if images and not same:
+        _warn_of_images(images)
+
+
+def _copy_material(material: Any, with_images: bool) -> Any:
+    """Copy a material of trimesh."""
+    made = material.copy()
+    for name in () if with_images else IMAGE_FIELDS:
+        if getattr(made, name, None) is not None:
+            setattr(made, name, None)
+    return made
+
+
+def _warn_of_images(count: int) -> None:
+    """Warn that images of old texture coordinates are left out."""
+    warnings.warn(
+        f"{count} images of like were made for its old texture coordinates: they are left out; bake_texture "
+        "moves images to new ones",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+
+
+def copy_open3d_data(mesh: open3d.geometry.TriangleMesh, like: open3d.geometry.TriangleMesh) -> None:
+    """Copy colours, normals and the materials of triangles to a mesh with the same vertices and triangles."""
+    mesh.vertex_colors, mesh.vertex_normals = like.vertex_colors, like.vertex_normals
+    mesh.triangle_normals = like.triangle_normals
+    if like.has_triangle_material_ids():
+        mesh.triangle_material_ids = like.triangle_material_ids
+    if len(like.textures):
+        _warn_of_images(len(like.textures))
+
+
+def copy_meshio_sets(
+    like: meshio.Mesh, blocks: list[int], vertex: IntArray
+) -> tuple[dict[str, IntArray], dict[str, list[IntArray]]]:
+    """Return the sets of points and cells of a mesh for copies of its vertices and one block of triangles.
+
+    `blocks` are the blocks of triangles, and `vertex` is the vertex of each copy.
+    """
+    points = {name: np.flatnonzero(np.isin(vertex, rows)) for name, rows in like.point_sets.items()}
+    start = np.cumsum([0, *(len(like.cells[i].data) for i in blocks)])
+    cells = {
+        name: [
+            np.concatenate(
+                [
+                    np.asarray([] if rows[i] is None else rows[i], dtype=np.int64) + first
+                    for i, first in zip(blocks, start[:-1], strict=True)
+                ]
+            )
+        ]
+        for name, rows in like.cell_sets.items()
+    }
+    return points, cells

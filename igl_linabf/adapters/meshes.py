@@ -11,7 +11,14 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError
 from ..io import as_mesh_file, keep_data_of_polydata, split_at_seams
 from ..surface import face_array
-from .data import NON_SURFACE_CELLS, check_sizes, copy_trimesh_data, triangulate_polydata
+from .data import (
+    NON_SURFACE_CELLS,
+    check_sizes,
+    copy_meshio_sets,
+    copy_open3d_data,
+    copy_trimesh_data,
+    triangulate_polydata,
+)
 
 if TYPE_CHECKING:
     import meshio
@@ -75,7 +82,8 @@ def to_trimesh(
     FTC : (#F, 3) int, optional
         Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : trimesh.Trimesh, optional
-        The mesh that V and F come from; its colours, attributes and metadata are copied.
+        The mesh that V and F come from; its vertex normals, materials, colours, attributes and metadata are
+        copied. Images of its materials are copied only if the texture coordinates are the same.
 
     Returns
     -------
@@ -249,7 +257,8 @@ def to_meshio(
     FTC : (#F, 3) int, optional
         Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : meshio.Mesh, optional
-        The mesh that V and F come from; its point, cell and field data are copied.
+        The mesh that V and F come from; its data and sets of points and cells, and the data of fields, are
+        copied.
 
     Returns
     -------
@@ -269,7 +278,7 @@ def to_meshio(
     import meshio
 
     split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
-    points, cells, fields = {}, {}, {}
+    points, cells, others = {}, {}, {}
     if like is not None:
         surface = [i for i, block in enumerate(like.cells) if block.type not in NON_SURFACE_CELLS]
         check_sizes(V, F, len(like.points), sum(len(like.cells[i].data) for i in surface))
@@ -277,9 +286,15 @@ def to_meshio(
         cells = {
             name: [np.concatenate([values[i] for i in surface])] for name, values in like.cell_data.items()
         }
-        fields = like.field_data
+        point_sets, cell_sets = copy_meshio_sets(like, surface, split.vertex)
+        others = {
+            "field_data": like.field_data,
+            "point_sets": point_sets,
+            "cell_sets": cell_sets,
+            "info": like.info,
+        }
     points["obj:vt"] = split.TC
-    return meshio.Mesh(split.V, [("triangle", split.F)], points, cells, fields)
+    return meshio.Mesh(split.V, [("triangle", split.F)], points, cells, **others)
 
 
 def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArray]:
@@ -331,7 +346,7 @@ def to_open3d(
     FTC : (#F, 3) int, optional
         Rows of `TC` at the corners of the faces, such as the `FTC` of an atlas; `F` by default.
     like : open3d.geometry.TriangleMesh, optional
-        The mesh that V and F come from; its colours and normals are copied.
+        The mesh that V and F come from; its colours, normals and the materials of its triangles are copied.
 
     Returns
     -------
@@ -360,8 +375,7 @@ def to_open3d(
     mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(mapped.polygons), dtype=np.int32))
     if like is not None:
         check_sizes(V, F, len(like.vertices), len(like.triangles))
-        mesh.vertex_colors, mesh.vertex_normals = like.vertex_colors, like.vertex_normals
-        mesh.triangle_normals = like.triangle_normals
+        copy_open3d_data(mesh, like)
     return mesh
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import load, pixels
 
-from igl_linabf import MeshError, adapters, flatten, unwrap
+from igl_linabf import MeshError, MeshWarning, adapters, flatten, unwrap
 from igl_linabf.plot import checker_texture
 
 PAGE = Path(__file__).parents[2] / "docs" / "libraries.md"
@@ -102,6 +102,40 @@ def test_trimesh_colours_and_attributes_are_copied(tmp_path, unwrapped) -> None:
     assert (twice.visual.vertex_attributes["color"] == make_shades(len(V))[vertex][second]).all()
 
 
+def test_trimesh_normals_and_materials_are_copied(unwrapped) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    from PIL import Image
+
+    V, F, atlas = unwrapped
+    vertex = adapters.vertex_map(V, F, atlas.TC, atlas.FTC)
+    normals = V / np.linalg.norm(V, axis=1, keepdims=True)
+    look = {
+        "name": "gold",
+        "baseColorFactor": [200, 150, 20, 255],
+        "metallicFactor": 0.9,
+        "doubleSided": True,
+    }
+    material = trimesh.visual.material.PBRMaterial(**look, baseColorTexture=Image.new("RGB", (2, 2)))
+    visual = trimesh.visual.TextureVisuals(uv=V[:, :2], material=material)
+    given = trimesh.Trimesh(V, F, vertex_normals=normals, visual=visual, process=False)
+    with pytest.warns(MeshWarning, match="1 images of like were made for its old texture coordinates"):
+        mesh = adapters.to_trimesh(V, F, atlas.TC, atlas.FTC, like=given)
+    assert np.array_equal(mesh.vertex_normals, normals[vertex])
+    kept = mesh.visual.material
+    assert (kept.name, kept.metallicFactor, kept.doubleSided) == ("gold", 0.9, True)
+    assert list(kept.baseColorFactor) == look["baseColorFactor"] and kept.baseColorTexture is None
+    assert material.baseColorTexture is not None
+    same = adapters.to_trimesh(V, F, V[:, :2], like=given)
+    assert same.visual.material.baseColorTexture is not None
+    several = trimesh.visual.material.MultiMaterial([kept, kept])
+    given.visual = trimesh.visual.TextureVisuals(uv=V[:, :2], material=several, face_materials=[1] * len(F))
+    again = adapters.to_trimesh(V, F, atlas.TC, atlas.FTC, like=given).visual
+    assert [look.name for look in again.material] == ["gold", "gold"] and set(again.face_materials) == {1}
+    plain = adapters.to_trimesh(V, F, atlas.TC, atlas.FTC, like=trimesh.Trimesh(V, F, process=False))
+    at_corners = plain.vertex_normals[plain.faces]
+    assert np.allclose(at_corners, trimesh.Trimesh(V, F, process=False).vertex_normals[F])  # no shading seam
+
+
 def test_pyvista_arrays_are_copied_except_for_old_texture_coordinates() -> None:
     pyvista = pytest.importorskip("pyvista")
     given = pyvista.Cylinder(resolution=12).triangulate().clean()
@@ -133,6 +167,8 @@ def test_meshio_data_are_copied() -> None:
         {"height": V[:, 2], "obj:vt": V[:, :2]},
         {"label": [np.arange(8), [99], [98], np.arange(8, 20)]},
         {"scan": np.array([7])},
+        point_sets={"tip": np.array([3])},
+        cell_sets={"patch": [np.array([1]), None, None, np.array([0, 2])]},
     )
     assert (adapters.from_meshio(given)[1] == F).all()
     atlas = unwrap(V, F)
@@ -140,6 +176,10 @@ def test_meshio_data_are_copied() -> None:
     vertex = adapters.vertex_map(V, F, atlas.TC, atlas.FTC)
     assert (mesh.point_data["height"] == V[vertex, 2]).all()
     assert (mesh.cell_data["label"][0] == np.arange(20)).all()
+    assert set(vertex[mesh.point_sets["tip"]].tolist()) == {3} and (vertex == 3).sum() == len(
+        mesh.point_sets["tip"]
+    )
+    assert mesh.cell_sets["patch"][0].tolist() == [1, 8, 10]
     assert mesh.field_data == {"scan": np.array([7])}
     assert np.allclose(get_corner_coordinates("meshio", mesh), atlas.TC[atlas.FTC])
 
@@ -150,8 +190,9 @@ def test_open3d_colours_and_normals_are_copied(unwrapped) -> None:
     given = adapters.to_open3d(V, F, atlas.TC, atlas.FTC)
     given.vertex_colors = open3d.utility.Vector3dVector(make_shades(len(V), 3) / 255)
     given.compute_vertex_normals()
+    given.triangle_material_ids = open3d.utility.IntVector(np.arange(len(F), dtype=np.int32) % 3)
     mesh = adapters.to_open3d(V, F, atlas.TC, atlas.FTC, like=given)
-    for name in ("vertex_colors", "vertex_normals", "triangle_normals"):
+    for name in ("vertex_colors", "vertex_normals", "triangle_normals", "triangle_material_ids"):
         assert np.allclose(getattr(mesh, name), getattr(given, name))
         assert len(getattr(mesh, name))
 
