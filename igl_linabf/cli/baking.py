@@ -8,7 +8,7 @@ import igl
 import numpy as np
 
 from .._types import FloatArray
-from ..charts import Atlas, Packing
+from ..charts import Atlas, Packing, page_size
 from ..errors import MeshError
 from ..io import (
     COLOUR,
@@ -21,9 +21,11 @@ from ..io import (
     tells_directions,
 )
 from ..surface import unit_vectors
-from ..textures import bake, bake_texture
+from ..textures import bake, bake_texture, check_image_memory
 
 BAKED_RESOLUTION = 2048  # default texels along the side of a baked texture
+
+COLOUR_CHANNELS = 3  # of the images whose memory is estimated before the computation
 
 BakeName = Literal["colors", "texture", "normals", "position"]
 
@@ -47,8 +49,9 @@ def list_image_kinds(kind: BakeName | None, mesh: MeshFile) -> list[str]:
     return [] if kind is None else [COLOUR]
 
 
-def check_baking(kind: BakeName, mesh: MeshFile, output: Path, texcoord: int) -> None:
+def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: int) -> None:
     """Raise if the requested texture cannot be baked. Called before the computation."""
+    kind = packing.bake
     if output.suffix.lower() not in WITH_IMAGES:
         known = " or ".join(WITH_IMAGES)
         raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
@@ -60,6 +63,9 @@ def check_baking(kind: BakeName, mesh: MeshFile, output: Path, texcoord: int) ->
         )
     if kind == "texture" and (mesh.TC is None or mesh.FTC is None):
         raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture to move")
+    size = page_size(packing.resolution or BAKED_RESOLUTION)
+    kinds = set(list_image_kinds(kind, mesh))
+    check_image_memory(size, max(len(kinds), 1), COLOUR_CHANNELS)  # one page, as the least that is written
 
 
 def bake_images(packing: BakedPacking, mesh: MeshFile, atlas: Atlas, output: Path) -> Any:

@@ -167,7 +167,9 @@ def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
         message = f"{place}{error.strerror or error}"
         _give_up_stdout()
     except MemoryError:
-        message = f"{job.title or 'the command'}: not enough memory: decimate the mesh"
+        message = (
+            f"{job.title or 'the command'}: not enough memory: decimate the mesh, or use a smaller resolution"
+        )
     except (ImportError, ValueError) as error:  # MeshError is a ValueError
         message = str(error)
     begin = "" if message.startswith(job.title) else job.prefix

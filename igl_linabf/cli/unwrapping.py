@@ -103,7 +103,7 @@ def unwrap_mesh(
     if texcoord and mesh.FTC is None:
         raise MeshError(f"{job.title} has no texture coordinates at all corners: leave out --texcoord")
     if packing.bake:
-        check_baking(packing.bake, mesh, job.target, texcoord)
+        check_baking(packing, mesh, job.target, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
     if keep_materials:

@@ -16,6 +16,7 @@ from ..linalg import fits
 
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
 PIXEL_BYTES = 40  # memory for a pixel while an image is read
+VALUES_AT_ONCE = 1 << 22  # number of values that are converted at once, which bounds the memory
 CHANNELS = {1: "L", 2: "LA", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
@@ -28,7 +29,11 @@ def make_image(image: ArrayLike) -> Any:
         pixels = pixels[:, :, None]
     if pixels.ndim != 3 or pixels.shape[2] not in CHANNELS or 0 in pixels.shape:
         raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1 to 4 channels")
-    bytes_ = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * 255).astype(np.uint8)
+    bytes_ = np.empty(pixels.shape, dtype=np.uint8)
+    step = max(VALUES_AT_ONCE // (pixels.shape[1] * pixels.shape[2]), 1)
+    for row in range(0, len(pixels), step):
+        strip = pixels[row : row + step]
+        bytes_[row : row + step] = np.rint(np.clip(np.nan_to_num(strip), 0, 1) * 255)
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
 
 

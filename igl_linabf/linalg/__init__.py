@@ -7,5 +7,5 @@ steps: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
 from .cholmod import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .factors import Analysis, Cholesky, Factor, NotPositiveDefiniteError, real_form, solve_complex
 from .gradients import MAX_CG_STEPS, conjugate_gradients
-from .memory import check_memory, factor_bytes, fits, gigabytes
+from .memory import available, check_memory, factor_bytes, fits, gigabytes
 from .solvers import SolverName, Solvers

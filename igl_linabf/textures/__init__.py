@@ -4,7 +4,7 @@ Values are given at vertices or corners, or as a function of points. Texels arou
 value.
 """
 
-from .baking import bake
+from .baking import bake, check_image_memory
 from .sampling import Picture as Picture
 from .sampling import Wrap as Wrap
 from .texels import Texels, covered, near_sides

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..charts import UDIM_ROW, Atlas, page_size
-from ..errors import MeshError, is_number
+from ..errors import MemoryLimitError, MeshError, is_number
+from ..linalg import available, fits, gigabytes
 from ..surface import vertex_array
-from .texels import Size, Texels, covered, find_boundary_texels, find_nearest_known
+from .texels import Rows, Size, Texels, covered, find_boundary_texels, find_nearest_known
+
+STRIP_TEXELS = 1 << 20  # number of texels that are painted at once
+BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # memory of an image, and of masks beside it
 
 Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 
@@ -84,12 +89,13 @@ def bake(
     positions = check_vertices(V, atlas)
     triangles = atlas.triangles
     at_corners, function = _get_corner_values(values, positions, atlas, triangles)
-    images = []
-    for mine, shown in rasterise_pages(atlas, size):
+    check_image_memory(size, atlas.pages, 3 if function is not None else at_corners.shape[2])
+
+    def values_at(mine: IntArray, shown: Texels) -> tuple[FloatArray, IntArray]:
         made = shown.values(at_corners[mine])
-        if function is not None:
-            made = _call_function(function, made)
-        images.append(fill_image(shown.index, made, size, padding, background))
+        return made if function is None else _call_function(function, made), shown.index
+
+    images = [paint_page(page, size, padding, background, values_at) for page in list_pages(atlas, size)]
     image = images[0] if len(images) == 1 else np.stack(images)
     # scalars, not arrays of length 1
     alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
@@ -123,8 +129,39 @@ def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
     return positions
 
 
-def rasterise_pages(atlas: Atlas, size: Size) -> Iterator[tuple[IntArray, Texels]]:
-    """Yield the triangles of each page, and the texels that show them, whose faces index these triangles."""
+def check_image_memory(size: Size, number: int, channels: int) -> None:
+    """Raise a `MemoryLimitError` if images of this size do not fit."""
+    texels = size[0] * size[1]
+    wanted = BYTES_PER_VALUE * texels * channels * (number + (number > 1)) + BYTES_PER_TEXEL * texels
+    if not fits(wanted):
+        each = "" if number == 1 else f"{number} images of "
+        raise MemoryLimitError(
+            f"baking {each}{size[0]} x {size[1]} texels takes about {gigabytes(wanted)}, but only "
+            f"{gigabytes(available() or 0)} are free: use a smaller resolution"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """The triangles of a page.
+
+    Attributes
+    ----------
+    faces : (#T,) int64
+        Rows of the triangles of the atlas.
+    triangles : (#T, 3, 2) float64
+        Their corners in texels.
+    F : (#T, 3) int64
+        Their rows of texture coordinates.
+    """
+
+    faces: IntArray
+    triangles: FloatArray
+    F: IntArray
+
+
+def list_pages(atlas: Atlas, size: Size) -> Iterator[Page]:
+    """Yield the pages of an atlas."""
     triangles, chart = atlas.triangles, atlas.chart
     if atlas.report.split is not None:
         chart = chart[atlas.report.split.face]
@@ -134,7 +171,50 @@ def rasterise_pages(atlas: Atlas, size: Size) -> Iterator[tuple[IntArray, Texels
     for k in range(atlas.pages):
         mine = np.flatnonzero(page == k)
         uv = atlas.TC[triangles[mine]] - [k % UDIM_ROW, k // UDIM_ROW]
-        yield mine, _rasterise(uv * size - 0.5, triangles[mine], size)
+        yield Page(mine, uv * size - 0.5, triangles[mine])
+
+
+def paint_page(
+    page: Page,
+    size: Size,
+    padding: int,
+    background: float,
+    values_at: Callable[[IntArray, Texels], tuple[FloatArray, IntArray]],
+) -> FloatArray:
+    """Return the image of a page, (height, width, k), painted in strips, which bounds the memory.
+
+    `values_at(faces, texels)` returns the values of texels, (#P, k), and their indices; the faces of texels
+    index the rows `faces`. Values grow into free texels around them.
+    """
+    width, height = size
+    image, is_known = np.empty((0, 0)), np.zeros((height, width), dtype=bool)
+    for shown in _rasterise(page, size):
+        if len(shown.index) or not image.size:
+            values, index = values_at(page.faces, shown)
+            if not image.size:
+                image = np.full((height * width, values.shape[1]), float(background))
+            image[index] = values
+            is_known.flat[index] = True
+    _grow(image, is_known, padding)
+    return image.reshape(height, width, -1)[::-1]
+
+
+def _grow(image: FloatArray, is_known: BoolArray, padding: int) -> None:
+    """Copy known texels of an image, (#texels, k), into the free texels around them."""
+    height, width = is_known.shape
+    for begin, end in _strips(height, width):
+        first, last = max(begin - padding, 0), min(end + padding, height)
+        grown, source = find_nearest_known(is_known[first:last], padding)
+        grown, source = grown + first * width, source + first * width
+        inside = (grown >= begin * width) & (grown < end * width)
+        image[grown[inside]] = image[source[inside]]
+
+
+def _strips(height: int, width: int) -> Iterator[Rows]:
+    """Yield strips of rows that cover a page."""
+    step = max(STRIP_TEXELS // width, 1)
+    for begin in range(0, height, step):
+        yield begin, min(begin + step, height)
 
 
 def _get_corner_values(
@@ -177,30 +257,23 @@ def _call_function(function: Callable[[FloatArray], ArrayLike], points: FloatArr
     return made.reshape(len(made), -1)
 
 
-def _rasterise(triangles: FloatArray, F: IntArray, size: Size) -> Texels:
-    """Return the texels of a page whose centres are in triangles, or that a bilinear lookup may use."""
-    inner = covered(triangles, size)
+def _rasterise(page: Page, size: Size) -> Iterator[Texels]:
+    """Yield the texels whose centres are in triangles, or that a bilinear lookup may use, in strips."""
+    F, triangles = page.F, page.triangles
     tail, head = F, F[:, [1, 2, 0]]
     n = int(F.max(initial=0)) + 1
     open_ = ~np.isin(tail * n + head, head * n + tail, kind="sort")
-    face, k = np.nonzero(open_)
-    outer = find_boundary_texels(triangles, (face, k), size)
-    free = np.ones(size[0] * size[1], dtype=bool)
-    free[inner.index] = False
-    more = free[outer.index]
-    return Texels(
-        np.concatenate((inner.index, outer.index[more])),
-        np.concatenate((inner.face, outer.face[more])),
-        np.concatenate((inner.weights, outer.weights[more])),
-    )
-
-
-def fill_image(
-    index: IntArray, values: FloatArray, size: Size, padding: int, background: float
-) -> FloatArray:
-    """Return an image (height, width, k) with values at texels, which grow into free texels around them."""
-    image = np.full((size[0] * size[1], values.shape[1]), float(background))
-    image[index] = values
-    grown, source = find_nearest_known(index, size, padding)
-    image[grown] = image[source]
-    return image.reshape(size[1], size[0], -1)[::-1]
+    low, high = triangles[..., 1].min(axis=1, initial=np.inf), triangles[..., 1].max(axis=1, initial=-np.inf)
+    for rows in _strips(size[1], size[0]):
+        near = np.flatnonzero((low < rows[1] + 1) & (high > rows[0] - 2))
+        inner = covered(triangles[near], size, rows)
+        face, k = np.nonzero(open_[near])
+        outer = find_boundary_texels(triangles[near], (face, k), size, rows)
+        free = np.ones((rows[1] - rows[0]) * size[0], dtype=bool)
+        free[inner.index - rows[0] * size[0]] = False
+        more = free[outer.index - rows[0] * size[0]]
+        yield Texels(
+            np.concatenate((inner.index, outer.index[more])),
+            near[np.concatenate((inner.face, outer.face[more]))],
+            np.concatenate((inner.weights, outer.weights[more])),
+        )

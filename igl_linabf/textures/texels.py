@@ -10,12 +10,13 @@ from enum import IntEnum
 import numpy as np
 import scipy
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..surface import NEXT, PREV, index_and_rank
 
 ROUNDING = 1e-9  # enlargement of triangles in texels, which closes gaps between neighbours
 
 Size = tuple[int, int]  # width and height
+Rows = tuple[int, int]  # the first row of a strip of a page, and the end of its rows
 
 
 class Source(IntEnum):
@@ -50,12 +51,15 @@ class Texels:
         return np.asarray(made)
 
 
-def covered(triangles: FloatArray, size: Size) -> Texels:
-    """Return the texels whose centres lie in triangles (#F, 3, 2); later triangles take precedence."""
+def covered(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
+    """Return the texels whose centres lie in triangles (#F, 3, 2); later triangles take precedence.
+
+    If `rows` is given, only the texels in these rows are returned.
+    """
     x, y = triangles[..., 0], triangles[..., 1]
-    width, height = size
-    bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, height).astype(np.int64)
-    top = np.clip(np.floor(y.max(axis=1) + ROUNDING), -1, height - 1).astype(np.int64)
+    width, (begin, end) = size[0], rows or (0, size[1])
+    bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), begin, end).astype(np.int64)
+    top = np.clip(np.floor(y.max(axis=1) + ROUNDING), begin - 1, end - 1).astype(np.int64)
     face, step = index_and_rank(np.maximum(top - bottom + 1, 0))
     row = bottom[face] + step
     left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
@@ -74,11 +78,12 @@ def covered(triangles: FloatArray, size: Size) -> Texels:
     last = np.clip(np.floor(right + ROUNDING), -1, width - 1).astype(np.int64)
     span, step = index_and_rank(np.maximum(last - first + 1, 0))
     column, row, face = first[span] + step, row[span], face[span]
-    index = row * width + column
-    latest = np.full(width * height, -1, dtype=np.int64)
+    index = (row - begin) * width + column
+    latest = np.full(width * (end - begin), -1, dtype=np.int64)
     latest[index] = np.arange(len(index))
     index = np.flatnonzero(latest >= 0)
     face = face[latest[index]]
+    index += begin * width
     row, column = np.divmod(index, width)
     return Texels(index, face, _compute_barycentric(x, y, face, column, row))
 
@@ -123,11 +128,16 @@ class Nearby:
     distance: FloatArray
 
 
-def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
-    """Return the texels that a bilinear lookup on sides from `start` to `end`, (#S, 2) each, may use."""
+def near_sides(start: FloatArray, end: FloatArray, size: Size, rows: Rows | None = None) -> Nearby:
+    """Return the texels that a bilinear lookup on sides from `start` to `end`, (#S, 2) each, may use.
+
+    If `rows` is given, only the texels in these rows are returned.
+    """
     last = np.array(size) - 1
     low = np.clip(np.floor(np.minimum(start, end) - 1) + 1, 0, last).astype(np.int64)
     high = np.clip(np.ceil(np.maximum(start, end) + 1) - 1, 0, last).astype(np.int64)
+    if rows is not None:
+        low[:, 1], high[:, 1] = np.maximum(low[:, 1], rows[0]), np.minimum(high[:, 1], rows[1] - 1)
     side, step = index_and_rank(np.prod(np.maximum(high - low + 1, 0), axis=1))
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
@@ -143,31 +153,36 @@ def near_sides(start: FloatArray, end: FloatArray, size: Size) -> Nearby:
     return Nearby(centre[near] @ [1, size[0]], side[near], at[near], distance[near])
 
 
-def find_boundary_texels(triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size) -> Texels:
+def find_boundary_texels(
+    triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size, rows: Rows
+) -> Texels:
     """Return the texels near sides k to k + 1 of faces, each with the nearest point of the nearest side."""
     face, k = sides
-    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size)
+    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size, rows)
     order = np.argsort(-near.distance, kind="stable")  # the nearest comes last and takes precedence
-    latest = np.full(size[0] * size[1], -1, dtype=np.int64)
-    latest[near.index[order]] = order
+    first = rows[0] * size[0]
+    latest = np.full((rows[1] - rows[0]) * size[0], -1, dtype=np.int64)
+    latest[near.index[order] - first] = order
     index = np.flatnonzero(latest >= 0)
     chosen = latest[index]
+    index += first
     of, at = near.side[chosen], near.at[chosen]
     weights = np.zeros((len(index), 3))
-    rows = np.arange(len(index))
-    weights[rows, k[of]] = 1 - at
-    weights[rows, (k[of] + 1) % 3] += at
+    texel = np.arange(len(index))
+    weights[texel, k[of]] = 1 - at
+    weights[texel, (k[of] + 1) % 3] += at
     return Texels(index, face[of], weights)
 
 
-def find_nearest_known(known: IntArray, size: Size, steps: int) -> tuple[IntArray, IntArray]:
-    """Return the texels within a number of steps of known texels, and a near known texel for each."""
-    is_known = np.zeros(size[::-1], dtype=bool)
-    is_known.flat[known] = True
+def find_nearest_known(is_known: BoolArray, steps: int) -> tuple[IntArray, IntArray]:
+    """Return the texels within a number of steps of known texels, and a near known texel for each.
+
+    `is_known` is a mask of texels, (#rows, #columns).
+    """
     index = np.arange(is_known.size).reshape(is_known.shape)
     source = np.pad(np.where(is_known, index, Source.FREE), 1, constant_values=Source.OUTSIDE).ravel()
     edge = np.flatnonzero(np.pad(is_known & ~scipy.ndimage.binary_erosion(is_known, border_value=1), 1))
-    wide, found = size[0] + 2, [edge[:0]]
+    wide, found = is_known.shape[1] + 2, [edge[:0]]
     neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
         to, by = np.add.outer(neighbours, edge).ravel(), np.tile(source[edge], len(neighbours))

@@ -13,12 +13,10 @@ from .._types import FloatArray, IntArray
 from ..charts import Atlas, page_size
 from ..errors import MeshError, some
 from ..surface import Polygons, unit_vectors, vertex_array
-from .baking import check_padding, check_vertices, fill_image, rasterise_pages
+from .baking import check_image_memory, check_padding, check_vertices, list_pages, paint_page
 from .sampling import Picture
 from .tangents import Frames, change_frames, compute_tangent_frames
 from .texels import Texels
-
-MOST_TEXELS_AT_ONCE = 1 << 18  # texels that are looked up at once, which bounds the memory
 
 
 def bake_texture(
@@ -96,19 +94,20 @@ def bake_texture(
     frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
     widths = {picture.pixels.shape[2] for picture in pictures if picture is not None}
     channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, and alpha
-    made = []
-    for mine, shown in rasterise_pages(atlas, size):
+    check_image_memory(size, atlas.pages, channels)
+
+    def values_at(mine: IntArray, shown: Texels) -> tuple[FloatArray, IntArray]:
         values = np.zeros((len(shown.index), channels))
         has = np.zeros(len(values), dtype=bool)
         for k, picture in enumerate(pictures):
-            if picture is None:
-                continue
-            rows = np.flatnonzero(label[mine[shown.face]] == k)
-            has[rows] = True
-            for part in np.array_split(rows, len(rows) // MOST_TEXELS_AT_ONCE + 1):
-                own = Texels(shown.index[part], mine[shown.face[part]], shown.weights[part])
-                values[part] = _look_up(picture, own, uv, frames, channels)
-        made.append(fill_image(shown.index[has], values[has], size, padding, 0.0))
+            if picture is not None:
+                rows = np.flatnonzero(label[mine[shown.face]] == k)
+                has[rows] = True
+                own = Texels(shown.index[rows], mine[shown.face[rows]], shown.weights[rows])
+                values[rows] = _look_up(picture, own, uv, frames, channels)
+        return values[has], shown.index[has]
+
+    made = [paint_page(page, size, padding, 0.0, values_at) for page in list_pages(atlas, size)]
     return made[0] if len(made) == 1 else np.stack(made)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import igl
@@ -13,10 +14,12 @@ from scipy.ndimage import map_coordinates
 
 from igl_linabf import Atlas, MeshError, Packing, unwrap
 from igl_linabf.charts import pack_together
-from igl_linabf.cli import main
+from igl_linabf.cli import main, unwrapping
+from igl_linabf.errors import MemoryLimitError
 from igl_linabf.io import read_mesh, write_image, write_mesh, write_textured
+from igl_linabf.linalg import memory
 from igl_linabf.surface import complex_positions, signed_double_areas
-from igl_linabf.textures import bake
+from igl_linabf.textures import bake, baking
 
 Surface = tuple[np.ndarray, np.ndarray, Atlas]
 RESOLUTION = 256
@@ -136,6 +139,43 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     atlas = unwrap(V, F, packing=Packing(resolution=64))
     image = bake(V, F, atlas, V, 64)
     np.testing.assert_allclose(looked_up(image, atlas.TC), V[atlas.origin], atol=0.1)
+
+
+def test_an_image_does_not_depend_on_the_strips_in_which_it_is_painted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    atlas = unwrap(V, F, packing=Packing(resolution=(96, 128)))
+    whole = bake(V, F, atlas, V, (96, 128), padding=5)
+    for rows in (1, 7, 100):
+        monkeypatch.setattr(baking, "STRIP_TEXELS", 96 * rows)
+        assert np.array_equal(bake(V, F, atlas, V, (96, 128), padding=5), whole)
+
+
+def test_painting_takes_little_more_memory_than_the_image() -> None:
+    V, F = igl.icosahedron()
+    atlas = unwrap(V, F, packing=Packing(resolution=64))
+    tracemalloc.start()
+    image = bake(V, F, atlas, V, (2048, 4096))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2 * image.nbytes
+
+
+def test_an_image_that_does_not_fit_is_refused_before_the_work(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    V, F = igl.icosahedron()
+    atlas = unwrap(V, F)
+    monkeypatch.setattr(memory, "available", lambda: 4 << 30)
+    says = "16384 x 16384 texels takes about 6.5 GiB, but only .* are free: use a smaller resolution"
+    with pytest.raises(MemoryLimitError, match=says):
+        bake(V, F, atlas, V, 16384)
+    igl.write_triangle_mesh(str(tmp_path / "a.obj"), V, F)
+    monkeypatch.setattr(unwrapping, "unwrap", None)  # is not called
+    words = ["--bake", "normals", "--resolution", "16384"]
+    assert main(["unwrap", str(tmp_path / "a.obj"), "-o", str(tmp_path / "a.glb"), *words]) == 2
+    assert "use a smaller resolution" in capsys.readouterr().err
 
 
 def test_arrays_that_do_not_match_are_refused() -> None:
