@@ -44,8 +44,9 @@ def of_session(session: int) -> list[str]:
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             state, _, _, its = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
-            if int(its) == session and state != "Z":
-                found.append((folder / "cmdline").read_text())
+            command = (folder / "cmdline").read_text()
+            if int(its) == session and state != "Z" and command:  # the kernel clears it when one ends
+                found.append(command)
         except (FileNotFoundError, ProcessLookupError):
             continue
     return found

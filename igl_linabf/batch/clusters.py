@@ -2,6 +2,7 @@
 
 import logging
 import os
+import secrets
 import shutil
 import tempfile
 import threading
@@ -18,6 +19,7 @@ from .constants import PATIENCE
 NO_WORKER = 600  # seconds after which missing workers of a local cluster are given up
 MENDING_INTERVAL = 1000  # milliseconds between two checks for dead workers
 WORKER_MEMORY = 2**29  # bytes of a worker without a mesh
+KILL_ROUNDS = 3  # a worker that Dask starts again during the first round is killed in the next
 TERMINATE = 0.95  # share of its memory limit at which Dask terminates a worker: Dask's default
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -52,50 +54,67 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster
 
+    folder = os.path.join(tempfile.gettempdir(), f"igl_linabf-{secrets.token_hex(8)}")
+    ending, clusters = threading.Event(), list[Any]()
+
+    def end() -> None:
+        ending.set()
+        for cluster in clusters:  # empty while the workers start
+            for nanny in cluster.workers.values():
+                nanny.close_gracefully()  # otherwise it starts a process that outlives this one
+        _kill_child_processes()
+        shutil.rmtree(folder, ignore_errors=True)
+
     with ExitStack() as stack:
-        folder = tempfile.mkdtemp(prefix="igl_linabf-")
+        stack.enter_context(undo_at_interrupt(end))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        os.mkdir(folder, 0o700)
         stack.enter_context(_limit_to_one_thread())
-        stack.enter_context(dask.config.set(DASK_SETTINGS))
+        # also the folder of the scheduler, which LocalCluster's local_directory does not set
+        stack.enter_context(dask.config.set({**DASK_SETTINGS, "temporary-directory": folder}))
         cluster = LocalCluster(
             n_workers=workers or CPU_COUNT,
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
             memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
-            local_directory=folder,
             silence_logs=logging.CRITICAL,  # the row of a mesh has the outcome
             preload=["igl_linabf.batch.one_mesh"],
             scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
         )
+        clusters.append(cluster)
         stack.enter_context(cluster)
-        ending = stack.enter_context(_replace_lost_workers(cluster))
-
-        def end() -> None:
-            ending.set()
-            for nanny in cluster.workers.values():
-                nanny.close_gracefully()  # otherwise it starts a process that outlives this one
-            killed = [psutil.Process(nanny.pid) for nanny in cluster.workers.values() if nanny.pid]
-            for process in killed:
-                with suppress(psutil.NoSuchProcess):
-                    process.kill()
-            psutil.wait_procs(killed, timeout=1)
-            shutil.rmtree(folder, ignore_errors=True)
-
-        stack.enter_context(undo_at_interrupt(end))
+        stack.enter_context(_replace_lost_workers(cluster, ending))
         yield stack.enter_context(Client(cluster, set_as_default=False))
 
 
+def _kill_child_processes() -> None:
+    """Kill the child processes with their own, except multiprocessing's tracker, which ends by itself."""
+    for _ in range(KILL_ROUNDS):
+        killed: list[psutil.Process] = []
+        for child in psutil.Process().children():
+            with suppress(psutil.NoSuchProcess):
+                if not any("resource_tracker" in part for part in child.cmdline()):
+                    child.suspend()  # it must not start a process after its own are listed
+                    killed += [child, *child.children(recursive=True)]
+        if not killed:
+            return
+        for process in killed:
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+        psutil.wait_procs(killed, timeout=1)
+
+
 @contextmanager
-def _replace_lost_workers(cluster: Any) -> Iterator[threading.Event]:
-    """Replace workers of a local cluster that Dask could not restart, until the event is set.
+def _replace_lost_workers(cluster: Any, ending: threading.Event) -> Iterator[None]:
+    """Replace workers of a local cluster that Dask could not restart, until `ending` is set.
 
     Dask itself restarts a dead process only once.
     """
     from distributed import Status
     from tornado.ioloop import PeriodicCallback
 
-    ending, wanted = threading.Event(), len(cluster.workers)
+    wanted = len(cluster.workers)
 
     def mend() -> None:
         for name, nanny in list(cluster.workers.items()):
@@ -107,7 +126,7 @@ def _replace_lost_workers(cluster: Any) -> Iterator[threading.Event]:
     mending = PeriodicCallback(mend, MENDING_INTERVAL)
     cluster.loop.add_callback(mending.start)
     try:
-        yield ending
+        yield
     finally:
         ending.set()
         cluster.loop.add_callback(mending.stop)
