@@ -7,7 +7,7 @@ BIN = .venv/Scripts
 endif
 PY = $(BIN)/python
 
-CORE_TESTS = $(addprefix tests/,reference _core/test_hazards.py _core/test_threads.py linalg measures charts/packing)
+CORE_TESTS = $(addprefix tests/,reference _core/test_hazards.py _core/test_core_threads.py linalg measures charts/packing)
 
 demo: .venv/ready
 	$(PY) demos/cortex.py

@@ -99,7 +99,7 @@ SANITIZERS = (
             "TSAN_OPTIONS": "halt_on_error=1:exitcode=66:suppressions=.venv/sanitize-threads/suppressions",
             "OMP_NUM_THREADS": "4",
         },
-        ["tests/_core/test_threads.py"],
+        ["tests/_core/test_core_threads.py"],
     ),
 )
 

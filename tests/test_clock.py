@@ -62,6 +62,7 @@ FLATTEN: dict[str, Any] = {
     "corners": LOOP[:: len(LOOP) // 4][:4],
     "up": [0, 0, 1],
     "fit": "lengths",
+    "clean": True,
 }
 METHOD_OPTIONS = (
     LinABF(iterations=3),

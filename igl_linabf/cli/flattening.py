@@ -265,6 +265,7 @@ def flatten_scroll(
     segment -o segment_flat --obj segment_flat.obj --method linabf
     segment -o segment_flat --up rows --pieces 3 --force
     segment -o segment_flat --json > figures.json
+    segment -o segment_flat --quiet
     """
     check_target(output, job.force)
     if not os.access(output.resolve().parent, os.W_OK):

@@ -32,7 +32,7 @@ meshes = pickle.load(open(sys.argv[1], "rb"))
 made = {}
 for name, mesh in meshes.items():
     for method in ("linabf", "abf"):
-        made[name, method] = il.flatten(*mesh, method)
+        made[name, method] = il.flatten(*mesh, method=method)
 pickle.dump(made, open(sys.argv[2], "wb"))
 """
 

@@ -25,9 +25,8 @@ ARGUMENTS = {
     "repaired": ["unwrap", "{wound}", "-o", "{out}", "--repair-overlaps"],
     "cortex": ["cortex", "{subject}", "-o", "{folder}"],
     "batch": ["batch", "{closed}", "{wound}", "-o", "{folder}", "--workers", "2", "--repair-overlaps"],
-    "cortices": ["batch", "{subject}", "-o", "{folder}", "--workers", "2", "--how", "cortex"],
 }
-LONGEST_WAIT = {"batch": 15, "cortices": 15}  # seconds until the interrupt; by default 4
+LONGEST_WAIT = {"batch": 15}  # seconds until the interrupt; by default 4
 
 
 @pytest.fixture(scope="module")
