@@ -31,11 +31,11 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from hard_surfaces import DEVELOPABLE, MACHINED, ROUNDED, plate_with_holes
 
-PLANE_BEND = np.radians(0.5)  # dihedral angle up to which two faces are in one plane
-PLANE_SHARE = 0.01  # share of the area from which a plane counts
-HARD_SHARE = 0.2  # share of the area in planes from which a surface is hard
+PLANE_BEND = np.radians(0.5)  # largest dihedral angle between two faces in one plane
+PLANE_SHARE = 0.01  # least share of the area of a plane that counts
+HARD_SHARE = 0.2  # least share of the area in planes of a hard surface
 MIRROR_TOLERANCE = 2e-3  # distance to the mirror image over the size of the surface
-MIRRORED_VERTICES = 0.95  # share of the vertices with a mirror image, from which there is a mirror plane
+MIRRORED_VERTICES = 0.95  # least share of vertices with a mirror image at a mirror plane
 
 
 class Figures(NamedTuple):

@@ -4,8 +4,8 @@
 
 "wavy" is a grid of n x n points with unit steps and z = 0.3 sin(2 pi x / (n - 1)) cos(2 pi y / (n - 1));
 "cap" is a hemisphere. SLIM starts from a harmonic map to a circle and takes 20 steps of the symmetric
-Dirichlet energy, as flatboi does. Times are seconds of a core, with the L2 stretch and the flips of the
-map. The published times are those of ABF++ and LSCM by OpenABF on an Apple M3 Max, for meshes of the same
+Dirichlet energy, as flatboi does. Times are CPU seconds, with the L2 stretch and the flips of the
+map. OpenABF's published times are for ABF++ and LSCM on an Apple M3 Max, for meshes of the same
 numbers of triangles (github.com/educelab/volume-cartographer/pull/123). Prints Markdown.
 """
 

@@ -76,7 +76,7 @@ class Sanitizer:
         }
         # ThreadSanitizer needs the addresses of a process without randomization
         fixed = ["setarch", platform.machine(), "-R"] if self.name == "threads" else []
-        # findings are printed at once, because pytest does not print what it captures if the process ends
+        # findings are printed at once, because pytest loses captured output if the process ends
         command = [*fixed, self.python, "-m", "pytest", "-s", "-p", "no:cacheprovider", *self.tests]
         return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
 

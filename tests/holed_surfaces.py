@@ -40,7 +40,7 @@ def slotted_plate(turns: int) -> Surface:
 
 
 def plate_with_comb(teeth: int) -> Surface:
-    """Return a square plate with a window like a comb, whose edge is longer than that of the plate."""
+    """Return a square plate with a window like a comb, whose edge is longer than the plate's."""
     n = 4 * teeth + 4
     cut = np.zeros((n, n), dtype=bool)
     cut[2:-2, 2:-2] = (np.arange(n - 4) % 4 < 2) | (np.arange(n - 4) < 2)[:, None]

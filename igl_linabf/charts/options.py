@@ -137,7 +137,7 @@ def resolve_options(
 
 @dataclass(frozen=True)
 class ChartRules:
-    """The rules by which `unwrap` flattens pieces and cuts them further."""
+    """The rules of `unwrap` for flattening pieces and cutting them further."""
 
     method: Method
     may_find_seams: bool

@@ -1,4 +1,4 @@
-"""Options and arguments of commands: their descriptions, and those that several commands share.
+"""The descriptions of options and arguments, and the options that several commands share.
 
 A command is a function. Its parameter `weight: Annotated[float, Option("weight of areas", "W")] = 1.5` is the
 option `--weight W`, and the type converts the text. A parameter without a default is an argument. A parameter
@@ -158,7 +158,7 @@ def parse_side(text: str) -> list[float] | str:
 
 
 def build_method(name: str, **options: Any) -> Method:
-    """Return the method with the given options, of which None and "auto" are the defaults.
+    """Return the method with the given options; None and "auto" stand for the defaults.
 
     Raises
     ------

@@ -90,7 +90,7 @@ def linabf(
         The method that turns angles into coordinates; see `igl_linabf.layouts.layout`.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default, the loop that
-        encloses the others is the outer loop.
+        encloses all other loops is the outer loop.
     boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
         "circle": the outer loop lies on a circle; "circles": all holes do, too. "rectangle": the outer loop
         is a rectangle. An array contains the angle of the map at each boundary vertex, in radians: pi is
@@ -380,7 +380,7 @@ def flatten(
         object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default, the loop that
-        encloses the others is the outer loop.
+        encloses all other loops is the outer loop.
     boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
         "circle": the outer loop lies on a circle; "circles": all holes do, too. "rectangle": the outer loop
         is a rectangle. An array contains the angle of the map at each boundary vertex, in radians: pi is

@@ -13,7 +13,7 @@ from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
 MAX_OFFSET = 8  # largest coordinate, in extents of the mesh, up to which it is written without a translation
-# rounding error, relative to the extent, from which a warning is issued; for TC half a texel of 16,384
+# rounding error, relative to the extent, above which a warning is issued; for TC half a texel of 16,384
 ROUNDING_TOLERANCES = {"V": 1e-6, "TC": 0.5 / 16384}
 
 

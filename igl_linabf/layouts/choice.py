@@ -165,7 +165,7 @@ def layout(
         holes if there are at most two pins, and the gap of the drawn loop is at most 2.5e-3 of its length.
         Otherwise, "auto" is "least-squares".
     outer : int, optional
-        A vertex of the outer boundary loop; by default, the loop that encloses the others. The
+        A vertex of the outer boundary loop; by default, the loop around all other loops. The
         default pins of "least-squares" are on this loop.
     solver : {"auto", "cholmod", "direct"}
         See `linabf`.

@@ -27,7 +27,7 @@ from .resampling import Sheet, grid_positions, sample_sheets
 AXIS = (0.0, 0.0, 1.0)  # of the scroll, in the coordinates of its volume
 BYTES_PER_POINT = 2200  # peak memory, with a million points or more
 GAP = 2  # columns without points between neighbouring pieces
-MAPPED = 0.9  # share of the progress at which the maps are finished
+MAPPED = 0.9  # share of the progress when the maps are finished
 
 
 def memory_needed(segment: Segment) -> int:
@@ -240,7 +240,7 @@ def _place_maps(
 
 
 def _describe_source(given: Segment, method: str) -> dict[str, Any]:
-    """Return what the meta data of a flat segment say about its origin."""
+    """Return the entry of a flat segment's meta data that names its source."""
     return {
         "uuid": given.meta.get("uuid"),
         "path": None if given.path is None else str(given.path.resolve()),

@@ -51,7 +51,7 @@ def check_step(segment: Segment) -> None:
 
 
 def _median_step(points: FloatArray, axis: int) -> float:
-    """Return the median distance of neighbours along an axis of the grid, without coincident ones."""
+    """Return the median distance of neighbours along an axis of the grid, without coincident points."""
     squared = (np.diff(points, axis=axis) ** 2).sum(axis=2)
     squared = squared[squared > 0]  # NaN at missing points
     if not len(squared):

@@ -13,7 +13,7 @@ BOTTOM = 1000.0  # smallest z, in voxels
 
 
 def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
-    """Make a segment of a spiral sheet, with the faults of real ones.
+    """Make a segment of a spiral sheet, with the faults of real segments.
 
     The sheet has noise, bulges, a ragged border, holes, coincident neighbours, a part that hangs on a thin
     bridge, and a second piece.

@@ -64,7 +64,7 @@ def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     F : (#F, 3) array of any integer dtype, or of integral floats
         Oriented triangles.
     outer : int, optional
-        A vertex of the outer boundary loop; by default the loop that encloses the others.
+        A vertex of the outer boundary loop; by default the loop around all other loops.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from ..linalg import Solvers
 from .topology import Topology
 
 ROUNDING = 1e-9  # relative error of a length; a slit is twice as long as its extent
-MIN_LEAD = np.pi  # difference of turning, in radians, from which it decides instead of the length
+MIN_LEAD = np.pi  # least difference of turning, radians, that decides instead of the length
 MIN_WEIGHT, MAX_WEIGHT = 1e-6, 1e6  # range of the weights of edges, which keeps the matrix definite
 
 
@@ -40,7 +40,7 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
-    """Return the index of the longest loop among those with about the largest turning."""
+    """Return the index of the longest of the loops whose turning is about the largest."""
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 

@@ -41,7 +41,7 @@ class TexelDensity:
 
 @dataclass(frozen=True, eq=False)
 class UVCheckReport:
-    """The further figures of a check, and what was requested.
+    """The further figures of a check, and the request.
 
     Attributes
     ----------

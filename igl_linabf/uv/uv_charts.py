@@ -214,7 +214,7 @@ class UVCharts:
 
     @cached_property
     def _scaled(self) -> ComplexArray:
-        """The map at a scale at which products cannot overflow."""
+        """The map, scaled so that products cannot overflow."""
         return complex_positions(scale_to_unit_size(self.uv))
 
     @cached_property

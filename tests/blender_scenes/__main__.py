@@ -1,7 +1,7 @@
 """Tests of the extension in the Python of Blender: `python blender_scenes EXTENSION.zip [TEST ...]`.
 
 The script installs the extension with its wheels from the archive, runs all test functions of the modules in
-this folder, or the named ones, and prints the failures as JSON.
+this folder, or the named scenes, and prints the failures as JSON.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to ope
 def public() -> Iterator[tuple[str, object]]:
     """Yield every public function and class of the package, with its public name.
 
-    The public names are those of the root, those in the `__all__` of a room, and those of the reference.
+    The public names: the root, the `__all__` of each room, and the reference.
     """
     # of the adapters, only one function for each library needs an example
     yield from ((name, resolve(name)) for name in read_reference() if ".adapters." not in name)

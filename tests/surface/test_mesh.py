@@ -1,4 +1,4 @@
-"""Validation of a mesh: defects are rejected with their location, and the outer loop encloses the others."""
+"""Validation of a mesh: defects are rejected with their place, and the outer loop encloses all others."""
 
 from __future__ import annotations
 

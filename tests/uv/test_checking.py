@@ -212,7 +212,7 @@ def test_a_pile_with_more_overlaps_than_are_listed_is_stacked(monkeypatch: pytes
 
 
 def test_a_chart_is_stacked_on_the_first_chart_only() -> None:
-    """Of three charts in a row, the outer ones have less than nine tenths in common."""
+    """In a row of three charts, the first and the last have less than nine tenths in common."""
     found = check_uv(*several(plane(2), moved(plane(2), (0.015, 0)), moved(plane(2), (0.03, 0))))
     assert found.report.stacked == 1
     assert {*map(tuple, np.unique(found.report.chart[found.overlapping], axis=0).tolist())} == {(0, 2)}

@@ -32,7 +32,9 @@ from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-MIN_KNOWN_FACTOR_NODES = 5_000  # nodes from which the factor of the cones preconditions linear ABF
+MIN_KNOWN_FACTOR_NODES = (
+    5_000  # least number of nodes to precondition linear ABF with the factor of the cones
+)
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15  # largest share of bonds with negative cotangents for this preconditioner
 MAX_ANGLE_RESIDUAL = 0.5  # residual of the angle sums, radians, above which no map has these cones
 

@@ -23,7 +23,9 @@ MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instea
 RECTANGLE_FILL = 0.9  # fill of its bounding rectangle from which a chart is turned by quarter turns only
 COARSE_GRID = 64  # cells along the page's side when turns are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
-CLOSE_SIDE = 1.02  # side of a fine layout over the best coarse one from which the next coarse one is tried
+CLOSE_SIDE = (
+    1.02  # side of a fine layout, over the best coarse side, above which the next coarse layout is tried
+)
 FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
 MAX_FINE_TRIALS = 8  # fine trials of one layout
 SIDE_HALVINGS = 7  # bisection steps for the side of several pages

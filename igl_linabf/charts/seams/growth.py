@@ -92,7 +92,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
 def estimate_branch_gains(
     closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray
 ) -> FloatArray:
-    """Return what a branch to each node would save, (n,), from the `expected` log scale.
+    """Return the estimated saving of a branch to each node, (n,), from the `expected` log scale.
 
     A conformal map shrinks tips: a branch helps most where u is farthest from zero. A branch lets w of an
     isometric map be something else at its node. How fast the integral of w^2 then falls is the solution of

@@ -187,7 +187,7 @@ def write_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool 
     path : path of a folder
         Its name becomes the `uuid` of the segment.
     segment : Segment
-        Its `meta` is kept, except for `format`, `scale`, `bbox` and `uuid`, which are written anew.
+        Its `meta` is kept, except for `format`, `scale`, `bbox` and `uuid`, which describe the new surface.
     force : bool
         Replace an existing segment. Other folders are never replaced.
 

@@ -257,7 +257,7 @@ def _with_size(placement: Placement, area: float) -> Placement:
 
 
 def _area_scales(matrices: FloatArray) -> FloatArray:
-    """Return the factors by which transforms (k, 4, 4) scale areas, norms of the factors for three planes."""
+    """Return the scale factors of transforms (k, 4, 4) for areas: norms of the factors for three planes."""
     a, b, c = np.moveaxis(matrices[:, :3, :3], 2, 0)
     with np.errstate(all="ignore"):
         planes = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])

@@ -138,7 +138,7 @@ def _add_image(text: dict[str, Any], put: Put, file: bytes, image_of_file: dict[
 
 
 def _add_texture(text: dict[str, Any], image: int, sampler: Sampler) -> int:
-    """Return the number of a texture of an image and a sampler; equal ones are shared."""
+    """Return the number of the texture with this image and sampler; equal textures are shared."""
     texture = {"source": image}
     if sampler is not None:
         samplers = text.setdefault("samplers", [])

@@ -152,7 +152,7 @@ def _share_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], Int
 
 
 def _describe_look(look: Material) -> tuple[Any, ...]:
-    """Return what a glTF description of a material depends on, except for its name."""
+    """Return the content of a glTF material without its name."""
     images = tuple((map_.kind, map_.wrap, map_.matrix, map_.options, map_.nearest) for map_ in look.maps)
     scalars = look.colour, look.alpha, look.metallic, look.roughness, look.emission, look.factor, look.page
     return (*scalars, look.lines, images)

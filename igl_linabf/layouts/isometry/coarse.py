@@ -1,7 +1,7 @@
 """Newton steps for maps that are too large for a factor of their Hessian.
 
 The displacement of the vertices is bilinear in the cells of a grid over the map, and its values at the nodes
-of the grid are the unknowns. The energy and its gradient remain those of all triangles. Only smooth
+of the grid are the unknowns. The energy and its gradient still sum over all triangles. Only smooth
 displacements are missing in a conformal map of a surface with smooth curvature, and these the grid contains.
 """
 

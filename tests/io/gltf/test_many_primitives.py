@@ -18,7 +18,7 @@ V, F = igl.upsample(*igl.icosahedron(), 4)
 
 
 def shared_buffer(path: Path, primitives: int) -> None:
-    """Write a sphere whose primitives share one vertex buffer, as exporters of CAD programs do."""
+    """Write a sphere whose primitives share one vertex buffer as CAD exporters write it."""
     parts = np.array_split(F.astype("<u4"), primitives)
     accessors = [{"bufferView": 0, "componentType": 5126, "count": len(V), "type": "VEC3"}]
     accessors += [
