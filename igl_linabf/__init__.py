@@ -6,13 +6,12 @@
 """
 
 from importlib import import_module
-from pathlib import Path
 
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
 # and libigl are there, and importing the package costs nothing. The stub, which type checkers read, is the
 # only list of names: each of its lines is `from .ROOM import NAME as NAME` or `from . import ROOM as ROOM`.
-_LINES = Path(__file__).with_suffix(".pyi").read_text("utf-8").splitlines()
-_IMPORTS = {words[3]: words[1] for words in map(str.split, _LINES) if words[:1] == ["from"]}
+with open(f"{__file__}i", encoding="utf-8") as _stub:  # not with pathlib, which takes as long to import
+    _IMPORTS = {words[3]: words[1] for words in map(str.split, _stub) if words[:1] == ["from"]}
 __all__ = sorted(name for name, room in _IMPORTS.items() if room != ".")
 
 

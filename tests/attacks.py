@@ -482,7 +482,7 @@ def limited() -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, hard))
 
 
-def check_attack(name: str) -> str:
+def check_attack(name: str, _: int = 0) -> str:
     """Read the files of an attack, write them in other formats, and return how it ended."""
     build, _ = ATTACKS[name]
     with tempfile.TemporaryDirectory() as place:
@@ -528,11 +528,7 @@ def read_and_write(path: Path, out: Path) -> str:
 
 
 def main() -> None:
-    fuzzing.run_as_child({name: partial(_check, name) for name in ATTACKS})
-
-
-def _check(name: str, _: int) -> str:
-    return check_attack(name)
+    fuzzing.run_as_child({name: partial(check_attack, name) for name in ATTACKS})
 
 
 if __name__ == "__main__":

@@ -152,7 +152,7 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     ['first.txt']
     """
     path = Path(path)
-    temporary, old = (path.with_name(f".igl_linabf-{secrets.token_hex(8)}") for _ in range(2))
+    temporary, old = (path.with_name(f"{TEMPORARY}{secrets.token_hex(8)}") for _ in range(2))
 
     def undo() -> None:
         shutil.rmtree(temporary, ignore_errors=True)

@@ -133,6 +133,8 @@ def _read_input(place: str, allow_outside: bool) -> MeshFile:
     with places.fetch(place) as local:
         try:
             return read_file(local, allow_outside=allow_outside)
+        except (MeshError, MemoryLimitError):
+            raise
         except ValueError as error:
             raise MeshError(str(error)) from None
 

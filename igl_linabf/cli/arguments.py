@@ -152,9 +152,9 @@ def parse_axis(text: str) -> list[float]:
     return [x, y, z]
 
 
-def parse_side(text: str) -> list[float] | str:
-    """Convert a direction; keep "back"."""
-    return text if text == "back" else parse_axis(text)
+def parse_axis_or(text: str, words: Sequence[str]) -> list[float] | str:
+    """Convert a direction; keep any of these words."""
+    return text if text in words else parse_axis(text)
 
 
 def build_method(name: str, **options: Any) -> Method:
@@ -201,7 +201,7 @@ CHARTS = {
         "where seams may lie: the direction in which the back or underside faces (--hide=0,-1,0); or back: "
         "the side of a head or figure that has no face",
         "X,Y,Z or back",
-        parse_side,
+        partial(parse_axis_or, words=("back",)),
     ),
     "keep_holes": Option("leave holes uncut"),
     "repair_overlaps": Option("move overlapping parts apart instead of splitting charts"),

@@ -5,13 +5,13 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part, show_progress
-from ..cortex import HEMISPHERES, flatten_hemispheres, list_files, writing_hemispheres
+from ..cortex import HEMISPHERES, CutsFrom, WallFrom, flatten_hemispheres, list_files, writing_hemispheres
 from ..errors import MeshWarning
 from ..flattening import METHODS, Fit, compare, flatten
 from ..io import (
@@ -39,6 +39,7 @@ from .arguments import (
     build_method,
     output_option,
     parse_axis,
+    parse_axis_or,
 )
 from .jobs import FORCE, MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
 from .outputs import make_writer, report_troubles, write_outputs
@@ -163,8 +164,8 @@ def flatten_cortex(
     *,
     output: Annotated[Path, FOLDER],
     hemi: Annotated[Literal["lh", "rh", "both"], Option("hemisphere")] = "both",
-    cuts: Annotated[Literal["template", "found"], CUTS] = "template",
-    medial_wall: Annotated[Literal["template", "label"], MEDIAL_WALL] = "template",
+    cuts: Annotated[CutsFrom, CUTS] = "template",
+    medial_wall: Annotated[WallFrom, MEDIAL_WALL] = "template",
     template: Annotated[Path | None, TEMPLATE] = None,
     template_sphere: Annotated[Path | None, SPHERE] = None,
     max_distance_error: Annotated[float | None, MAX_ERROR] = None,
@@ -223,31 +224,16 @@ SCROLL_FORCE = Option("replace an existing segment and mesh")
 SCROLL_FOLDER = output_option("folder of the flat segment")
 OBJ = Option("also write the flattened mesh, with texture coordinates in voxels", "OUT.obj")
 PIECES = Option("flatten the N largest pieces, side by side", "N")
-SCROLL_UP_WORDS = ("axis", "rows")
-
-
-def _parse_up(text: str) -> list[float] | str:
-    """Convert a direction; keep "axis" and "rows"."""
-    return text if text in SCROLL_UP_WORDS else parse_axis(text)
-
-
 SCROLL_UP = Option(
     "direction that points up in the flat segment: axis (of the scroll, z), rows (of the given grid), or a "
     "direction in the volume, such as --up=-z",
     "DIRECTION",
-    _parse_up,
+    partial(parse_axis_or, words=("axis", "rows")),
 )
 
 
-@dataclass(frozen=True)
-class ScrollJob(Job):
-    """A job that writes a folder."""
-
-    suffixes: ClassVar[tuple[str, ...]] = (".obj",)  # of the mesh
-
-
 def flatten_scroll(
-    job: Annotated[ScrollJob, {"given": SEGMENT, "force": SCROLL_FORCE, **REPORTS}],
+    job: Annotated[Job, {"given": SEGMENT, "force": SCROLL_FORCE, **REPORTS}],
     *,
     output: Annotated[Path, SCROLL_FOLDER],
     method: MethodName = "isometric",
@@ -271,7 +257,7 @@ def flatten_scroll(
     if not os.access(output.resolve().parent, os.W_OK):
         raise OSError(None, "the folder is missing or cannot be written to", str(output.parent))
     if obj is not None:
-        if obj.suffix.lower() not in job.suffixes:
+        if obj.suffix.lower() != ".obj":
             raise ValueError(f"{obj} does not end in .obj: give a file name that does")
         check_free([obj], job.force)
     silent = job.quiet or job.json

@@ -2,7 +2,7 @@
 
 import warnings
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from .._runtime import progress_part
 from .._types import FloatArray
@@ -10,7 +10,7 @@ from ..charts import Packing
 from ..errors import MeshError, MeshWarning, stack_level
 from ..io import MeshFile, moves_textures
 from ..surface import Faces
-from ..uv import check_uv, pack
+from ..uv import ScaleName, check_uv, pack
 from .arguments import PACKING, Option
 from .jobs import MESHES, OUTPUT, PROGRESS, REPORTS, ExitCode, Job
 from .outputs import make_writer, report_troubles, write_outputs
@@ -59,7 +59,7 @@ def pack_charts(
     *,
     packing: Annotated[Packing, PACKING],
     no_rotate: Annotated[bool, Option("move and scale charts, but do not rotate them")] = False,
-    scale: Annotated[Literal["keep", "even"], SCALE] = "keep",
+    scale: Annotated[ScaleName, SCALE] = "keep",
 ) -> ExitCode:
     """Repack the charts of a mesh's texture coordinates.
 

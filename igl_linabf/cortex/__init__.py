@@ -4,7 +4,9 @@ Each hemisphere of a subject is cut along a template's cuts or along seams that 
 flattened at the scale that preserves distances best. Vertices keep the subject's numbering.
 """
 
+from .flat_hemispheres import CutsFrom as CutsFrom
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
+from .flat_hemispheres import WallFrom as WallFrom
 from .pictures import mean_curvatures
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .transfer import Cuts

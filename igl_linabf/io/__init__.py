@@ -11,7 +11,6 @@ from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
 from .external import Segment, read_tifxyz, write_tifxyz
 from .external import call_reader as call_reader
-from .external import check_scale as check_scale
 from .external import check_target as check_target
 from .external import find_companion_surfaces as find_companion_surfaces
 from .external import import_optional as import_optional

@@ -135,10 +135,8 @@ def read_file(
     found = parse_file(path, surface, allow_outside)
     if not len(found.V) or not len(found.polygons):
         raise _make_no_faces_error(path, found)
-    mesh = replace(
-        found, V=vertex_array(found.V), extras=load_looks(found.extras, Folder(path.parent, allow_outside))
-    )
-    mesh = replace(mesh, path=path, allow_outside=allow_outside)
+    looks = load_looks(found.extras, Folder(path.parent, allow_outside))
+    mesh = replace(found, V=vertex_array(found.V), extras=looks, path=path, allow_outside=allow_outside)
     if found.TC is None or found.texture is None or not len(found.TC):
         return replace(mesh, TC=None, texture=None)
     is_partial = (found.texture < 0).any()

@@ -2,12 +2,12 @@
 
 import re
 import zlib
-from collections.abc import Iterable
 
 from .parsing import Damaged
 
 EXPANSION = 200  # bytes that a byte of a file may become; XML of meshes is compressed up to 50 times
 ALWAYS_ALLOWED = 2**26  # bytes that any file may become
+ZLIB_OR_GZIP = zlib.MAX_WBITS | 32  # the format is detected
 CHUNK = 2**16  # bytes that are decompressed at once
 ENTITY_PATTERN = re.compile(rb"<!ENTITY")
 
@@ -25,7 +25,7 @@ def check_expansion(wanted: int, size: int, what: str) -> None:
         )
 
 
-def inflate(chunks: Iterable[bytes], limit: int, what: str, wbits: int = zlib.MAX_WBITS | 32) -> bytes:
+def inflate(data: bytes, limit: int, what: str) -> bytes:
     """Decompress zlib or gzip data to at most `limit` bytes.
 
     Raises
@@ -33,17 +33,15 @@ def inflate(chunks: Iterable[bytes], limit: int, what: str, wbits: int = zlib.MA
     Damaged
         The data are damaged, or longer; `what` names them.
     """
-    found = bytearray()
-    decoder = zlib.decompressobj(wbits)
+    found, decoder = bytearray(), zlib.decompressobj(ZLIB_OR_GZIP)
     try:
-        for chunk in chunks:
-            while chunk:
-                found += decoder.decompress(chunk, CHUNK)
-                if len(found) > limit:
-                    raise Damaged(f"{what} has more than {limit:,} bytes after decompression")
-                chunk = decoder.unconsumed_tail
-                if decoder.eof and (chunk := decoder.unused_data):  # several members follow each other
-                    decoder = zlib.decompressobj(wbits)
+        while data:
+            found += decoder.decompress(data, CHUNK)
+            if len(found) > limit:
+                raise Damaged(f"{what} has more than {limit:,} bytes after decompression")
+            data = decoder.unconsumed_tail
+            if decoder.eof and (data := decoder.unused_data):  # several members follow each other
+                decoder = zlib.decompressobj(ZLIB_OR_GZIP)
     except zlib.error as error:
         raise Damaged(f"{what} cannot be decompressed ({error})") from None
     if not decoder.eof:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.metadata import version
 from time import perf_counter
 from typing import Any
@@ -136,7 +136,7 @@ def flatten_segment(
     report = SegmentReport(
         method=chosen.name,
         faces=len(F),
-        **asdict(distortion),
+        **distortion,
         left_out=left_out,
         repairs=source.repairs,
         seconds=perf_counter() - start,

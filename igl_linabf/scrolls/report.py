@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -116,33 +117,20 @@ class FlatSegment:
         return f"<FlatSegment of {self.report.faces:,} triangles on {rows:,} x {columns:,} points>"
 
 
-@dataclass(frozen=True, eq=False)
-class Distortion:
-    """The distortion of flattened pieces, with the names of `SegmentReport`."""
-
-    area: float
-    stretch_l2: float
-    stretch_l2_median: float
-    stretch_linf: float
-    area_error: float
-    flips: int
-    overlaps: int
-
-
-def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> Distortion:
-    """Measure maps of several pieces together."""
+def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> dict[str, Any]:
+    """Measure maps of several pieces together; return fields of `SegmentReport`."""
     changes = [measure_change(surface, uv) for surface, uv in pieces]
     area = np.concatenate([changed.double_area for changed in changes])
     squared = np.concatenate([changed.squared_stretch for changed in changes])
     ratio = np.concatenate([changed.log_area_ratio for changed in changes])
     order = np.argsort(squared)
     sums = np.cumsum(area[order])
-    return Distortion(
-        area=float(sums[-1] / 2),
-        stretch_l2=float(np.sqrt(squared @ area / sums[-1])),
-        stretch_l2_median=float(np.sqrt(squared[order[np.searchsorted(sums, sums[-1] / 2)]])),
-        stretch_linf=max(float(changed.largest_stretch.max()) for changed in changes),
-        area_error=float((1 - np.exp(-np.abs(ratio))).mean()),
-        flips=sum(int(changed.flipped.sum()) for changed in changes),
-        overlaps=sum(len(overlapping_pairs(uv, surface.F)) for surface, uv in pieces),
-    )
+    return {
+        "area": float(sums[-1] / 2),
+        "stretch_l2": float(np.sqrt(squared @ area / sums[-1])),
+        "stretch_l2_median": float(np.sqrt(squared[order[np.searchsorted(sums, sums[-1] / 2)]])),
+        "stretch_linf": max(float(changed.largest_stretch.max()) for changed in changes),
+        "area_error": float((1 - np.exp(-np.abs(ratio))).mean()),
+        "flips": sum(int(changed.flipped.sum()) for changed in changes),
+        "overlaps": sum(len(overlapping_pairs(uv, surface.F)) for surface, uv in pieces),
+    }

@@ -1,5 +1,5 @@
 """Check and repack existing texture coordinates from any program, given as `V`, `F`, `TC`, `FTC`."""
 
 from .checking import TexelDensity, UVCheck, UVCheckReport, check_uv
-from .repacking import SCALES as SCALES
 from .repacking import PackedUV, pack
+from .repacking import ScaleName as ScaleName

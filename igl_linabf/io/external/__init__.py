@@ -12,5 +12,5 @@ from .patches import (
     write_patch,
 )
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
-from .tifxyz import Segment, check_scale, check_target, read_tifxyz, write_tifxyz, writing_tifxyz
+from .tifxyz import Segment, check_target, read_tifxyz, write_tifxyz, writing_tifxyz
 from .vtk_polydata import VtpFile, keep_data_of_polydata, parse_vtp, save_vtp, without_strips

@@ -89,7 +89,7 @@ def _check_gifti(path: Path) -> None:
     data = path.read_bytes()
     limit, size = largest_expansion(len(data)), len(data)
     if data.startswith(GZIP_MAGIC):
-        data = inflate([data], limit, "its text")
+        data = inflate(data, limit, "its text")
     refuse_entities(data)
     for start in (found.end() for found in GIFTI_DATA_PATTERN.finditer(data)):
         text = data[start : data.find(b"<", start)].strip()
@@ -97,7 +97,7 @@ def _check_gifti(path: Path) -> None:
             with suppress(binascii.Error):  # nibabel reports them
                 packed = base64.b64decode(text)
                 if packed[:1] == ZLIB_MAGIC:
-                    limit -= len(inflate([packed], limit, "an array"))
+                    limit -= len(inflate(packed, limit, "an array"))
     for dimensions in GIFTI_ARRAY_PATTERN.findall(data):
         sizes = [int(n) for n in GIFTI_SIZE_PATTERN.findall(dimensions)]
         check_expansion(8 * prod(sizes), size, "an array")
@@ -172,10 +172,11 @@ def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any
 
 def parse_freesurfer(path: Path) -> MeshFile:
     """Read the surface of a FreeSurfer file, for example lh.pial."""
-    _check_counts(path.read_bytes())
+    data = path.read_bytes()
+    _check_counts(data)
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
-    trailer = _read_trailer(path.read_bytes(), 12 * (len(V) + len(F)))
+    trailer = _read_trailer(data, 12 * (len(V) + len(F)))
     extras = Extras(
         units="millimeter",
         unshared=(VOLUME,) * bool(trailer),
@@ -216,10 +217,9 @@ def _read_trailer(data: bytes, size: int) -> bytes:
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a FreeSurfer surface."""
     points, triangles, _ = make_flat_surface(mesh)
-    to_single_precision(points, "TC")
     trailer = mesh.extras.source.trailer if isinstance(mesh.extras.source, FreeSurferFile) else b""
     counts = np.array([len(points), len(triangles)], ">i4")
-    parts = (counts, points.astype(">f4"), triangles.astype(">i4"))
+    parts = (counts, to_single_precision(points, "TC").astype(">f4"), triangles.astype(">i4"))
     # not nibabel's function, which leaves out rows on a full disk
     data = b"".join((TRIANGLE_FILE_MAGIC, b"igl_linabf\n\n", *(part.tobytes() for part in parts), trailer))
     Path(temporary).write_bytes(data)

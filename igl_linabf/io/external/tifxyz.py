@@ -128,10 +128,10 @@ def _read_meta(path: Path) -> dict[str, Any]:
     kind = meta.get("format") if isinstance(meta, dict) else None
     if kind != FORMAT:
         raise MeshError(f"{path} describes no tifxyz segment: its format is {kind!r}, not {FORMAT!r}")
-    return {**meta, "scale": check_scale(meta.get("scale"), str(path))}
+    return {**meta, "scale": _check_scale(meta.get("scale"), str(path))}
 
 
-def check_scale(scale: Any, where: str) -> tuple[float, float]:
+def _check_scale(scale: Any, where: str) -> tuple[float, float]:
     """Return the scale as two floats; raise a MeshError if it is not two positive numbers."""
     values = list(scale) if isinstance(scale, list | tuple | np.ndarray) else []
     if len(values) != 2 or not all(is_number(s, 0, np.finfo(float).max, above=True) for s in values):
@@ -143,13 +143,13 @@ def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
     """Read an image, or the first channel of its first page."""
     tifffile = import_optional("tifffile", HOW_TO_GET)
 
-    def read(name: str) -> np.ndarray:
+    def read(name: str) -> Any:
         if not first_channel:
-            return np.asarray(tifffile.imread(name))
+            return tifffile.imread(name)
         with tifffile.TiffFile(name) as file:
             page = file.pages[0]
             values = page.asarray()
-            return np.asarray(values.take(0, page.axes.index("S")) if "S" in page.axes else values)
+            return values.take(0, page.axes.index("S")) if "S" in page.axes else values
 
     try:
         return np.asarray(call_reader(read, path))
@@ -226,7 +226,7 @@ def writing_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: boo
     meta = {
         **segment.meta,
         "format": FORMAT,
-        "scale": list(check_scale(segment.scale, "segment")),
+        "scale": list(_check_scale(segment.scale, "segment")),
         "bbox": [low, high],
         "uuid": target.resolve().name,
     }

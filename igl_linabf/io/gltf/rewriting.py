@@ -21,7 +21,7 @@ from ..materials import (
 )
 from ..mesh_file import MeshFile
 from ..references import Folder
-from ..vertex_splits import find_face_pages, find_unique_tuples, round_to_single, warn_about_rounding
+from ..vertex_splits import find_face_pages, find_unique_tuples, to_single_precision
 from .container import find_referenced_file, is_relative, iterate_uris
 from .extensions import (
     COMPRESSION_EXTENSIONS,
@@ -82,7 +82,7 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
     _copy_buffers(gltf, text, buffer)
     _embed_images(text, gltf.folder, path.parent, buffer)
     map_ = mesh.TC * [1, -1] + [0, 1]
-    warn_about_rounding(map_, round_to_single(map_, "TC"), "TC")
+    rounded = to_single_precision(map_, "TC")
     pages = MaterialPages(text)
     for place, primitive, (attributes, targets), page in _split_by_page(
         mesh, text, source.primitives, primitives, old
@@ -95,7 +95,7 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
                 for key, number in numbers.items()
             }
 
-        st = buffer.add(round_to_single(map_[texture], "TC"))
+        st = buffer.add(rounded[texture])
         primitive |= {
             "mode": Mode.TRIANGLES,
             "attributes": {**taken(attributes), TEXTURE_ATTRIBUTES[second]: st},

@@ -57,7 +57,7 @@ DTYPES = {
     Component.FLOAT: "<f4",
 }
 INSTANCE_ATTRIBUTES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
-UNSIGNED = (5121, 5123, 5125)  # codes of the unsigned types, which indices have
+UNSIGNED = (Component.UNSIGNED_BYTE, Component.UNSIGNED_SHORT, Component.UNSIGNED_INT)  # types of indices
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 

@@ -137,11 +137,9 @@ ATTRIBUTE_TYPES = {
 }
 
 
-def check_description(text: Any) -> None:
+def check_description(text: dict[str, Any]) -> None:
     """Raise `Damaged` if a description does not follow glTF 2.0, or a number in it refers to nothing."""
     check_depth(text)
-    if not isinstance(text, dict):
-        raise Damaged("its description is not an object of JSON")
     counts = {name: len(entries) for name, entries in text.items() if isinstance(entries, list)}
     DESCRIPTION.check(text, "", counts)
     extensions = Record(EXTENSIONS)
@@ -190,22 +188,23 @@ def check_data(gltf: Gltf) -> None:
     check_expansion(unstored, gltf.size, "its accessors without data")
     used = 0
     for i, j, primitive in gltf.primitives():
-        used += _check_primitive(accessors, primitive, f"meshes[{i}].primitives[{j}]")
+        used += _check_primitive(gltf, primitive, f"meshes[{i}].primitives[{j}]")
     check_expansion(used, gltf.size, "its primitives, which share data,")
-    for attributes in iterate_instance_attributes(gltf.text):
+    instanced = list(iterate_instance_attributes(gltf.text))
+    for attributes in instanced:
         for name, kind in INSTANCE_ATTRIBUTES.items():
             if name in attributes and accessors[attributes[name]]["type"] != kind:
                 raise Damaged(f"its instance attribute {name} is not {kind}")
     instances = sum(
         max((accessors[number]["count"] for number in attributes.values()), default=0)
-        for attributes in iterate_instance_attributes(gltf.text)
+        for attributes in instanced
     )
     check_expansion(INSTANCE_BYTES * instances, gltf.size, "its instances")
 
 
-def _check_primitive(accessors: list[dict[str, Any]], primitive: dict[str, Any], place: str) -> int:
+def _check_primitive(gltf: Gltf, primitive: dict[str, Any], place: str) -> int:
     """Check the accessors of a primitive, and return the bytes of memory that it takes."""
-    attributes = primitive["attributes"]
+    accessors, attributes = gltf.entries("accessors"), primitive["attributes"]
     for name, types in ATTRIBUTE_TYPES.items():
         if name in attributes and accessors[attributes[name]]["type"] not in types:
             raise Damaged(f"its {place}.attributes.{name} is not {' or '.join(types)}")
@@ -223,9 +222,5 @@ def _check_primitive(accessors: list[dict[str, Any]], primitive: dict[str, Any],
         if indices["type"] != "SCALAR" or indices["componentType"] not in UNSIGNED:
             raise Damaged(f"its {place}.indices are not unsigned integers")
         corners = int(indices["count"])
-    row_size: int = sum(
-        WIDTHS[accessors[number]["type"]] * np.dtype(DTYPES[accessors[number]["componentType"]]).itemsize
-        for holder in (attributes, *targets)
-        for number in holder.values()
-    )
+    row_size = sum(gltf.row_bytes(number) for holder in (attributes, *targets) for number in holder.values())
     return CORNER_BYTES * corners + min(n, corners) * row_size

@@ -17,7 +17,7 @@ from ..colours import get_stored_colours
 from ..materials import Material, decode_srgb, make_gltf_material
 from ..mesh_file import MeshFile
 from ..parsing import encode_utf8
-from ..vertex_splits import choose_origin, round_to_single, split_vertices, warn_about_rounding, warn_of_error
+from ..vertex_splits import choose_origin, round_to_single, split_vertices, to_single_precision, warn_of_error
 from .ngons import EXTENSION, order_as_fans
 from .scene import DTYPES, Component, Target
 from .textures import add_images
@@ -104,7 +104,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     warn_of_error(error, "V")
     for map_ in (mesh.TC, None if mesh.first is None else mesh.first[0]):
         if map_ is not None:
-            warn_about_rounding(map_, round_to_single(map_, "TC"), "TC")
+            to_single_precision(map_, "TC")  # warns; the texture coordinates are written per primitive
     # readers such as trimesh discard texture coordinates without a material
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from zipfile import ZipFile
 
-from ...limits import CHUNK, check_expansion, largest_expansion, refuse_entities
+from ...limits import CHUNK, check_expansion, refuse_entities
 
 NAMESPACE_PATTERN = re.compile(rb"""xmlns:([\w.-]+)\s*=\s*["']([^"']*)""")
 # Prefixes of the 3MF Consortium's namespaces, which lib3mf reads.
@@ -20,19 +20,18 @@ TRIANGLE_ATTRIBUTES = {b"v1", b"v2", b"v3", b"p1", b"p2", b"p3", b"pid"}
 
 def check_package(path: str) -> None:
     """Raise `Damaged` if the parts of a package become too large, or declare entities."""
-    size = Path(path).stat().st_size
-    left = largest_expansion(size)
+    size, taken = Path(path).stat().st_size, 0
     with ZipFile(path) as package:
         for entry in package.infolist():
             with package.open(entry) as file:
                 head = file.read(CHUNK)
                 if entry.filename.lower().endswith(XML_SUFFIXES):
                     refuse_entities(head)
-                left -= len(head)
-                while left >= 0 and (chunk := file.read(CHUNK)):  # announced sizes may be wrong
-                    left -= len(chunk)
-            if left < 0:
-                check_expansion(largest_expansion(size) - left, size, "its decompressed parts")
+                chunk = head
+                while chunk:  # announced sizes may be wrong
+                    taken += len(chunk)
+                    check_expansion(taken, size, "its decompressed parts")
+                    chunk = file.read(CHUNK)
 
 
 def find_required_extensions(path: str) -> list[str]:
