@@ -23,7 +23,7 @@ from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
 from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, resolve_method
-from .result import Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
+from .result import NO_INDICES, Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
 
 LARGEST_TOGETHER = 10_000  # triangles of the largest mesh that shares its system with others
 TOGETHER = 4 * LARGEST_TOGETHER  # triangles per system
@@ -244,7 +244,7 @@ def _results_of_batch(
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)
     residual, inner = stepped.residuals.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
     gap, ratio = batch.gap.tolist(), batch.ratio.tolist()
-    nothing, made = np.empty(0, dtype=np.int64), []
+    made = []
     for k in np.flatnonzero(batch.good).tolist():
         first, last = residual[k][0], residual[k][2]
         steps: tuple[Step, ...] = ()
@@ -252,7 +252,7 @@ def _results_of_batch(
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
         solver, reached = batch.solver if rows[k] else "none", last <= method.tol
-        outcome, message = judge(Findings("boundary", solver, ratio[k], nothing, last, converged=reached))
+        outcome, message = judge(Findings("boundary", solver, ratio[k], NO_INDICES, last, converged=reached))
         share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
             uv=batch.uv[own],
@@ -261,7 +261,7 @@ def _results_of_batch(
             method=method.name,
             outcome=outcome,
             message=message,
-            flipped=nothing,
+            flipped=NO_INDICES.copy(),
             before=Residuals(*before[k]),
             after=Residuals(*after[k]),
             seconds={stage: share * value for stage, value in seconds.items()},

@@ -20,12 +20,4 @@ from .choice import (
 from .conformal_energy import find_far_points, least_squares
 from .convex import on_circle
 from .greedy import greedy
-from .isometry import (
-    InjectiveMap,
-    IsometricMap,
-    draw_to_pins,
-    embed_in_boundary,
-    flatten_isometrically,
-    injective,
-    make_isometric,
-)
+from .isometry import draw_to_pins, embed_in_boundary, flatten_isometrically, injective, make_isometric

@@ -27,7 +27,7 @@ def find_outer_loop(V: FloatArray, topology: Topology, double_area: FloatArray, 
     able = np.flatnonzero(length > (2 - ROUNDING) * extent.max())
     if len(able) == 1:
         return int(able[0])
-    turning = loop_turning(topology, np.arctan2(double_area, dot))
+    turning = _loop_turning(topology, np.arctan2(double_area, dot))
     return int(able[_choose_by_turning(turning[able], length[able])])
 
 
@@ -36,7 +36,7 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
     if len(topology.loops) == 1:
         return 0
     edges = np.array([len(loop) for loop in topology.loops])
-    return _choose_by_turning(loop_turning(topology, alpha), edges)
+    return _choose_by_turning(_loop_turning(topology, alpha), edges)
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
@@ -44,7 +44,7 @@ def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> in
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 
-def loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
+def _loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
     """Return the total turning of each boundary loop in the flat map of least change, in radians.
 
     That is the conformal map whose scale is 1 along the boundary. The turning of a loop on the surface itself

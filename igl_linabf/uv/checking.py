@@ -337,9 +337,8 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     own = stack == np.arange(charts.number)
     margins = measure_margins(charts, own, bool(len(pairs)), (width, height))
     n = len(charts.split.polygons)
-    chart = np.full(n, -1)
-    chart[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
-    face = charts.split.face[charts.rows]
+    chart, face, flipped = np.full(n, -1), charts.split.face[charts.rows], charts.faces_of(charts.flipped)
+    chart[face[::-1]] = charts.chart[::-1]
     report = UVCheckReport(
         faces=n,
         unmapped=len(charts.unmapped),
@@ -359,7 +358,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
     )
     return UVCheck(
         charts=charts.number,
-        flips=len(charts.faces_of(charts.flipped)),
+        flips=len(flipped),
         overlaps=len(pairs),
         seam_length=float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()),
         stretch_l2=quality.stretch_l2,
@@ -367,7 +366,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
         fill=float(flat[own].sum()) / margins.pages,
         margin=margins.between,
         pages=margins.pages,
-        flipped=charts.faces_of(charts.flipped),
+        flipped=flipped,
         overlapping=face[pairs],
         report=report,
         _drawn=(charts.uv, charts.upright, charts.chart),

@@ -245,7 +245,7 @@ class HolonomyConstraints:
         inner = partial(solve_pairs, inverse)
         n, drawn = self.rows.constraints.n, self.rows.drawn
         if S is None:
-            columns = self.conformal_columns(inverse)
+            columns = self._columns(inner)
             return self._bordered_solver(inner, columns, columns.schur), columns
         if known is not None and known.serves(drawn):
             columns = known

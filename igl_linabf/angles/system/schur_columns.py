@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
@@ -91,8 +91,10 @@ class SchurColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Return True if the columns can also precondition a system with these loops."""
-        return has_nearly_same_loops(drawn, self.drawn)
+        """Return True if the columns can also precondition a system with these, nearly the same, loops."""
+        q, known = drawn.q, self.drawn
+        same = np.array_equal(drawn.constrained, known.constrained)
+        return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())
 
     def times(self, y: FloatArray) -> FloatArray:
         """Return C y."""
@@ -104,7 +106,7 @@ class SchurColumns:
 
     def transposed_times_border(self, B: Border) -> FloatArray:
         """Return C^T B."""
-        return np.asarray((B.transposed @ self.columns[:, B.rows].T).T)
+        return _times_border(self.columns, B)
 
     def galerkin(self, S: Symmetric) -> FloatArray:
         """Return C^T S C."""
@@ -115,13 +117,12 @@ class SchurColumns:
         return self.columns[:, 2 * rows].T
 
 
-def has_nearly_same_loops(drawn: HolonomyResidual, known: HolonomyResidual) -> bool:
-    """Return True if both residuals have the same constraints and nearly the same loops."""
-    same = np.array_equal(drawn.constrained, known.constrained)
-    return same and float(np.abs(drawn.q - known.q).max()) <= LOOP_CHANGE * float(np.abs(drawn.q).max())
-
-
 def solve_border(inner: Solve, B: Border, D: FloatArray, n: int, drawn: HolonomyResidual) -> SchurColumns:
     """Return A^-1 B from a solver `inner` of A, both with 2 n rows."""
-    columns = SchurColumns(np.ascontiguousarray(inner(B.dense(n)).T), drawn, D)
-    return replace(columns, schur=D - columns.transposed_times_border(B))
+    columns = np.ascontiguousarray(inner(B.dense(n)).T)
+    return SchurColumns(columns, drawn, D - _times_border(columns, B))
+
+
+def _times_border(columns: FloatArray, B: Border) -> FloatArray:
+    """Return C^T B for the columns of C, (size, 2 #rows)."""
+    return np.asarray((B.transposed @ columns[:, B.rows].T).T)

@@ -5,7 +5,7 @@ coordinates, and the atlas of the mesh and the polygons that the caller passed.
 """
 
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, AtlasReport, Chart
-from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, map_sides_to_cleaned
+from .given_mesh import atlas_of_given_mesh, empty_atlas, map_sides_to_cleaned
 from .pieces import flatten_piece, open_slivers, restrict_flattening, restrict_uv, scaled_to_surface
 from .polygons import (
     atlas_of_polygons,

@@ -5,5 +5,3 @@ from math import pi
 CONES_PER_STRETCH = 30.0  # number of cones that may be spent to lower the expected L2 stretch by 1
 QUARTER_TURN = pi / 2  # radians
 MAX_QUARTERS = 3  # largest curvature of a cone in quarter turns: its angle sum is at least one quarter turn
-MAX_ANGLE_AT_CONE = 0.75 * pi  # mean angle of the triangles at a cone, radians, above which they are strained
-DISTORTION_PER_LOG_STRETCH = 30.0  # in exchanges, F/3nt of 1 costs as much as this growth of the log stretch

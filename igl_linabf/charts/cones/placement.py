@@ -15,7 +15,7 @@ from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
-from .constants import CONES_PER_STRETCH, MAX_ANGLE_AT_CONE, MAX_QUARTERS, QUARTER_TURN
+from .constants import CONES_PER_STRETCH, MAX_QUARTERS, QUARTER_TURN
 from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
@@ -29,6 +29,7 @@ MAX_IDLE_CONES = 4  # consecutive cones without gain after which the search ends
 # L2 stretch, with the price of cones, above which the search does not end; also the price of strained cones
 TOLERABLE_STRETCH = 3.0
 MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is put near it
+MAX_ANGLE_AT_CONE = 0.75 * np.pi  # mean angle of the triangles at a cone, radians, above which it is strained
 QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in quarter turns
 
 

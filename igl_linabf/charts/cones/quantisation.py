@@ -8,7 +8,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles
 from ..cut_graphs import MAX_LOG_SCALE
-from .constants import DISTORTION_PER_LOG_STRETCH, MAX_QUARTERS, QUARTER_TURN
+from .constants import MAX_QUARTERS, QUARTER_TURN
 from .scale import ConeScale
 
 STRETCH_SAMPLES = 4_000  # number of sample nodes for estimates of the stretch
@@ -16,6 +16,7 @@ MAX_EXCHANGES = 500  # exchanges of a quarter turn between two cones
 EXCHANGE_GAIN = 0.999  # an exchange must lower the squared stretch by this factor
 PAIRED_EXCHANGES = 160  # exchanges of least stretch that are tried in pairs
 ESTIMATED_PAIRS = 150  # best pairs, by a quadratic form, whose stretch is estimated at all samples
+DISTORTION_PER_LOG_STRETCH = 30.0  # in exchanges, F/3nt of 1 costs as much as this growth of the log stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ class QuantisedCurvatures:
         # one more quarter of curvature is one quarter less in the angle sum
         by_change = self._to_nodes(changed) @ holonomy.by_vertex
         path_turns = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
-        missing = DISTORTION_PER_LOG_STRETCH * distortion(
+        missing = DISTORTION_PER_LOG_STRETCH * _distortion(
             path_turns, quantise_holonomy(path_turns, holonomy.cost), holonomy.cost
         )
         one = self._log_squared(base + changed)
@@ -153,7 +154,7 @@ class QuantisedCurvatures:
 
 
 def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
-    """Round the turns of paths, (n, #paths), to whole quarters with low `distortion`.
+    """Round the turns of paths, (n, #paths), to whole quarters with low `_distortion`.
 
     The paths are rounded one after another; each rounding corrects for the errors of the previous paths
     (Babai 1986).
@@ -166,7 +167,7 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
     return quarters
 
 
-def distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
+def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
     """Return the F/3nt, (n,), of making paths turn by whole quarters instead; both are (n, #paths)."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

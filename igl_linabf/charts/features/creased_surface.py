@@ -96,10 +96,14 @@ class CreasedSurface:
     @cached_property
     def in_atom(self) -> BoolArray:
         """Which edges are within a polygon or, on a body with planes, within a plane."""
-        within = self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]]
-        if self.surface.inner is not None:
-            within |= ~np.isin(self.inside, self.surface.cuttable_edges)
-        return np.asarray(within)
+        return np.asarray(self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]] | self._is_diagonal)
+
+    @cached_property
+    def _is_diagonal(self) -> BoolArray:
+        """Which edges are diagonals of polygons."""
+        if self.surface.inner is None:
+            return np.zeros(len(self.inside), dtype=bool)
+        return ~np.isin(self.inside, self.surface.cuttable_edges)
 
     @cached_property
     def boundary_sides(self) -> BoolArray:
@@ -188,10 +192,7 @@ class CreasedSurface:
     @cached_property
     def crease_angle(self) -> FloatArray:
         """Their absolute values; 0 at the diagonals of polygons."""
-        size = np.abs(self.dihedral)
-        if self.surface.inner is not None:
-            size[~np.isin(self.inside, self.surface.cuttable_edges)] = 0.0
-        return np.asarray(size)
+        return np.where(self._is_diagonal, 0.0, np.abs(self.dihedral))
 
     @cached_property
     def in_one_plane(self) -> BoolArray:

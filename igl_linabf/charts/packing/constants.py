@@ -2,6 +2,5 @@
 
 MIN_SHAPED_AREA = 1 / 1600  # share of the total area below which a chart counts as a small rectangle
 COARSE_TURNS = 8  # turns of each chart on coarse grids
-TRIAL_GRID = 96  # cells along the page's side for trial pages
 EXPECTED_FILL = 0.62  # expected fill of a page, which sets the scale of the first grid
 GROWING_ROOM = 1.3  # side of the search grid over the expected side, and its growth factor in each trial

@@ -129,9 +129,7 @@ class ChartMasks:
         return occupied_cells(side, places, self.blocks, self.start)
 
 
-def outlines(
-    z: ComplexArray, F: IntArray, vertices: Ragged, faces: Ragged, area: FloatArray
-) -> list[Outline]:
+def outlines(z: ComplexArray, F: IntArray, vertices: Ragged, area: FloatArray) -> list[Outline]:
     """Return the outlines of charts whose vertices and faces are concatenated."""
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))

@@ -235,9 +235,7 @@ def _prepare_charts(
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(
-        outlines(z, F, vertices, faces, area), coordinates(extent), area, request.upright, request.fixed
-    )
+    charts = Charts(outlines(z, F, vertices, area), coordinates(extent), area, request.upright, request.fixed)
     return z, area, turn, origin, vertices, charts
 
 

@@ -9,10 +9,12 @@ import numpy as np
 
 from ..._types import IntArray
 from ...surface import Ragged, coordinates
-from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, TRIAL_GRID
+from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM
 from .layout_search import list_turns
 from .outlines import ChartMasks, Masks, Outline, rasterize_outlines, rectangles
 from .spacing import Spacing
+
+TRIAL_GRID = 96  # cells along the page's side for trial pages
 
 
 @dataclass(frozen=True, eq=False)
