@@ -79,7 +79,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
     ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray)"),
     ("py:.*", r"igl_linabf\.(surface|flattening\.methods|plot\.scene|angles)\..*"),
-    ("py:.*", r"igl_linabf\.(flattening\.boundary_shapes|textures\.sampling|io\.mesh_file)\..*"),
+    ("py:.*", r"igl_linabf\.(flattening\.boundary_shapes|textures\.sampling|io\.(mesh_file|references))\..*"),
 ]
 
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

@@ -83,19 +83,21 @@ def main() -> None:
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     size = path.stat().st_size
     others = [start(lambda: write_forever(path)) for _ in range(2 * (mode == "two"))]
-    for _ in range(TRIALS * (mode != "once")):
-        if mode == "kill":
-            process = start(lambda: write_forever(path))
-            time.sleep(rng.uniform(0, 0.1))
+    try:
+        for _ in range(TRIALS * (mode != "once")):
+            if mode == "kill":
+                process = start(lambda: write_forever(path))
+                time.sleep(rng.uniform(0, 0.1))
+                stop(process)
+            elif mode == "full":
+                limit = int(rng.integers(100, size))
+                os.waitpid(start(lambda limit=limit: write_with_limit(path, limit)), 0)
+            else:
+                time.sleep(0.02)
+            check_whole(path)
+    finally:  # they would never end
+        for process in others:
             stop(process)
-        elif mode == "full":
-            limit = int(rng.integers(100, size))
-            os.waitpid(start(lambda limit=limit: write_with_limit(path, limit)), 0)
-        else:
-            time.sleep(0.02)
-        check_whole(path)
-    for process in others:
-        stop(process)
     check_whole(path)
 
 

@@ -30,8 +30,9 @@ class VtpFile:
 def parse_vtp(path: Path) -> MeshFile:
     """Read the polygons of a VTP file."""
     pyvista = import_optional("pyvista")
-    check_announced_sizes(path.read_bytes())
-    mesh = call_reader(_read_polydata, path)
+    data = path.read_bytes()
+    check_announced_sizes(data)
+    mesh = call_reader(_read_polydata, data)
     extra_cells = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
         mesh = without_strips(mesh)
@@ -61,12 +62,16 @@ def parse_vtp(path: Path) -> MeshFile:
     return replace(mesh_file, TC=unique_TC, texture=row.ravel().astype(np.int64)[polygons.corners])
 
 
-def _read_polydata(path: str) -> Any:
-    """Read a VTK file; raise the first error that VTK reports, because VTK itself continues after errors."""
+def _read_polydata(data: bytes) -> Any:
+    """Parse a VTK file; raise the first error that VTK reports, because VTK itself continues after errors.
+
+    VTK opens a file twice, which may have been replaced in between, and so gets the bytes.
+    """
     pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
     with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
         reader = readers.vtkXMLPolyDataReader()
-        reader.SetFileName(path)
+        reader.ReadFromInputStringOn()
+        reader.SetInputString(data)
         reader.Update()
     errors = [event.alert for event in caught.events if event.kind.upper() != "WARNING"]
     if errors:
