@@ -311,8 +311,9 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
 def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
     """Place charts on pages; reduce the margin if it leaves no room for them."""
     most = float(np.sqrt(MAX_MARGIN_SHARE / len(done)))
-    closer = request.spacing.limit_gap(most)
-    if closer != request.spacing:
+    wanted = request.spacing.for_charts(len(done))
+    closer = wanted.limit_gap(most)
+    if closer != wanted:
         too_wide = f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts"
         warnings.warn(f"{too_wide}: it is reduced to {most:.2g}", FallbackWarning, stacklevel=stack_level())
     return pack_maps(_maps(done), replace(request, spacing=closer))

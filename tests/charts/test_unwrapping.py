@@ -27,6 +27,7 @@ from igl_linabf import (
     MeshError,
     MeshWarning,
     OutcomeWarning,
+    Packing,
     cut,
     find_seams,
     flatten,
@@ -423,3 +424,13 @@ def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
     assert few.seam_length < even.seam_length
     assert even.quality.stretch_l2 < 1.035 < few.quality.stretch_l2
     assert even.quality.texel_spread < 2.45 < few.quality.texel_spread
+
+
+def test_the_default_margin_leaves_room_for_many_charts() -> None:
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    n = 1600
+    V = (square + 2 * np.arange(n)[:, None, None] * [0, 0, 1]).reshape(-1, 3)
+    F = (np.array([[0, 1, 2], [0, 2, 3]]) + 4 * np.arange(n)[:, None, None]).reshape(-1, 3)
+    assert unwrap(V, F).fill > 0.8
+    wide = unwrap(V, F, packing=Packing(margin=0.005))
+    assert wide.fill < 0.7  # a margin that is given is kept

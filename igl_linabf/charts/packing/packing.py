@@ -173,6 +173,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingReque
     """Pack charts that have been checked, as `pack_charts` does; every vertex must have a face."""
     if not maps:
         return []
+    request = replace(request, spacing=request.spacing.for_charts(len(maps)))
     z, area, turn, origin, vertices, charts = _prepare_charts(maps, request)
     layout = _find_layout(charts, request)
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)

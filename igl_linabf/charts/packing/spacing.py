@@ -10,7 +10,8 @@ import numpy as np
 from ...errors import is_number
 
 DEFAULT_PADDING = 2.0  # texels between two charts, if a resolution is given
-DEFAULT_MARGIN = 0.005  # share of the page's side between two charts, if no resolution is given
+DEFAULT_MARGIN = 0.005  # share of the page's side between a few charts, if no resolution is given
+DEFAULT_MARGIN_OF_CELL = 0.05  # largest default margin, relative to the side of the cell of an average chart
 MAX_GAP = 0.1  # largest gap between two charts, as a share of the page's side
 
 
@@ -26,11 +27,14 @@ class Spacing:
         Distance to the page's border.
     aspect : float
         Height of the page over its width.
+    is_default : bool
+        Whether the distances are the defaults, which depend on the number of charts.
     """
 
     gap: float
     border: float
     aspect: float = 1.0
+    is_default: bool = False
 
     @classmethod
     def of(cls, packing: Packing) -> Spacing:
@@ -41,7 +45,8 @@ class Spacing:
         On pages that are not square, the padding is at least as wide along the longer side.
         """
         if packing.resolution is None:
-            return cls(packing.margin, packing.margin)
+            margin = DEFAULT_MARGIN if packing.margin is None else packing.margin
+            return cls(margin, margin, is_default=packing.margin is None)
         width, height = page_size(packing.resolution)
         share = packing.padding / min(width, height)
         return cls(share, share / 2, height / width)
@@ -50,6 +55,10 @@ class Spacing:
     def inner(self) -> float:
         """The width of the page without its borders."""
         return 1 - 2 * self.border
+
+    def for_charts(self, number: int) -> Spacing:
+        """Return the spacing for a number of charts: the default margin shrinks with many."""
+        return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 
     def widen(self, by: float) -> Spacing:
         """Return the spacing with `by` added on all sides."""
@@ -97,9 +106,10 @@ class Packing:
     pages : int, optional
         Number of pages; with `texel_density` the maximum number, and by default as many as necessary. Page k
         is the unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
-    margin : float
+    margin : float, optional
         Distance between charts, and to the border, as a share of the unit square's side, if there is no
-        `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning.
+        `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The
+        default is 0.005 for up to 100 charts, and 0.05 / sqrt(#charts) for more.
     unseen : float
         Texel density of charts that no ray from outside reaches, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
@@ -123,12 +133,12 @@ class Packing:
     padding: float = DEFAULT_PADDING
     texel_density: float | None = None
     pages: int | None = None
-    margin: float = DEFAULT_MARGIN
+    margin: float | None = None
     unseen: float = 1.0
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
-        if not is_number(self.margin, 0, MAX_GAP):
+        if self.margin is not None and not is_number(self.margin, 0, MAX_GAP):
             raise ValueError(
                 f"margin is {self.margin!r}: give a share of the square's side, from 0 to {MAX_GAP}"
             )
@@ -140,7 +150,7 @@ class Packing:
                 )
         else:
             least = min(page_size(resolution))
-            if self.margin != DEFAULT_MARGIN:
+            if self.margin is not None:
                 raise ValueError(
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "
                     "give padding instead"
