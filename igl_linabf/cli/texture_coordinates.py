@@ -8,7 +8,7 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Packing
 from ..errors import MeshError, MeshWarning, stack_level
-from ..io import MeshFile, moves_textures
+from ..io import MeshFile, list_image_users, moves_textures
 from ..surface import Faces
 from ..uv import ScaleName, check_uv, pack
 from .arguments import PACKING, Option
@@ -45,8 +45,9 @@ def check_coordinates(
     if resolution is not None:
         asked["resolution"] = resolution
     with progress_part("checking", PROGRESS["computing"]):
-        found = check_uv(mesh.V, mesh.F, TC, FTC, **asked)
+        found = check_uv(mesh.V, mesh.F, TC, FTC, labels=list_image_users(mesh), **asked)
     check = {**found.figures, "limits": found.report.limits, "flipped": found.flipped}
+    check["sheets"] = found.report.sheets
     write_outputs(job, str(found), {"good": found.good, "troubles": found.troubles, "check": check})
     return report_troubles(job, found.good, found.troubles)
 

@@ -7,6 +7,7 @@ module or sub-package; `files` defines the public functions and `parsing` is sha
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
 from .colours import image_maps
+from .colours import list_image_users as list_image_users
 from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
 from .external import Segment, read_tifxyz, write_tifxyz

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import igl
 import numpy as np
+from numpy.typing import NDArray
 
 from .._types import FloatArray
-from ..surface import unit_vectors
+from ..surface import connected_labels, unit_vectors
 from ..textures import Picture
 from .materials import WHITE, decode_srgb, encode_srgb
 from .mesh_file import MeshFile
@@ -118,6 +119,27 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
                 decoded[data], image_map.wrap, image_map.matrix, image_map.nearest
             )
     return images
+
+
+def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:
+    """Return for each face, (#F,), the names of the materials that share an image with its material.
+
+    Materials without an image are together. The result is None if all faces belong together.
+    """
+    if mesh.extras.materials is None:
+        return None
+    names, of_face = mesh.extras.materials
+    looks = mesh.extras.looks or ()
+    images = [{image_map.image for image_map in look.maps} or {None} for look in looks]
+    first = {image: i for i, own in reversed([*enumerate(images)]) for image in own}
+    pairs = [(i, first[image]) for i, own in enumerate(images) for image in own]
+    group = connected_labels(np.array(pairs, dtype=np.int64).reshape(-1, 2), len(images))
+    users = [
+        ", ".join(name for name, other in zip(names, group, strict=True) if other == own) for own in group
+    ]
+    bare = next((users[i] for i, own in enumerate(images) if None in own), "no material")
+    listed = np.array([*users, bare])[of_face]
+    return listed if len(np.unique(listed)) > 1 else None
 
 
 def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:

@@ -50,6 +50,8 @@ class ImageMap:
         glTF's name, such as "baseColorTexture", or the MTL keyword of maps that glTF does not have.
     read : callable
         Returns the bytes of the image file.
+    image : str
+        The name or number of the image in the file; equal for the same image.
     wrap : (str, str)
         Wrap mode in u and in v: "repeat", "clamp" or "mirror".
     matrix : ((3,), (3,)) of float
@@ -62,6 +64,7 @@ class ImageMap:
 
     kind: str
     read: Callable[[], bytes]
+    image: str
     wrap: tuple[str, str] = ("repeat", "repeat")
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     options: str = ""

@@ -3,3 +3,4 @@
 from .checking import TexelDensity, UVCheck, UVCheckReport, check_uv
 from .repacking import PackedUV, pack
 from .repacking import ScaleName as ScaleName
+from .sheets import Sheet

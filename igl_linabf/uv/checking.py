@@ -16,6 +16,7 @@ from ..errors import MeshError, is_number, some
 from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
+from .sheets import Sheet, list_sheets, measure_sheets
 from .uv_charts import UVCharts
 
 CHECKED_RESOLUTION = 1024  # default texels along the side of a page, for densities and margins
@@ -69,6 +70,8 @@ class UVCheckReport:
         The requested limits `max_stretch`, `max_spread` and `min_margin`.
     chart : (#F,) int64
         Chart of each face; -1 without texture coordinates or area.
+    sheets : tuple of Sheet
+        The figures of each page of each image.
     """
 
     faces: int
@@ -82,6 +85,7 @@ class UVCheckReport:
     resolution: int | tuple[int, int]
     limits: dict[str, float]
     chart: IntArray
+    sheets: tuple[Sheet, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,8 +99,8 @@ class UVCheck:
     flips : int
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
-        Number of pairs of triangles that overlap by accident, within a chart or between charts that are not
-        stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001.
+        Number of pairs of triangles that overlap by accident, within a chart or between charts of one image
+        that are not stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001.
     seam_length : float
         Length of the seams on the surface, in units of V.
     stretch_l2 : float
@@ -109,7 +113,7 @@ class UVCheck:
         Smallest distance between two charts on a page, in texels; infinite for one chart, 0 if charts
         overlap.
     pages : int
-        Number of unit squares (UDIM tiles) with charts.
+        Number of unit squares (UDIM tiles) with charts, of all images.
     flipped : (#flipped,) int64
         Flipped faces.
     overlapping : (#overlaps, 2) int64
@@ -192,7 +196,8 @@ class UVCheck:
         return f"<UVCheck of {self.report.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
-        return align_columns(self._rows())
+        text, sheets = align_columns(self._rows()), self.report.sheets
+        return f"{text}\n\n{align_columns(list_sheets(sheets))}" if len(sheets) > 1 else text
 
     def _repr_html_(self) -> str:
         troubles = html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
@@ -251,6 +256,7 @@ def check_uv(
     TC: ArrayLike,
     FTC: ArrayLike,
     *,
+    labels: ArrayLike | None = None,
     resolution: int | tuple[int, int] = CHECKED_RESOLUTION,
     max_stretch: float | None = None,
     max_spread: float | None = None,
@@ -271,6 +277,9 @@ def check_uv(
         Texture coordinates.
     FTC : in the shape of `F`
         Rows of `TC` at the corners, as returned by `igl.readOBJ`; -1 at corners without coordinates.
+    labels : (#F,) int or str, optional
+        The image of each face, by number or name, such as `mesh.extras.materials[1]` if each material has its
+        own image. Charts on different images do not overlap. By default, all faces have the same image.
     resolution : int or (int, int)
         Texels along the side of a page, or its width and height, for densities and margins. If pages are not
         square, distortion is measured in texels.
@@ -317,7 +326,7 @@ def check_uv(
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):
             raise ValueError(f"{name} is {value!r}: give a number from 0 upwards")
-    charts = UVCharts.of(V, F, TC, FTC)
+    charts = UVCharts.of(V, F, TC, FTC, labels)
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
@@ -355,6 +364,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
         resolution=width if width == height else (width, height),
         limits=limits,
         chart=chart,
+        sheets=tuple(measure_sheets(charts, own, pairs, aspect, width)),
     )
     return UVCheck(
         charts=charts.number,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import BoolArray, IntArray
 from .uv_charts import UVCharts
 
 FIRST_REACH = (
@@ -22,11 +22,11 @@ class Margins:
     Attributes
     ----------
     between : float
-        Smallest distance between two charts on the same page; infinite for a single chart.
+        Smallest distance between two charts on the same page of an image; infinite for a single chart.
     border : float
         Smallest distance from a chart to the border of its page; negative if a chart crosses the border.
     pages : int
-        Number of pages with charts.
+        Number of pages with charts, of all images.
     """
 
     between: float
@@ -36,26 +36,11 @@ class Margins:
 
 def measure_margins(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple[int, int]) -> Margins:
     """Measure the margins of the charts selected by `own`; `between` is zero if charts `overlap`."""
-    rows = np.flatnonzero(own[charts.chart])
-    corners, of = charts.uv[charts.F[rows]], charts.chart[rows]
-    low, high = (
-        np.stack([_reduce_by_chart(f, corners[..., k], of, len(own)) for k in (0, 1)], axis=1)[own]
-        for f in (np.minimum, np.maximum)
-    )
-    page = np.floor((low + high) / 2)
+    page, (low, high) = charts.page[own], (box[own] for box in charts.boxes)
     border = float((np.minimum(low - page, page + 1 - high) * size).min())
-    number = np.unique(page, axis=0, return_inverse=True)[1].ravel()
-    between = (
-        0.0 if overlap else _find_least_distance(_extract_outlines(charts, own, size), number, max(size))
-    )
-    return Margins(between, border, int(number.max()) + 1)
-
-
-def _reduce_by_chart(function: np.ufunc, values: FloatArray, of: IntArray, number: int) -> FloatArray:
-    """Return the minimum or maximum of values at corners, (#f, 3), for each chart."""
-    made = np.full(number, np.inf if function is np.minimum else -np.inf)
-    function.at(made, np.repeat(of, 3), values.ravel())
-    return made
+    sheet = charts.sheet[own]
+    between = 0.0 if overlap else _find_least_distance(_extract_outlines(charts, own, size), sheet, max(size))
+    return Margins(between, border, len(np.unique(sheet)))
 
 
 def _extract_outlines(
@@ -76,14 +61,14 @@ def _extract_outlines(
     return list(shapely.multilinestrings(lines, indices=place[of[order]]))
 
 
-def _find_least_distance(outlines: list[shapely.MultiLineString], page: IntArray, side: int) -> float:
-    """Return the smallest distance between two outlines on the same page."""
-    if len(outlines) < 2 or len(np.unique(page)) == len(page):
+def _find_least_distance(outlines: list[shapely.MultiLineString], sheet: IntArray, side: int) -> float:
+    """Return the smallest distance between two outlines on the same sheet."""
+    if len(outlines) < 2 or len(np.unique(sheet)) == len(sheet):
         return np.inf
     tree, reach = shapely.STRtree(outlines), FIRST_REACH * side
     while True:
         one, other = tree.query(outlines, predicate="dwithin", distance=reach)
-        near = (one < other) & (page[one] == page[other])
+        near = (one < other) & (sheet[one] == sheet[other])
         if near.any():
             shapes = np.array(outlines, dtype=object)
             return float(shapely.distance(shapes[one[near]], shapes[other[near]]).min())

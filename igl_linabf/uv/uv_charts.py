@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._core import common_areas, find_overlaps
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
@@ -48,6 +49,10 @@ class UVCharts:
     F : (#T, 3) int64
     rows_aside, F_aside : (#A,) and (#A, 3) int64
         Rows and corners of the triangles with texture coordinates but no area in space.
+    image : (#T,) int64
+        The image of each triangle. Charts on different images do not overlap.
+    images : array
+        The label of each image.
     """
 
     split: Triangles
@@ -58,10 +63,14 @@ class UVCharts:
     F: IntArray
     rows_aside: IntArray
     F_aside: IntArray
+    image: IntArray
+    images: NDArray[Any]
 
     @classmethod
-    def of(cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike) -> UVCharts:
-        """Check the arrays, and merge equal corners.
+    def of(
+        cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, labels: ArrayLike | None = None
+    ) -> UVCharts:
+        """Check the arrays, and merge equal corners; `labels` are the images of the faces.
 
         Raises
         ------
@@ -98,7 +107,10 @@ class UVCharts:
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
             solid[without_area(own, faces)] = False
-        return cls(split, rows[solid], unmapped, own, uv, faces[solid], rows[~solid], faces[~solid])
+        images, image = np.unique(_check_labels(labels, len(polygons)), return_inverse=True)
+        aside = rows[~solid], faces[~solid]
+        rows = rows[solid]
+        return cls(split, rows, unmapped, own, uv, faces[solid], *aside, image[split.face[rows]], images)
 
     @cached_property
     def double_area(self) -> FloatArray:
@@ -113,13 +125,14 @@ class UVCharts:
 
     @cached_property
     def _adjacent(self) -> IntArray:
-        """Pairs of triangles that share an edge both in space and in the map."""
+        """Pairs of triangles that share an edge in space, in the map and in the image."""
         tail, head = self.F.ravel(), self.F[:, [1, 2, 0]].ravel()
         face = np.repeat(np.arange(len(self.F)), 3)
         key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
         order = np.argsort(key, kind="stable")
         same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-        return np.column_stack((face[order[same]], face[order[same + 1]]))
+        pairs = np.column_stack((face[order[same]], face[order[same + 1]]))
+        return np.asarray(pairs[self.image[pairs[:, 0]] == self.image[pairs[:, 1]]])
 
     @cached_property
     def chart(self) -> IntArray:
@@ -142,6 +155,32 @@ class UVCharts:
     def number(self) -> int:
         """The number of charts."""
         return int(self.chart.max(initial=-1)) + 1
+
+    @cached_property
+    def image_of_chart(self) -> IntArray:
+        """The image of each chart."""
+        return _take_first(self.image, self.chart)
+
+    @cached_property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """The lower left and the upper right corner of the box around each chart, (#charts, 2) each."""
+        low, high = np.full((2, self.number, 2), np.inf) * np.array([1, -1])[:, None, None]
+        for k in range(3):
+            np.minimum.at(low, self.chart, self.uv[self.F[:, k]])
+            np.maximum.at(high, self.chart, self.uv[self.F[:, k]])
+        return low, high
+
+    @cached_property
+    def page(self) -> FloatArray:
+        """The lower left corner of the page of each chart, (#charts, 2)."""
+        low, high = self.boxes
+        return np.floor((low + high) / 2)
+
+    @cached_property
+    def sheet(self) -> IntArray:
+        """The sheet of each chart, which is a page of one image; sheets are sorted by image and page."""
+        keys = np.column_stack((self.image_of_chart, self.page[:, ::-1]))
+        return np.unique(keys, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
 
     @cached_property
     def mirrored(self) -> BoolArray:
@@ -198,7 +237,7 @@ class UVCharts:
         is_compared = np.zeros(self.number, dtype=bool)
         is_compared[charts] = True
         rows = np.flatnonzero(is_compared[self.chart])
-        pairs = rows[find_overlaps(z, self.upright[rows], np.zeros(len(rows), dtype=np.int64), limit)]
+        pairs = rows[find_overlaps(z, self.upright[rows], self.image[rows], limit)]
         of = self.chart[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])
         if not len(between) or len(pairs) > limit:
@@ -231,12 +270,21 @@ class UVCharts:
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]
         order = np.lexsort((kind, self.chart))
         rows = np.split(kind[order], np.searchsorted(self.chart[order], np.arange(1, self.number)))
-        known: dict[bytes, int] = {}
-        return np.array([known.setdefault(row.tobytes(), i) for i, row in enumerate(rows)], dtype=np.int64)
+        known: dict[tuple[int, bytes], int] = {}
+        keys = zip(self.image_of_chart.tolist(), map(np.ndarray.tobytes, rows), strict=True)
+        return np.array([known.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.int64)
 
     def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
         """Return the given faces of some triangles."""
         return np.unique(self.split.face[self.rows[triangles]])
+
+
+def _check_labels(labels: ArrayLike | None, n: int) -> NDArray[Any]:
+    """Return the labels of n faces as an array; all are 0 by default."""
+    given = np.zeros(n, dtype=np.int64) if labels is None else np.asarray(labels)
+    if given.shape != (n,):
+        raise MeshError(f"labels have the shape {given.shape}: pass one for each of the {n} faces")
+    return given
 
 
 def _merge_equal_rows(points: FloatArray) -> tuple[IntArray, IntArray]:

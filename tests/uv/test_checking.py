@@ -218,6 +218,56 @@ def test_a_chart_is_stacked_on_the_first_chart_only() -> None:
     assert {*map(tuple, np.unique(found.report.chart[found.overlapping], axis=0).tolist())} == {(0, 2)}
 
 
+def test_charts_on_different_images_do_not_overlap() -> None:
+    """Three surfaces on the same part of the page, two of them on one image, and one on another page."""
+    given = several(plane(), moved(plane(), (0.1, 0)), moved(plane(), (0.1, 0)), moved(plane(), (1.0, 0)))
+    n = len(plane()[1])
+    assert check_uv(*given).overlaps > 0
+    found = check_uv(*given, labels=np.repeat(["skin", "skin", "coat", "skin"], n))
+    alone = check_uv(*several(plane(), moved(plane(), (0.1, 0))))
+    assert found.overlaps == alone.overlaps > 0
+    assert (found.report.stacked, found.pages) == (0, 3)
+    assert [(one.image, one.page, one.charts, one.overlaps > 0) for one in found.report.sheets] == [
+        ("coat", (0, 0), 1, False),
+        ("skin", (0, 0), 2, True),
+        ("skin", (1, 0), 1, False),
+    ]
+    assert sum(one.fill for one in found.report.sheets) == pytest.approx(3 * found.fill)
+    apart = check_uv(*given, labels=np.repeat([0, 1, 2, 3], n))
+    assert apart.good
+    assert (apart.margin, apart.charts, len(apart.report.sheets)) == (np.inf, 4, 4)
+    with pytest.raises(MeshError, match=r"labels have the shape \(1,\)"):
+        check_uv(*given, labels=[0])
+
+
+def test_a_connected_map_on_two_images_has_a_chart_on_each() -> None:
+    V, F, TC, FTC = plane()
+    found = check_uv(V, F, TC, FTC, labels=V[F].mean(axis=1)[:, 0] < 1)
+    assert (found.charts, found.report.seams, found.good) == (2, 0, True)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_the_command_compares_charts_of_materials_that_share_an_image(
+    shared: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_given(tmp_path / "body.obj", several(plane(2), moved(plane(2), (0.1, 0))))
+    lines = (tmp_path / "body.obj").read_text().splitlines()
+    faces = [line for line in lines if line.startswith("f ")]
+    rest = [line for line in lines if not line.startswith("f ")]
+    half = len(faces) // 2
+    body = ["mtllib body.mtl", *rest, "usemtl skin", *faces[:half], "usemtl coat", *faces[half:]]
+    (tmp_path / "body.obj").write_text("\n".join(body))
+    images = ("a.png", "a.png" if shared else "b.png")
+    library = [f"newmtl {name}\nmap_Kd {image}" for name, image in zip(("skin", "coat"), images, strict=True)]
+    (tmp_path / "body.mtl").write_text("\n".join(library))
+    assert main(["check", str(tmp_path / "body.obj"), "--json"]) == int(shared)
+    check = json.loads(capsys.readouterr().out)["check"]
+    assert (check["overlaps"] > 0) == shared
+    assert len(check["sheets"]) == (1 if shared else 2)
+    main(["check", str(tmp_path / "body.obj")])
+    assert ("coat   0, 0" in capsys.readouterr().out) != shared
+
+
 def test_a_chart_over_itself_is_an_accident() -> None:
     n = 40
     turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around one and a half times

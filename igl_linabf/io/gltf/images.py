@@ -130,15 +130,19 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     nearest = sampler.get("magFilter") == Filter.NEAREST
-    return ImageMap(
-        use.key, partial(_read_image, gltf, texture), (wrap[0], wrap[1]), upwards, nearest=nearest
-    )
+    read = partial(_read_image, gltf, texture)
+    return ImageMap(use.key, read, str(_find_image(texture)), (wrap[0], wrap[1]), upwards, nearest=nearest)
+
+
+def _find_image(texture: dict[str, Any]) -> int | None:
+    """Return the number of a texture's image: the core image, or otherwise the image of an extension."""
+    sources = [texture, *texture.get("extensions", {}).values()]
+    return next((source["source"] for source in sources if "source" in source), None)
 
 
 def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
-    """Return the image file of a texture: the core image, or otherwise the image of an extension."""
-    sources = [texture, *texture.get("extensions", {}).values()]
-    number = next((source["source"] for source in sources if "source" in source), None)
+    """Return the image file of a texture."""
+    number = _find_image(texture)
     if number is None:
         raise MeshError("a texture has no image: remove it")
     image = gltf.entries("images")[number]

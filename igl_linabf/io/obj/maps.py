@@ -57,6 +57,7 @@ def _parse_map_line(line: str, folder: Folder) -> list[ImageMap]:
         ImageMap(
             kind,
             partial(_read_image, name, folder),
+            name,
             (wrap, wrap),
             ((scale[0], 0.0, offset[0]), (0.0, scale[1], offset[1])),
             options,
