@@ -17,8 +17,8 @@ from . import _baseline
 
 _fast = _baseline.has_v3() and os.environ.get("IGL_LINABF_CORE") != "baseline"
 _built = import_module("._v3", __name__) if _fast else _baseline
-NEXT = [1, 2, 0]  # corner k + 1, with the left angle beta in the wheel of corner k
-PREV = [2, 0, 1]  # corner k + 2, with the right angle gamma
+NEXT = [1, 2, 0]  # corner k + 1, whose angle is the left angle beta in the wheel of corner k
+PREV = [2, 0, 1]  # corner k + 2, whose angle is the right angle gamma in the wheel of corner k
 BUILD = "x86-64-v3" if _fast else "baseline"
 
 globals().update({name: value for name, value in vars(_built).items() if not name.startswith("_")})

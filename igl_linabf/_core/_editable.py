@@ -1,4 +1,4 @@
-"""Rebuild of the core in an editable install after a source has changed; not part of wheels."""
+"""Automatic rebuild of the compiled core in an editable install. Wheels do not contain this module."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def rebuild_if_changed(loader: object) -> None:
         return
     print("igl_linabf: a source of the core has changed, building it", file=sys.stderr, flush=True)
     path = os.environ.get("PATH", "")
-    os.environ["PATH"] = sysconfig.get_path("scripts") + os.pathsep + path  # CMake and Ninja from PyPI
+    os.environ["PATH"] = sysconfig.get_path("scripts") + os.pathsep + path  # find CMake and Ninja from PyPI
     try:
         loader.rebuild()  # type: ignore[attr-defined]
     except Exception as error:

@@ -98,7 +98,7 @@ struct Matrix {
     operator Matrix<const T>() const { return {data, rows, columns}; }
 };
 
-// An owning array, not initialized, which becomes a one-dimensional NumPy array.
+// An owning array, whose entries are not initialized. It is returned to Python as a one-dimensional NumPy array.
 template <class T>
 class Array {
     std::unique_ptr<T[]> storage;
@@ -119,13 +119,13 @@ class Array {
     Matrix<T> matrix() const { return {storage.get(), rows, columns}; }
 };
 
-// An owning array that becomes a two-dimensional NumPy array.
+// An owning array that is returned to Python as a two-dimensional NumPy array.
 template <class T>
 struct Grid : Array<T> {
     using Array<T>::Array;
 };
 
-// An owning array that becomes a three-dimensional NumPy array of square layers.
+// An owning array that is returned to Python as a three-dimensional NumPy array of square layers.
 template <class T>
 struct Squares : Array<T> {
     using Array<T>::Array;
@@ -138,8 +138,8 @@ Array<T> full(Index size, T value) {
     return result;
 }
 
-// A complex number or a point in the plane, with the memory layout of std::complex, which some compilers fail to keep
-// in registers.
+// A complex number or a point in the plane, with the memory layout of std::complex. It replaces std::complex, because
+// some compilers do not keep a std::complex in registers.
 struct Complex {
     double x, y;
 };

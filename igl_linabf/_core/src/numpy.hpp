@@ -17,7 +17,8 @@
 namespace nb = nanobind;
 using namespace nb::literals;
 
-// The element type of the NumPy array for a view of T: T itself if it is a number. A struct becomes a row of indices.
+// The element type of the NumPy array for a view of T. It is T itself if T is a number; a struct becomes a row of
+// indices.
 template <class T>
 struct Items {
     using Scalar = std::conditional_t<std::is_arithmetic_v<T>, T, Index>;
@@ -39,8 +40,8 @@ using Scalar = typename Items<T>::Scalar;
 template <class T>
 constexpr std::size_t SCALARS_PER_ITEM = sizeof(T) / sizeof(Scalar<T>);
 
-// Arguments. nanobind converts an array with another type or layout to a copy. Arguments that are written to therefore
-// need .noconvert().
+// The type of array arguments. nanobind copies an array that has another type or layout. Therefore, arguments that are
+// written to need .noconvert().
 template <class T, class Shape>
 using In = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
 
@@ -77,7 +78,7 @@ struct Argument<std::array<View<T>, 3>> {
     static void check(const Type&, ShapeRules::Call& shapes) { shapes.check({}); }
 };
 
-// Results. The NumPy array takes ownership of the container.
+// Convert a container to a NumPy array, which takes ownership of the container.
 template <class Owner, class... Shape>
 auto to_numpy(Owner&& a, Shape... shape) {
     using N = Scalar<std::remove_pointer_t<decltype(a.data())>>;
@@ -118,7 +119,7 @@ auto to_result(std::tuple<T...>&& all) {
     return std::apply([](auto&... each) { return std::tuple(to_result(std::move(each))...); }, all);
 }
 
-// A struct of results becomes a tuple. An AnyField converts to any type, to count the fields of a struct.
+// A type that converts to any other type, which is used to count the fields of a struct.
 struct AnyField {
     template <class T>
     operator T() const;
@@ -128,6 +129,7 @@ constexpr bool HAS_FIELDS = false;
 template <class S, class... AnyFields>
 constexpr bool HAS_FIELDS<S, std::void_t<decltype(S{AnyFields()...})>, AnyFields...> = true;
 
+// Convert a struct of results to a tuple.
 template <class S, class = std::enable_if_t<std::is_aggregate_v<S>>>
 auto to_result(S&& s) {
     if constexpr (HAS_FIELDS<S, void, AnyField, AnyField, AnyField, AnyField>) {
@@ -150,7 +152,7 @@ auto without_gil(const Loops& loops) {
     return loops();
 }
 
-// Bind a function of views; `shapes` are the `ShapeRules` of its arguments.
+// Wrap a function of views as a function of NumPy arrays. `shapes` are the `ShapeRules` of its arguments.
 template <class R, class... A>
 auto wrap(R (*loops)(A...), const char* shapes) {
     return [loops, rules = ShapeRules(shapes, sizeof...(A))](const typename Argument<A>::Type&... a) {

@@ -12,7 +12,7 @@
 #endif
 
 // Return true if this processor and the operating system support x86-64-v3 (System V ABI, AMD64 supplement, 3.1.1). All
-// of its features are tested, because hypervisors may mask any of them.
+// features are tested, because hypervisors may mask any feature.
 inline bool has_v3() {
 #if defined(KNOWS_X86_64_V3)
     return __builtin_cpu_supports("x86-64-v3");
@@ -29,7 +29,7 @@ inline bool has_v3() {
         __cpuidex(found, int(leaf), 0);
         r = {unsigned(found[0]), unsigned(found[1]), unsigned(found[2]), unsigned(found[3])};
 #else
-        __get_cpuid_count(leaf, 0, &r.a, &r.b, &r.c, &r.d);  // leaves zeros if the leaf does not exist
+        __get_cpuid_count(leaf, 0, &r.a, &r.b, &r.c, &r.d);  // r stays 0 if this leaf does not exist
 #endif
         return r;
     };
@@ -48,7 +48,7 @@ inline bool has_v3() {
     unsigned saved, high;
     __asm__("xgetbv" : "=a"(saved), "=d"(high) : "c"(0));
 #endif
-    return (saved & 6) == 6;  // the system saves the registers of SSE and AVX
+    return (saved & 6) == 6;  // the operating system saves the registers of SSE and AVX
 #else
     return false;
 #endif

@@ -1,9 +1,9 @@
 // Rules for the shapes of the arguments of a bound function.
 //
 // A rule such as "3,m n+1 2n m" lists the arguments in order: a matrix with three rows, and three arrays. A length is a
-// constant, or a multiple of a letter plus a constant. A letter has the same value in all arguments; its first argument
-// determines it. An integer argument is a letter, which must not be negative, or "<n" for an index below n. "*" is any
-// length, any integer, or an argument of another type.
+// constant, or a multiple of a letter plus a constant. A letter has the same value in all arguments; the first argument
+// with this letter determines the value. An integer argument is a letter, which must not be negative, or "<n" for an
+// index below n. "*" is any length, any integer, or an argument of another type.
 #pragma once
 #include <initializer_list>
 #include <sstream>
@@ -43,7 +43,7 @@ class ShapeRules {
     }
 
   public:
-    // The values of the letters in one call.
+    // The values that the letters of the rules have during a call.
     class Call {
         const ShapeRules& rules;
         Index value[128];
@@ -76,7 +76,7 @@ class ShapeRules {
       public:
         explicit Call(const ShapeRules& rules) : rules(rules) { std::fill_n(value, 128, Index(-1)); }
 
-        // Check the lengths of the next argument, or the value of an integer.
+        // Check the lengths of the next argument, or its value if it is an integer.
         void check(std::initializer_list<Index> lengths) {
             const auto& rule = rules.arguments[argument];
             bool good = rule.size() == lengths.size() || rule[0].is_any;

@@ -1,4 +1,4 @@
-// Parallel loops. Pieces of work do not depend on the number of threads, and neither do the results.
+// Parallel loops. The pieces of work do not depend on the number of threads; therefore, the results do not either.
 #pragma once
 #include <atomic>
 #include <cstdlib>
@@ -14,7 +14,7 @@
 #include "arrays.hpp"
 
 constexpr Index PARALLEL_SIZE = 250'000;  // shorter arrays are processed by a single thread
-constexpr int PIECES = 16;                // of a long array, independent of the number of threads
+constexpr int PIECES = 16;                // number of pieces of a long array, for any number of threads
 constexpr int MOST_THREADS = 8;           // memory bandwidth limits the gain of more threads
 
 // Return OMP_NUM_THREADS if it is set, otherwise the number of cores available to this process.
@@ -54,10 +54,10 @@ void parallel_for(Index count, const Work& work) {
         const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
         JoiningThreads others;
         try {
-            if (threads > 1) others.reserve(threads - 1);  // so that only the start of a thread can fail
+            if (threads > 1) others.reserve(threads - 1);  // so that emplace_back only fails to start a thread
             for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
-        } catch (const std::system_error&) {  // no more threads are available: continue with the started ones
-        } catch (const std::bad_alloc&) {     // nor memory for their stacks
+        } catch (const std::system_error&) {  // continue with the threads that have been started
+        } catch (const std::bad_alloc&) {     // no memory for the stack of another thread
         }
         run_tasks();
     }

@@ -26,16 +26,18 @@ void develop_loop(Index n, const Ratio& log_ratio, const Turning& turning, Compl
     for (Index k = 0; k < n; ++k) edge[k] = edge[k] / total;
 }
 
-inline double inverse_length(Complex edge) {  // 0 for an edge without length in double precision
+// Return the reciprocal of the length of an edge, or 0 for an edge of zero length.
+inline double inverse_length(Complex edge) {
     const double length = std::hypot(edge.x, edge.y);
     return length > 0 ? 1 / length : 0;
 }
 
-// Lay out outer loops from the exterior angles and the logarithms of length ratios at their vertices. Returns the
-// positions of the vertices, starting at 0, and the relative gap of each loop before it was closed.
+// Lay out outer boundary loops from the exterior angles and the logarithms of length ratios at their vertices. Returns
+// the positions of the vertices, starting at 0, and the relative gap of each loop before it was closed.
 //
-// The difference of the angle sum from 2 pi is distributed equally over the `movable` angles. The gap is closed by the
-// smallest change of lengths, min sum delta^2 / l, with delta = l Re(conj(edge) mu) and a 2 by 2 system for mu.
+// The difference of the angle sum from 2 pi is distributed equally over the angles marked in `movable`. The gap is
+// closed by the smallest changes delta of the edge lengths l, which minimize sum delta^2 / l. The minimizer is
+// delta = Re(conj(edge) mu), where mu is the solution of a 2 by 2 system.
 inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index> start, View<const double> turning,
                                                                View<const double> log_ratio,
                                                                View<const bool> movable) {
@@ -67,10 +69,10 @@ inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index>
     return {std::move(z), std::move(gaps)};
 }
 
-// Compute the gaps of loops that turn by -2 pi, relative to their lengths, and the derivatives of the gaps with respect
-// to log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop minus the
-// mean of these vectors, averaged over all choices of the start vertex. First, the excess of turning is distributed
-// equally over the vertices.
+// Compute the gap of each loop, relative to the length of the loop, and the derivatives of the gap with respect to
+// log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop minus the
+// mean of these vectors, averaged over all choices of the start vertex. The loops turn by -2 pi: the difference of the
+// total turning from -2 pi is first distributed equally over the vertices.
 inline std::tuple<Array<Complex>, Array<Complex>> loop_gaps(View<const Index> vertex, View<const Index> start,
                                                             View<const double> turning,
                                                             View<const double> log_ratio) {

@@ -23,14 +23,14 @@ inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) 
 // and y.
 //
 // `double_area` is twice the area of each face in the map. Map i has the vertices vertex_start[i] to
-// vertex_start[i + 1] - 1, and likewise its faces. The longer principal axis becomes the x axis, in the direction for
-// which the third moment is positive. For symmetric maps, whose axes or direction would depend on rounding, a rule that
-// is robust to rounding decides.
+// vertex_start[i + 1] - 1 and the faces face_start[i] to face_start[i + 1] - 1. The longer principal axis becomes the x
+// axis, in the direction for which the third moment is positive. The axes and the direction of symmetric maps would
+// depend on rounding; they are chosen by a rule that is robust to rounding.
 inline Array<Complex> normalize_maps(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
                                      View<const Index> vertex_start, View<const Index> face_start) {
     Array<Complex> result(z.size);
     const CornerRows at(corner);
-    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // arbitrary; maps are not usually aligned to it
+    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // arbitrary: few maps are aligned to this direction
     for (Index i = 0; i < area.size; ++i) {
         const Index first = face_start[i], last = face_start[i + 1];
         double total = 0, size = 0, third = 0;
@@ -87,14 +87,14 @@ inline TriangleChanges triangle_changes(Values V, Values uv, Corners corner, Num
             const double length = std::sqrt(dot(r, r)), signed_double = cross(v, w);
             const Triple own{arctangent(area, x), arctangent(area, y), arctangent(area, z)};
             in_space.set(t, own);
-            // computed from the two sides at the corner, so that the angle is 0 if a side has no length
+            // each angle is computed from the two sides at its corner, so that it is 0 if a side has zero length
             error.set(t, {arctangent(std::abs(signed_double), -dot(v, w)) - own.a,
                           arctangent(std::abs(cross(w, u)), -dot(w, u)) - own.b,
                           arctangent(std::abs(cross(u, v)), -dot(u, v)) - own.c});
             ratio.set(t, {std::sqrt(dot(u, u)) / std::sqrt(dot(p, p)), std::sqrt(dot(v, v)) / std::sqrt(dot(q, q)),
                           std::sqrt(dot(w, w)) / length});
             signed_area[t] = signed_double;
-            // columns c1, c2 of the Jacobian in the frame of side 0-1: w = length c1, -v = (x c1 + area c2) / length
+            // columns c1 and c2 of the Jacobian, with side 0-1 as x axis: w = length c1, -v = (x c1 + area c2) / length
             const Complex first = 1 / length * w, second = 1 / area * ((-length) * v - x * first);
             const Complex plus{first.x + second.y, first.y - second.x}, minus{first.x - second.y, first.y + second.x};
             const double most = (std::sqrt(dot(plus, plus)) + std::sqrt(dot(minus, minus))) / 2;

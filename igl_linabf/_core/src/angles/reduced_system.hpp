@@ -4,7 +4,8 @@
 
 namespace angles {
 
-// Return w_i w_j / d at the corner k opposite to i and j: y^T P y is the sum of this times (y_i - y_j)^2 over pairs.
+// Return the pair weight w_i w_j / d at corner k, opposite to the corners i and j. The quadratic form y^T P y is the
+// sum of pair weight times (y_i - y_j)^2 over the three pairs of corners.
 inline Grid<double> pair_weights(Values w, Numbers d) {
     return tabulate_corners(w.columns, [w = CornerRows(w), d](Index t) {
         const auto [a, b, c] = w[t];
@@ -12,8 +13,8 @@ inline Grid<double> pair_weights(Values w, Numbers d) {
     });
 }
 
-// Return the weight of each half-edge in the Laplacian sum_t s_t K_t, where s = 2 sqrt(w0 w1 w2 / d) is the geometric
-// mean of the two eigenvalue ratios of P and K.
+// Return the weight of each half-edge in the Laplacian sum_t s_t K_t, where K_t is the cotangent matrix of triangle t,
+// and s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two eigenvalue ratios of P_t and K_t.
 inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
     return tabulate_corners(w.columns, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
@@ -22,8 +23,8 @@ inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
     });
 }
 
-// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0,
-// tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
+// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0, the
+// product with the pseudoinverse K+ has tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
 inline Array<double> disparity(Values w, Numbers d, Values cot) {
     return tabulate(d.size, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
@@ -36,7 +37,8 @@ inline Array<double> disparity(Values w, Numbers d, Values cot) {
     });
 }
 
-// Sum values of half-edges, (3, #F), over the two half-edges `sides` of each edge, (2, #E), -1 for a missing one.
+// Return the sum of the values, (3, #F), of the half-edges `sides`, (2, #E), of each edge. The second half-edge of a
+// boundary edge is -1.
 inline Array<double> edge_sums(Values values, Matrix<const Index> sides) {
     const double* value = values.data;
     return tabulate(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
@@ -44,8 +46,8 @@ inline Array<double> edge_sums(Values values, Matrix<const Index> sides) {
     });
 }
 
-// Return the entries of the Laplacian with the weights of the edges between rows `ends`, (2, #E), where -1 is no row.
-// The upper triangle is stored in CSR; `slot` is the position of the entry of each edge.
+// Return the entries of the upper triangle of a Laplacian in CSR. `ends`, (2, #E), are the rows of the end vertices of
+// each edge, or -1 for fixed vertices. `slot` is the position of the entry of each edge.
 template <class I>
 Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends,
                                 Numbers weight) {
@@ -60,7 +62,8 @@ Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Ma
     return result;
 }
 
-// Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over the edges to them.
+// Return the contribution of fixed vertices to L x, (n, 2). In each row, it is the sum of weight times z over the edges
+// to fixed vertices; z must be zero at all other vertices.
 inline Grid<double> fixed_vertex_terms(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight,
                                        View<const Complex> z, Index n) {
     Grid<double> result = zeros<Grid<double>>(n, 2);
@@ -74,7 +77,8 @@ inline Grid<double> fixed_vertex_terms(Matrix<const Index> ends, Matrix<const In
     return result;
 }
 
-// A 2 by 2 block of S with the entries (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel).
+// A 2 by 2 block of the reduced system, with the entries (vertex, vertex), (vertex, wheel), (wheel, vertex) and
+// (wheel, wheel).
 struct SystemBlock {
     double vv = 0, vw = 0, wv = 0, ww = 0;
 
@@ -82,7 +86,7 @@ struct SystemBlock {
     SystemBlock transposed() const { return {vv, wv, vw, ww}; }
 };
 
-// The contributions of triangles to S.
+// The contributions of the triangles to the blocks of the reduced system.
 struct TriangleBlocks {
     Values w, cot;
     Numbers d;
@@ -108,10 +112,10 @@ struct TriangleBlocks {
     }
 };
 
-// Return the blocks of S, (#blocks, 4), in the order of the pattern; diagonal blocks are halved. From row `wheels` on,
-// wheel rows are replaced by rows of the identity. The pattern is that of `laplacian_entries`. `ends` and `sides` are
-// the rows and the half-edges of each edge. `row` is the row of each vertex; all vertices of a hole, for example, may
-// share one row.
+// Return the blocks of the reduced system, (#blocks, 4), in the CSR pattern of its upper triangle. Diagonal blocks are
+// halved. From row `wheels` on, wheel rows are replaced by rows of the identity. `ends` and `sides` are the rows and
+// the half-edges of each edge. `row` is the row of each vertex; several vertices, such as those of a hole, may share a
+// row.
 template <class I>
 Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot,
                            Matrix<const Index> ends, Matrix<const Index> sides, Corners corner,
@@ -126,7 +130,7 @@ Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<con
         if (i < 0 || j < 0) continue;
         const Index k = (s >= m) + (s >= 2 * m), l = (t >= m) + (t >= 2 * m);
         SystemBlock sum = triangles.side_block(k, s - k * m);
-        if (t >= 0) sum += triangles.side_block(l, t - l * m).transposed();  // the second side has the other direction
+        if (t >= 0) sum += triangles.side_block(l, t - l * m).transposed();  // the half-edges have opposite directions
         if (i == j) {
             sum.vw = sum.wv = (sum.vw + sum.wv) / 2;
             block[indptr[i]] += sum;

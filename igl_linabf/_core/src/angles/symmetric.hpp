@@ -42,7 +42,8 @@ inline Array<double> cg_step(View<const Index> start, View<const double> rho, Vi
     return result;
 }
 
-// In each block, update the direction p to z + (rho / last) p, or to z if rho or last is 0.
+// In each block, update the conjugate gradient direction p to z + (rho / last) p, where `last` is the previous rho. If
+// rho or last is 0, the new direction is z.
 inline void cg_direction(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
                          View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
@@ -54,9 +55,9 @@ inline void cg_direction(View<const Index> start, View<const double> rho, View<c
     }
 }
 
-// Accumulate the contributions of the rows of an upper triangular matrix to y, (n, 2). add(first, last, y) adds those
-// of a range of rows to a vector that begins at row `first`. Because a row also contributes to rows below it, two
-// halves of a large matrix are accumulated in separate vectors.
+// Accumulate the contributions of the rows of an upper triangular matrix to y, (n, 2). add(first, last, y) adds the
+// contributions of rows `first` to `last` - 1 to a vector that begins at row `first`. Because a row also contributes to
+// later rows, the two halves of a large matrix are accumulated in separate vectors.
 template <class Made, class Add>
 Made accumulate_in_halves(Index n, Made&& y, const Add& add) {
     const Index half = n < PARALLEL_SIZE ? n : n / 2;
@@ -69,7 +70,7 @@ Made accumulate_in_halves(Index n, Made&& y, const Add& add) {
     return std::move(y);
 }
 
-// Return (U + U^T) x, where U has the 2 by 2 blocks `block`, (#blocks, 4), at the rows and columns of a CSR pattern.
+// Return (U + U^T) x, where U is a matrix of 2 by 2 blocks, (#blocks, 4), in a CSR pattern.
 template <class I>
 Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<const double> block,
                             View<const double> x) {
@@ -89,7 +90,7 @@ Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<
     });
 }
 
-// Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).
+// Return A x, (n, 2), for a symmetric matrix A, given by its lower triangle in CSC.
 template <class I>
 Grid<double> symmetric_product(View<const I> indptr, View<const I> indices, View<const double> data,
                                Matrix<const double> x) {
@@ -110,15 +111,15 @@ Grid<double> symmetric_product(View<const I> indptr, View<const I> indices, View
     });
 }
 
-// Return the pattern of selected rows of U + U^T: the start of each row, the columns of its blocks, ascending, and
-// their positions in U, or ~position for transposed blocks. `number`, (n,), is the ascending index of each selected
-// row, or -1.
+// Return the pattern of selected rows of U + U^T: the start of each row, and the ascending columns and the positions of
+// its blocks. The position of a block is its index in U, or ~index for a transposed block. `number`, (n,), counts the
+// selected rows from 0 in ascending order; it is -1 for all other rows.
 template <class I>
 std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices,
                                                                 View<const Index> number) {
     const Index n = number.size, chosen = n ? 1 + *std::max_element(number.begin(), number.end()) : 0;
     Array<Index> start(chosen + 1);
-    const auto each = [&](const auto& put) {  // put(row, column, place)
+    const auto each = [&](const auto& put) {  // calls put(row, column, position) for each block
         for (Index i = 0; i < n; ++i)
             for (Index k = indptr[i]; k < Index(indptr[i + 1]); ++k) {
                 const Index j = indices[k];
@@ -131,14 +132,15 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
     for (Index i = 2; i < chosen + 2; ++i) end[i] += end[i - 1];
     std::copy(end.begin() + 1, end.end(), start.data());
     Array<Index> column(end[chosen + 1]), place(end[chosen + 1]);
-    each([&](Index row, Index j, Index k) {  // blocks left of the diagonal come from earlier rows of U
+    each([&](Index row, Index j, Index k) {  // sorted by column, because rows of U are visited in order
         const Index at = end[row + 1]++;
         column[at] = j, place[at] = k;
     });
     return {std::move(start), std::move(column), std::move(place)};
 }
 
-// Return the blocks of `block_rows`, (#, 4); `of` is the row of each. Half of each diagonal block is stored in `block`.
+// Return the blocks, (#blocks, 4), of the rows that `block_rows` has selected. `of` is the row of each result. `block`
+// contains the stored blocks, in which diagonal blocks are halved.
 inline Grid<double> gather_row_blocks(Matrix<const double> block, View<const Index> column, View<const Index> place,
                                       View<const Index> of) {
     Grid<double> result(column.size, 4);
@@ -166,7 +168,7 @@ inline Array<double> subtract_rows(View<const Index> start, View<const Index> co
     return left;
 }
 
-// Return r - R z in the rows `of`, (2 #rows,).
+// Return r - R z, (2 #rows,), where R consists of the rows `of` of a matrix, and r is restricted to these rows.
 inline Array<double> row_residual(View<const Index> start, View<const Index> column, Matrix<const double> block,
                                   View<const Index> of, View<const double> r, View<const double> z) {
     Array<double> result(2 * of.size);

@@ -1,5 +1,5 @@
-// Computations in triangles, and sums at vertices. Arrays over corners are (3, #F). The corners k, k + 1 and k + 2 are
-// in counter-clockwise order, and side k is opposite to corner k.
+// Computations in each triangle, and sums over the corners at each vertex. Arrays over corners are (3, #F). The corners
+// k, k + 1 and k + 2 are in counter-clockwise order, and side k is opposite to corner k.
 #pragma once
 #include <limits>
 #include <stdexcept>
@@ -22,7 +22,7 @@ struct Three {
 };
 using Triple = Three<double>;
 
-// The rows of an array over corners.
+// The three rows of an array over corners, (3, #F).
 template <class T>
 struct CornerRows {
     T *a, *b, *c;
@@ -32,7 +32,7 @@ struct CornerRows {
     void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
 };
 
-// Return the array (n,) of the values at(i).
+// Evaluate at(i) for each index i below n.
 template <class At>
 Array<double> tabulate(Index n, const At& at) {
     Array<double> result(n);
@@ -44,7 +44,7 @@ Array<double> tabulate(Index n, const At& at) {
     return result;
 }
 
-// Return the array over corners, (3, m), of the triples at(t).
+// Evaluate at(t), which returns a value for each corner, for each triangle t below m.
 template <class At>
 Grid<double> tabulate_corners(Index m, const At& at) {
     Grid<double> result(3, m);
@@ -85,8 +85,8 @@ inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; 
 inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double largest_coordinate(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
-// Compute twice the area of each triangle, the scalar products of the sides at its corners, and the rounding error of
-// the double area: a coordinate x has the error eps |x|, which the longest side multiplies to an area.
+// Compute twice the area of each triangle, the scalar products of the sides at its corners, and a bound of the rounding
+// error of the double area: the longest side times the rounding error eps |x| of the largest coordinate.
 inline std::tuple<Array<double>, Grid<double>, Array<double>> side_products(Values V, Corners corner) {
     const Index m = corner.columns;
     Array<double> double_area(m), least(m);
@@ -109,7 +109,8 @@ inline std::tuple<Array<double>, Grid<double>, Array<double>> side_products(Valu
     return {std::move(double_area), std::move(products), std::move(least)};
 }
 
-// Return the unit normals of triangles, (#F, 3); zero, or of arbitrary direction by rounding, for degenerate triangles.
+// Return the unit normals of triangles, (#F, 3). Rounding decides whether the normal of a degenerate triangle is zero
+// or has an arbitrary direction.
 inline Grid<double> normals(Values V, Corners corner) {
     Grid<double> result(corner.columns, 3);
     parallel_for_pieces(corner.columns, [&](Index first, Index last) {
@@ -124,7 +125,7 @@ inline Grid<double> normals(Values V, Corners corner) {
     return result;
 }
 
-// Return the lengths of edges, (#E, 2), in space or in the plane.
+// Return the lengths of edges, given by their end vertices (#E, 2), in space or in the plane.
 inline Array<double> lengths(Values V, Matrix<const Index> edges) {
     return tabulate(edges.rows, [=](Index e) {
         const double *a = V[edges[e][0]], *b = V[edges[e][1]];
@@ -143,7 +144,8 @@ inline double cotangent(double x) {
     return quarter == 2 * std::floor(quarter / 2) ? 1 / tangent : -tangent;
 }
 
-// Return the angle of x + i y in [0, pi] for y >= 0 by the approximation in Cephes; 0 if x = y = 0.
+// Return the angle of x + i y in [0, pi] for y >= 0, by the approximation of the arctangent in Cephes (Moshier 1989).
+// The angle is 0 if x = y = 0.
 inline double arctangent(double y, double x) {
     const double low = std::min(y, std::abs(x)), high = std::max(y, std::abs(x));
     const bool steep = low > 0.66 * high;
@@ -157,7 +159,8 @@ inline double arctangent(double y, double x) {
     return x < 0 ? PI - acute : acute;
 }
 
-// Return the angle between the face normals at each edge, given its half-edges (2, #E); negative at concave edges.
+// Return the dihedral angle between the face normals at each edge, negative at concave edges. `sides`, (2, #E), are the
+// half-edges of each edge.
 inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
     const Index m = corner.columns;
     return tabulate(sides.columns, [=](Index e) {
@@ -171,7 +174,7 @@ inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sid
     });
 }
 
-// Return cot alpha; infinite for an angle of 0, which occurs in collapsed triangles.
+// Return cot alpha, which is infinite for angles of 0 in collapsed triangles.
 inline Grid<double> cotangents(Values alpha) {
     return tabulate_corners(alpha.columns, [angle = CornerRows(alpha)](Index t) {
         const auto [a, b, c] = angle[t];
@@ -208,11 +211,11 @@ inline FlaggedAngles rescaled_angles(Corners corner, Values length, Numbers fact
     return {std::move(alpha), std::move(impossible)};
 }
 
-using ConstraintSums = std::tuple<Array<double>, Array<double>>;  // for the vertex and the wheel constraints
+using ConstraintSums = std::tuple<Array<double>, Array<double>>;  // sums for vertex and wheel constraints
 
 // Compute, for each vertex, the sum of its angles and the sum of log sin(gamma) - log sin(beta) over the right and left
-// angles of its wheel (eq. 5 and 10). Factors are multiplied before the logarithm is taken, which is faster, as long as
-// the product stays in a safe range.
+// angles of its wheel (eq. 5 and 10). For speed, the sines are multiplied before the logarithm is taken, as long as the
+// product can neither overflow nor underflow.
 inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n), ratio(n);
     std::fill_n(ratio.data(), n, 1.0);
@@ -221,7 +224,7 @@ inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index
     const auto add = [&](Index v, double angle, double above, double below) {
         vertex[v] += angle;
         ratio[v] *= above / below;
-        if (!(ratio[v] > 1e-150 && ratio[v] < 1e150)) {  // the next factor could overflow
+        if (!(ratio[v] > 1e-150 && ratio[v] < 1e150)) {  // the next product could overflow
             wheel[v] += std::log(ratio[v]);
             ratio[v] = 1;
         }
@@ -293,15 +296,16 @@ inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numb
                             [y, w = CornerRows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
 }
 
-// Return K M^T x, (3, #F): `errors` in the conformal metric.
+// Return K M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints, where K is the cotangent
+// matrix of each triangle.
 inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,
                             [y, cot = CornerRows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
 }
 
-// Scale the errors of each triangle down to a share `reach` of the step at which an angle vanishes. Also mark the
-// triangles in which the full step would make an angle vanish.
+// Scale the angle errors of each triangle down to at most the share `reach` of the step at which an angle vanishes.
+// Also mark the triangles in which the full step would make an angle vanish.
 inline FlaggedAngles limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
     Grid<double> result(3, m);

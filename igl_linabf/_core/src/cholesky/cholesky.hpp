@@ -31,18 +31,19 @@ struct ExpandedBlocks {
     }
 };
 
-// The symbolic analysis of a pattern.
+// The symbolic analysis of a sparsity pattern.
 class Symbolic {
     friend class Factor;
     Supernodes a;
     TreePartition parts;
-    mutable Array<double> spare;  // values of a destroyed factor for reuse: new memory takes up to a third of the time
+    mutable Array<double> spare;  // memory of a destroyed factor; to allocate it anew takes up to a third of the time
     mutable std::mutex spare_mutex;
 
   public:
-    Index entries;  // number of values of a matrix
+    Index entries;  // number of stored values of a matrix with this pattern
 
-    // Analyse a lower triangle in CSC with the diagonal entry first in each column; its entries are `block` by `block`.
+    // Analyse a lower triangle in CSC with the diagonal entry first in each column. Each entry stands for a block of
+    // `block` rows and columns.
     template <class I>
     Symbolic(View<const I> indptr, View<const I> indices, int block) {
         const Index n = indptr.size - 1, most = std::numeric_limits<RowIndex>::max();
@@ -72,7 +73,7 @@ class Symbolic {
     }
 
     Index rows() const { return a.n; }
-    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // memory of a factor
+    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // of the values of a factor
 };
 
 class Factor {
@@ -84,7 +85,7 @@ class Factor {
         return of->spare.data() ? std::move(of->spare) : Array<double>(of->a.value_start.back());
     }
 
-    // Call work(supernodes, root) for each subtree in parallel.
+    // Call work(supernodes, root) for each subtree of the partitioned elimination tree, in parallel.
     template <class Work>
     void for_each_subtree(const Work& work) const {
         parallel_for(Index(of->parts.subtrees.size()), [&](Index k) {
@@ -92,7 +93,7 @@ class Factor {
         });
     }
 
-    // Solve for S right-hand sides, the columns k to k + S - 1 of B, which has `sides` columns.
+    // Solve for S right-hand sides: the columns k to k + S - 1 of B, which has `sides` columns in total.
     template <int S>
     void solve_sides(const double* B, Index sides, Index k, double* X) const {
         Array<double> x(of->a.n, S), left(of->parts.rows.back(), S);
@@ -136,7 +137,7 @@ class Factor {
 
     Index rows() const { return of->a.n; }
 
-    // Return X, (n, sides), such that A X = B; both are in row-major order.
+    // Return X, (n, sides), such that A X = B. X and B are in row-major order.
     Array<double> solve(const double* B, Index sides) const {
         Array<double> X(of->a.n, sides);
         Index k = 0;

@@ -8,7 +8,7 @@ namespace cholesky {
 
 using RowIndex = std::int32_t;  // a row index, or -1
 
-// The pattern of the lower triangle of P A P^T by columns.
+// The sparsity pattern of the lower triangle of P A P^T, column by column.
 struct ColumnPattern {
     std::vector<Index> begin;
     std::vector<RowIndex> row;
@@ -36,7 +36,7 @@ ColumnPattern permute(View<const I> indptr, View<const I> indices, const std::ve
     return result;
 }
 
-// The pattern of the lower triangle by rows: the column indices of each row.
+// The sparsity pattern of the lower triangle of P A P^T, row by row: the column indices of each row.
 struct RowPattern {
     std::vector<Index> begin;
     std::vector<RowIndex> before;
@@ -52,7 +52,7 @@ inline RowPattern transpose(const ColumnPattern& a) {
     return result;
 }
 
-// Return the parent of each column in the elimination tree; -1 at roots.
+// Return the parent of each column in the elimination tree, or -1 at roots.
 inline std::vector<RowIndex> elimination_tree(const RowPattern& rows) {
     const RowIndex n = RowIndex(rows.begin.size()) - 2;
     std::vector<RowIndex> parent(n, -1), ancestor(n, -1);

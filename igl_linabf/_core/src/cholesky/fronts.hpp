@@ -33,7 +33,7 @@ inline void rank_k_update(const double* X, Index size, Index p, Index last, doub
     for (Index j = first; j < whole; j += 4) {
         double *__restrict y0 = Y + j * step, *__restrict y1 = y0 + step, *__restrict y2 = y1 + step,
           *__restrict y3 = y2 + step;
-        const Index begin = j - ((j - step) & 3);  // the number of rows is a multiple of four
+        const Index begin = j - ((j - step) & 3);  // makes step - begin a multiple of four
         Index k = p;
         for (; k < fours; k += 4) {
             const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
@@ -156,7 +156,7 @@ inline Index count_values(Index width, Index size) {
     return count;
 }
 
-// Store the values of an eliminated front.
+// Copy the eliminated columns of a front to the values of the factor.
 inline void store_columns(const double* L, Index width, Index size, double* values) {
     Index j = 0;
     for (; j < (width & 3); ++j) values = std::copy_n(L + j * size + j, size - j, values);
@@ -164,7 +164,8 @@ inline void store_columns(const double* L, Index width, Index size, double* valu
         for (Index k = j; k < j + 4; ++k) values = std::copy_n(L + k * size + j, size - j, values);
 }
 
-// Store the lower triangle of an update matrix: n of the `rest` columns of U. Returns the end of the stored values.
+// Store the lower triangle of the first n rows and columns of an update matrix, without its padding. Returns the end of
+// the stored values.
 inline double* store_update(const double* U, Index rest, Index n, double* left) {
     for (Index j = 0; j < n; ++j) left = std::copy_n(U + j * rest + j, n - j, left);
     return left;
@@ -180,7 +181,8 @@ inline void extend_add(const double* left, const FrontIndex* to, Index n, double
     }
 }
 
-// Extend-add the update matrix of a thin leaf, computed on the fly from its `wide` (one or two) columns.
+// Extend-add the update matrix of a leaf of the elimination tree that has only one or two columns, `wide`. The update
+// matrix is not stored, but computed from the columns.
 inline void extend_add_leaf(const double* own, Index wide, const FrontIndex* to, Index n, double* L, Index width,
                             Index size, double* U, Index rest) {
     const Index inner = count_eliminated_rows(to, n, width);

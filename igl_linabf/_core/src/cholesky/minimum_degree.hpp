@@ -19,14 +19,14 @@ class MinimumDegree {
 
     View<const I> indptr, indices;
     Int n;
-    std::vector<Int> begin;  // start of the list of each variable, which contains elements first
+    std::vector<Int> begin;  // start of the list of each variable or element
     Indices32 lists, size, elements, degree, after, before, tail, key;
     RowIndices weight, parent, follower, first_alike, alike;
     std::vector<char> pivot;
-    std::vector<Int> mark;  // 0 for dead elements
+    std::vector<Int> mark;  // 0 for absorbed elements
     Int flag = 2;
 
-    // Build the list of each variable, with space for elements at the end.
+    // Build the list of each variable, and reserve space for the lists of elements after all lists of variables.
     void build_graph() {
         for (Int j = 0; j < n; ++j)
             for (I p = indptr[j]; p < indptr[j + 1]; ++p)
@@ -41,7 +41,7 @@ class MinimumDegree {
                 }
     }
 
-    // Order variable j directly after i.
+    // Absorb variable j into i: j is ordered directly after i.
     void absorb(Int i, Int j) {
         weight[j] = 0;
         follower[tail[i]] = j;
@@ -61,9 +61,8 @@ class MinimumDegree {
         after[last] = next, before[next] = last;
     }
 
-    // Set mark[e] - flag to the size of each older element e without the new element, which is lists[place .. at - 1].
-    //
-    // The weights of the variables of the new element are negative.
+    // Set mark[e] - flag to the size of each older element e without the variables of the new element, which are
+    // lists[place .. at - 1] and have negative weights.
     void scan_elements(Int place, Int at) {
         for (Int p = place; p < at; ++p) {
             const auto i = lists[p];
@@ -101,7 +100,7 @@ class MinimumDegree {
         }
     }
 
-    // Return the variables in postorder of the element tree; variables that are in no element come last.
+    // Return the variables in a postorder of the tree of elements. Variables that are in no element come last.
     std::vector<Int> postorder() const {
         std::vector<Int> order;
         order.reserve(n);
@@ -210,7 +209,7 @@ class MinimumDegree {
                     continue;
                 }
                 degree[i] = std::min<Int>(degree[i], d);
-                lists[to] = lists[between], lists[between] = lists[low], lists[low] = me;  // make it the first element
+                lists[to] = lists[between], lists[between] = lists[low], lists[low] = me;  // new element first
                 elements[i] = between - low + 1, size[i] = to - low + 1;
                 code %= n;
                 key[i] = code;
@@ -218,7 +217,7 @@ class MinimumDegree {
                 first_alike[code] = i;
             }
             degree[me] = total;
-            flag += n;  // exceed all marks
+            flag += n;  // now exceeds all marks
             for (Int p = place; p < at; ++p)
                 if (const auto i = lists[p]; weight[i] != 0) {
                     const auto chain = first_alike[key[i]];
@@ -241,7 +240,7 @@ class MinimumDegree {
         }
         auto result = postorder();
         if (!some_left) return result;
-        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // including the dense rows
+        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // with the dense rows
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
         auto place = postorder();

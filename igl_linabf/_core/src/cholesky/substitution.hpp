@@ -24,7 +24,7 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
             continue;
         }
         Index inside = m;
-        while (inside > 0 && below[inside - 1] >= end) --inside;  // rows above the subtree come last
+        while (inside > 0 && below[inside - 1] >= end) --inside;  // rows outside the subtree come last
         bool empty = true;
         for (Index j = 0; j < width; ++j) {
             const double* own = b + a.order[first + j] * step;
@@ -33,7 +33,7 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
                 empty &= y[j][c] == 0;
             }
         }
-        if (empty) {  // right-hand sides with few entries are zero in most supernodes
+        if (empty) {  // sparse right-hand sides are zero in most supernodes
             for (Index j = 0; j < width; ++j)
                 for (int c = 0; c < S; ++c) X[first + j][c] = 0;
             continue;

@@ -8,16 +8,16 @@
 
 namespace cholesky {
 
-constexpr double SHARED_FRONT_WORK = 1e8;  // threads share fronts above the subtrees with more operations than this
-constexpr Index THIN_COLUMNS = 2;          // most columns of a leaf whose update matrix is not stored
+constexpr double SHARED_FRONT_WORK = 1e8;  // number of operations from which threads share the work on a front
+constexpr Index THIN_COLUMNS = 2;          // largest number of columns of a leaf that does not store its update matrix
 
 // Return true if the update matrix of this supernode is computed in its parent's front instead of being stored.
 inline bool is_thin_leaf(const Supernodes& a, Index s) { return a.children[s] == 0 && a.width(s) <= THIN_COLUMNS; }
 
 // The sizes of the work space for a set of supernodes.
 struct WorkSpace {
-    Index front = 0, rest = 0;  // entries of the largest eliminated columns, and of the largest update matrix
-    Index stack = 0;            // most entries of update matrices that are stored at the same time
+    Index front = 0, rest = 0;  // largest number of entries in the columns to eliminate, and in an update matrix
+    Index stack = 0;            // largest number of entries of update matrices stored at the same time
 };
 
 inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
@@ -44,12 +44,13 @@ inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& par
 
 // Factor the supernodes `which` in order, and fill in their values of L. Returns the column of a bad pivot, or -1.
 //
-// `which` are the supernodes of the subtree with this root. The update matrix of the root goes to `left`. If `root` is
-// -1, `which` are the supernodes above all subtrees, and the roots, whose update matrices are read from `left`.
+// `which` are the supernodes of the subtree below `root`. The update matrix of the root is written to `left`. If `root`
+// is -1, `which` are the supernodes above all subtrees, and the roots of the subtrees, whose update matrices are read
+// from `left`.
 inline Index factor_supernodes(View<const double> data, const Supernodes& a, const TreePartition& parts,
                                const std::vector<Index>& which, Index root, double* values, double* left) {
     const WorkSpace sizes = measure_workspace(a, parts, which, root);
-    // three more entries, because loops over four columns at a time read beyond the end (see fronts.hpp)
+    // three more entries, because loops over four columns at a time read beyond the end of a front (see fronts.hpp)
     const Array<double> front(sizes.front + 3), space(sizes.rest), stack(sizes.stack);
     double* top = stack.data();
     std::vector<Index> waiting;

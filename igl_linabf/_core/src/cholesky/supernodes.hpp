@@ -14,17 +14,17 @@ namespace cholesky {
 constexpr Index SMALL = 16, MEDIUM = 48;
 constexpr double ZEROS_OF_SMALL = 0.5, ZEROS_OF_MEDIUM = 0.1, ZEROS = 0.05;
 
-// The analysis of a pattern; P A P^T = L L^T.
+// The supernodal analysis of a sparsity pattern, with P A P^T = L L^T.
 struct Supernodes {
-    Index n = 0, front = 0;             // number of rows, and of rows of the largest front
-    std::vector<Index> order;           // row of A for each row of P A P^T
-    std::vector<Index> start;           // first column of each supernode
-    std::vector<Index> value_start;     // start of its values of L, see `count_values`
-    std::vector<Index> entry_start;     // start of its entries of P A P^T in:
-    std::vector<FrontIndex> source, target;  //   position of each entry in the values of A, and in the front
-    std::vector<Index> below_start;     // start of its rows below in:
-    std::vector<FrontIndex> below, local;    //   these rows, ascending, and their positions in the parent's front
-    std::vector<Index> children;        // number of children in the elimination tree
+    Index n = 0, front = 0;                  // number of rows of A, and of the largest front
+    std::vector<Index> order;                // row of A for each row of P A P^T
+    std::vector<Index> start;                // first column of each supernode
+    std::vector<Index> value_start;          // start of the values of L of each supernode, see `count_values`
+    std::vector<Index> entry_start;          // start of the entries of each supernode in `source` and `target`
+    std::vector<FrontIndex> source, target;  // position of each entry in the values of A, and in the front
+    std::vector<Index> below_start;          // start of the rows of each supernode in `below` and `local`
+    std::vector<FrontIndex> below, local;    // rows below a supernode, ascending, and their places in the parent front
+    std::vector<Index> children;             // number of children of each supernode in the elimination tree
 
     Index size() const { return Index(children.size()); }
     Index width(Index s) const { return start[s + 1] - start[s]; }
@@ -46,7 +46,8 @@ inline std::vector<Index> column_counts(const ColumnPattern& a, const std::vecto
         for (Index q = a.begin[j]; q < a.begin[j + 1]; ++q) {
             const RowIndex i = a.row[q];
             if (i == j || first[j] <= last_first[i]) continue;
-            // j is a leaf of the row subtree of i: its path is new up to the least common ancestor with the last leaf
+            // j is a leaf of the row subtree of i: its path up the tree is new only as far as the least common ancestor
+            // with the previous leaf
             last_first[i] = first[j];
             RowIndex leaf = last_leaf[i];
             last_leaf[i] = j;
@@ -103,15 +104,15 @@ inline void find_rows_below(Supernodes& a, const RowPattern& rows, const std::ve
     a.below.resize(a.below_start.back());
     for (Index i = 0; i < a.n; ++i) {
         seen[of[i]] = FrontIndex(i);
-        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)  // stops at the supernode of i, which is seen
+        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)
             for (FrontIndex s = of[rows.before[p]]; seen[s] != FrontIndex(i); s = above[s]) {
-                seen[s] = FrontIndex(i);  // row i is in all supernodes on the path up the tree
+                seen[s] = FrontIndex(i);  // row i is in all supernodes on the path up to the supernode of column i
                 a.below[end[s]++] = FrontIndex(i);
             }
     }
 }
 
-// Fill in the positions of entries in fronts, and of rows in the fronts of parents.
+// Fill in the position of each entry of A in its front, and of each row below a supernode in the front of the parent.
 inline void find_places(Supernodes& a, const ColumnPattern& columns) {
     std::vector<FrontIndex> place(a.n);
     std::vector<Index> waiting;
@@ -132,7 +133,7 @@ inline void find_places(Supernodes& a, const ColumnPattern& columns) {
     }
 }
 
-// Analyse a symmetric pattern, given by its lower triangle in CSC, for a postordered elimination.
+// Analyse a symmetric pattern, given by its lower triangle in CSC. The elimination order must be a postorder.
 template <class I>
 Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::vector<Index> order) {
     Supernodes a;
@@ -164,22 +165,22 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
 }
 
 constexpr Index PARALLEL_ROWS = 20'000;  // smallest matrix that is factored in parallel
-constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // share of the total work in a subtree
+constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // share of the work in a subtree
 
-// A partition of the elimination tree into subtrees, which threads process in parallel, and the rest above them.
+// A partition of the elimination tree into subtrees, which threads process in parallel, and supernodes above them.
 struct TreePartition {
-    std::vector<Index> number;      // index of the subtree that each supernode is the root of, or -1
+    std::vector<Index> number;      // for a root, the index of its subtree; -1 for all other supernodes
     std::vector<Index> left, rows;  // start of the update matrix of each root, and of its rows of a right-hand side
     std::vector<std::vector<Index>> subtrees;  // supernodes of each subtree; the subtree with the most work comes first
-    std::vector<Index> rest;                   // supernodes above the subtrees, and the roots
+    std::vector<Index> rest;                   // supernodes above the subtrees, and the roots of the subtrees
 };
 
-// Partition the elimination tree into subtrees of similar work. Leaves and subtrees with little work belong to the
-// rest.
+// Partition the elimination tree into subtrees of similar work. Leaves and subtrees with little work are not separated
+// from the supernodes above them.
 inline TreePartition partition_tree(const Supernodes& a) {
     const Index size = a.size();
     TreePartition result{std::vector<Index>(size, -1), {0}, {0}, {}, {}};
-    std::vector<Index> first(size), waiting;  // first supernode of the subtree below each supernode
+    std::vector<Index> first(size), waiting;  // first supernode of the subtree with this root
     std::vector<double> work(size);
     std::vector<char> inside(size, false);
     std::priority_queue<std::pair<double, Index>> open;

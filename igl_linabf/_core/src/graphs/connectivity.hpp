@@ -7,7 +7,8 @@
 
 namespace graphs {
 
-// A pair of integers below 2^31 and 2^32 is packed into one integer, which sorts by the first.
+// A pair of integers, the first below 2^31 and the second below 2^32, is packed into one integer. Packed pairs are
+// sorted by their first integers.
 constexpr Index UPPER_END = Index(1) << 31, LOWER_END = Index(1) << 32;
 inline Index upper(Index pair) { return pair >> 32; }
 inline Index lower(Index pair) { return pair & (LOWER_END - 1); }
@@ -45,7 +46,7 @@ inline std::vector<Index> sort_lists(const Lists& lists) {
 }
 
 struct Edges {
-    Grid<Index> ends, sides;  // (#E, 2), (2, #E)
+    Grid<Index> ends, sides;  // end vertices, (#E, 2), and half-edges, (2, #E)
     bool sound;
 };
 
@@ -53,7 +54,7 @@ struct Edges {
 // triangle t. The edges are sound if none has more than two half-edges, or two half-edges of the same direction.
 inline Edges find_edges(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
-    // pairs of the higher end, and the half-edge and whether it starts there
+    // for each lower end, pairs of the higher end and 2 h, or 2 h + 1 if half-edge h starts at the higher end
     const Lists at = build_pair_lists(n, 6 * m, [&](const auto& put) {
         for (Index t = 0; t < m; ++t)
             for (Index k = 0; k < 3; ++k) {
@@ -91,7 +92,8 @@ struct SideGroups {
     Array<Index> order, begin, count;
 };
 
-// Sort sides by edge. Returns the sorted sides, and the first position and the number of sides of each edge.
+// Sort half-edges by edge. Returns the sorted half-edges, and the first position and the number of half-edges of each
+// edge.
 inline SideGroups group_sides(View<const Index> tail, View<const Index> head, Index n) {
     const Lists at = build_pair_lists(n, tail.size, [&](const auto& put) {
         for (Index h = 0; h < tail.size; ++h) put(std::min(tail[h], head[h]), std::max(tail[h], head[h]), h);
@@ -114,7 +116,8 @@ struct UsedVertices {
     bool sound;
 };
 
-// Mark which of the n vertices valid faces use, and check that all faces are valid: three distinct indices in range.
+// Mark the vertices that valid faces use, and check that all faces are valid. The indices of a valid face are distinct
+// and below n.
 inline UsedVertices used_vertices(Matrix<const Index> F, Index n) {
     UsedVertices result{full(n, false), true};
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
@@ -131,9 +134,9 @@ struct SymmetricPattern {
     Array<Index> indptr, indices, slot;
 };
 
-// Build the upper triangle, in CSR, of a symmetric matrix with entries on the diagonal, which come first in each row,
-// and at edges between two rows. Also return the position of the entry of each edge, or -1 if it does not join two
-// rows.
+// Build the CSR pattern of the upper triangle of a symmetric matrix with entries on the diagonal and at edges between
+// two rows. The diagonal entry comes first in each row. Also return the position of the entry of each edge, or -1 if
+// the edge does not join two rows.
 inline SymmetricPattern symmetric_pattern(Matrix<const Index> ends, Index n) {
     const Lists at = build_pair_lists(n, ends.columns, [&](const auto& put) {
         for (Index e = 0; e < ends.columns; ++e) {
@@ -160,7 +163,8 @@ struct Neighbours {
     Array<Index> indptr, indices, edge;
 };
 
-// Return the neighbours of each node in CSR, ascending, and the first of the shortest edges to each neighbour.
+// Return the neighbours of each node in CSR, in ascending order, and the shortest edge to each neighbour. The first of
+// equally short edges is returned.
 inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> length, Index n) {
     const Lists at = build_pair_lists(n, ends.rows, [&](const auto& put) {
         for (Index e = 0; e < ends.rows; ++e) {
@@ -191,7 +195,7 @@ struct Loops {
 };
 
 // Chain boundary half-edges into loops, in the order of their first vertices. If two half-edges leave the same vertex,
-// there are no loops, and `twice` contains these vertices.
+// no loops are returned, and `twice` contains the vertices that two half-edges leave.
 inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Index n) {
     Loops result;
     std::vector<Index> following(n, -1);
@@ -250,7 +254,7 @@ inline bool is_connected(Matrix<const Index> sides, Index m) {
     if (m == 0) return true;
     if (m >= std::numeric_limits<int>::max()) throw std::invalid_argument("too many faces");
     const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // h % m, but faster
-    std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // face across each half-edge, or m
+    std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // face across each half-edge; m at the boundary
     for (Index e = 0; e < sides.columns; ++e)
         if (const Index i = sides[0][e], j = sides[1][e]; j >= 0) beside[i] = face(j), beside[j] = face(i);
     std::vector<char> is_new(m + 1, 1);
@@ -266,7 +270,7 @@ inline bool is_connected(Matrix<const Index> sides, Index m) {
     return reached >= m;
 }
 
-// Count the fans of each vertex: sets of its corners that are connected across edges.
+// Count the fans of each vertex. A fan is a set of corners at the vertex that are connected across edges.
 inline Array<Index> count_fans(Matrix<const Index> corner, Matrix<const Index> sides, Index n) {
     const Index m = corner.columns;
     std::vector<Index> step[2] = {std::vector<Index>(3 * m, -1), std::vector<Index>(3 * m, -1)};

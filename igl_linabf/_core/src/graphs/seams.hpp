@@ -91,7 +91,7 @@ inline Array<Index> forest_parents(Matrix<const Index> pairs, Index n) {
 
 // Prune leaves repeatedly, and return a mask of the remaining edges. Nodes in `kept` are never pruned.
 inline Array<bool> prune_leaves(Matrix<const Index> ends, View<const bool> kept) {
-    std::vector<Index> degree(kept.size), edges(kept.size);  // XOR of the edges: at a leaf, its only edge
+    std::vector<Index> degree(kept.size), edges(kept.size);  // XOR of the edges of a node: the only edge of a leaf
     const auto change = [&](Index e, Index by) {
         for (int k = 0; k < 2; ++k) degree[ends[e][k]] += by, edges[ends[e][k]] ^= e;
     };
@@ -117,7 +117,7 @@ struct Arcs {
 // has one more node than edges.
 inline Arcs split_arcs(Matrix<const Index> ends, View<const bool> joint) {
     const Index n = joint.size, m = ends.rows;
-    std::vector<Index> order;  // nodes in the order of edges
+    std::vector<Index> order;  // nodes in the order in which `ends` lists them
     std::vector<char> known(n), taken(m);
     for (Index i = 0; i < 2 * m; ++i)
         if (!std::exchange(known[ends.data[i]], true)) order.push_back(ends.data[i]);
@@ -184,7 +184,7 @@ inline CutTopology cut_topology(Matrix<const Index> ends, Matrix<const Index> fa
 // A flow network; edge e consists of the arcs 2 e and 2 e + 1.
 struct Network {
     std::vector<Index> head, left, level;  // head and residual capacity of each arc, level of each node
-    Lists arcs;                            // arcs by tail
+    Lists arcs;                            // arcs that leave each node
 
     Network(Matrix<const Index> ends, View<const Index> capacity, Index n)
         : head(2 * ends.rows), left(2 * ends.rows), level(n) {
@@ -243,8 +243,8 @@ struct Network {
     }
 };
 
-// Return a mask of the nodes on the side of the sink of a minimum cut (Dinic 1970). Among several minimum cuts, use the
-// one nearest to the source.
+// Return a mask of the nodes on the sink side of a minimum cut (Dinic 1970). If there are several minimum cuts, return
+// the cut nearest to the source.
 inline Array<bool> minimum_cut_side(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
                                     Index sink) {
     Network network(ends, capacity, n);

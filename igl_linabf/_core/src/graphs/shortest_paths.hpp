@@ -1,4 +1,5 @@
-// Shortest paths (Dijkstra 1959): to sources, towards targets, to a Steiner point, and closed walks of given parities.
+// Shortest paths (Dijkstra 1959) to sources, towards targets and to a Steiner point, and shortest closed walks of given
+// parities.
 #pragma once
 #include <array>
 
@@ -18,7 +19,7 @@ struct Graph {
 // A binary min-heap of nodes with keys.
 class Heap {
     const double* key;
-    Array<Index> heap, place;  // place is the position of each node in the heap, and -1 only before its insertion
+    Array<Index> heap, place;  // place: position of each node in `heap`; -1 until its insertion
     Index size = 0;
 
   public:
@@ -58,7 +59,7 @@ struct Search {
     Array<Index> before;
     Heap waiting;
 
-    // Allocate `most` nodes, and initialize the first `n` of them.
+    // Allocate memory for `most` nodes, and initialize the first `n` of them.
     Search(Index most, Index n) : distance(most), before(most), waiting(distance.data(), most) { clear(0, n); }
 
     void clear(Index first, Index last) {
@@ -73,11 +74,11 @@ struct Search {
         waiting.decrease_key(node);
     }
 
-    // Return the smallest distance of an open node.
+    // Return the smallest distance of an open node, or infinity if no node is open.
     double least() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
-    // Relax the edges of `node`, which are those in row `row` of the graph. accept(edge, way) returns the node to
-    // update to the distance `way`, or -1.
+    // Relax the edges of `node`, which are in row `row` of the graph. accept(edge, way) returns the node whose distance
+    // is to be updated to `way`, or -1.
     template <class Int, class Goes>
     void relax(const Graph<Int>& graph, Index row, Index node, const Goes& accept) {
         for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
@@ -86,7 +87,8 @@ struct Search {
         }
     }
 
-    // Relax the edges of the nearest open node. passes(node, there, way) returns true if a shorter path is accepted.
+    // Relax the edges of the nearest open node. passes(node, there, way) returns true if a shorter path of length `way`
+    // from `node` to `there` is accepted.
     template <class Int, class Passes>
     void step(const Graph<Int>& graph, const Passes& passes) {
         const Index node = waiting.pop();
@@ -102,7 +104,8 @@ struct Paths {
     Array<Index> before, source;
 };
 
-// Find the nearest source of each node over `open` nodes. Returns the distance, the predecessor, and that source.
+// Find the nearest source of each node, along paths of `open` nodes. Returns the distance, the predecessor and the
+// nearest source of each node.
 template <class Int>
 Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<const double> length,
                       View<const Index> sources, View<const bool> open, double limit) {
@@ -124,8 +127,9 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
     return {std::move(search.distance), std::move(search.before), std::move(source)};
 }
 
-// Return distances from a source and predecessors, restricted to nodes whose distance plus a lower bound of the paths
-// on to all targets is within the limit. The lower bound of a path is `share` times the distance in space.
+// Return the distance from a source to each node, and the predecessor of each node. A node is skipped if its distance
+// plus lower bounds of the paths from there to all targets exceeds the limit. The lower bound of a path is `share`
+// times the distance in space.
 template <class Int>
 std::tuple<Array<double>, Array<Index>> goal_directed_search(View<const Int> indptr, View<const Int> indices,
                                                      View<const double> length, Index source, View<const bool> open,
@@ -160,17 +164,19 @@ struct SteinerPaths {
     std::vector<Index> nodes, start;
 };
 
-// Find the Steiner point of three sets of nodes, which minimizes the total length of the paths to the sets, and return
-// these paths; none if the total exceeds the limit. The three searches advance at the same rate. A search skips a node
-// if its distance plus a lower bound of the paths to the other two sets exceeds the best total so far. The lower bound
-// is the smallest sum of both distances at a node that both searches have reached, or the sum of their radii.
+// Find the Steiner point of three sets of nodes, which minimizes the total length of the paths to the sets. Return the
+// three paths, or no paths if the total length exceeds the limit.
+//
+// The three searches advance at the same rate. A search skips a node if its distance plus a lower bound of the paths to
+// the other two sets exceeds the best total so far. The lower bound is the smaller of two sums: the sum of the radii of
+// the other two searches, and the smallest sum of both distances at a node that both searches have reached.
 template <class Int>
 SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View<const double> length,
                            std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const Index n = graph.nodes();
     Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
-    double apart[3] = {INFINITY, INFINITY, INFINITY};  // smallest sum of distances to the two sets other than k
+    double apart[3] = {INFINITY, INFINITY, INFINITY};  // smallest sum of a node's distances to the sets other than k
     const auto note = [&](int k, Index node, double way) {
         for (int j = 0; j < 3; ++j)
             if (j != k) apart[3 - k - j] = std::min(apart[3 - k - j], way + search[j].distance[node]);
@@ -210,8 +216,8 @@ SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View
     return result;
 }
 
-// found[bits] is the length of the shortest excursion that crosses exactly the curves in `bits` an odd number of times.
 // Return the shortest set of excursions that together cross all curves an odd number of times, or an empty set.
+// found[bits] is the length of the shortest excursion that crosses exactly the curves in `bits` an odd number of times.
 inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;
     std::vector<double> best(all + 1, INFINITY);
@@ -250,7 +256,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     std::vector<char> begun(copies);  // initialize copies on first use, because most are never reached
     std::vector<Index> first(n, -1);  // head of the linked list of the reached copies of each node
     Array<Index> other_label(copies * n);
-    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // of one excursion, and of a set of them
+    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // shortest excursion and set of excursions
     std::vector<std::array<Index, 2>> ends(copies);
     cost[0] = 0;
     begun[0] = true;

@@ -15,7 +15,7 @@ using Map = View<const Complex>;
 inline Complex conjugate(Complex a) { return {a.x, -a.y}; }
 inline double squared(Complex a) { return dot(a, a); }
 
-// The derivatives p and q of each triangle by w and conj(w); linear in z.
+// The Wirtinger derivatives p and q of the map of each triangle, by w and conj(w), which are linear in the positions z.
 struct WirtingerDerivatives {
     CornerRows<const Index> corner;
     CornerRows<const Complex> gradient;
@@ -34,7 +34,8 @@ struct WirtingerDerivatives {
 
 inline double power(double area, double weight) { return weight == 1 ? area : std::pow(area, weight); }
 
-// Return the energy of each triangle times its share; infinite for flipped and collapsed triangles.
+// Return the isometric energy of each triangle times its weight in `share`. The energy of flipped and collapsed
+// triangles is infinite.
 inline Array<double> isometric_energy(Corners corner, Gradients gradient, Numbers share, Map z, double weight) {
     return angles::tabulate(corner.columns, [=, of = WirtingerDerivatives(corner, gradient, z)](Index t) {
         const auto [p, q] = of[t];
@@ -44,7 +45,7 @@ inline Array<double> isometric_energy(Corners corner, Gradients gradient, Number
     });
 }
 
-// The first and second derivatives of E with respect to A and B.
+// The first and second derivatives of the isometric energy E with respect to A = |p|^2 and B = |q|^2.
 struct EnergyDerivatives {
     double a, b, aa, ab, bb;
 
@@ -62,8 +63,8 @@ struct EnergyDerivatives {
     }
 };
 
-// Compute the gradient of the energy, (6, #F), and four rows of six per triangle, (24, #F). The sum of row row^T is the
-// convexified Hessian. Derivatives are by x of the three corners, then by y.
+// Compute the gradient of the isometric energy, (6, #F), and four rows of six values per triangle, (24, #F). The sum of
+// row row^T is the convexified Hessian. Derivatives are first by x of the three corners, then by y.
 //
 // Because E is a function of |p| and |q|, its Hessian with respect to p and q has the eigenvectors i p, i q, and two
 // eigenvectors in the plane of p and q. Negative eigenvalues are clamped to 0 (Smith, De Goes, Kim 2019).
@@ -104,9 +105,9 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gra
     return {std::move(slopes), std::move(rows)};
 }
 
-// Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles. `rows` has six values per row,
-// by x of the corners and then by y. The block of corner k is added to entry own[k], and the block of the side opposite
-// to corner k to entry across[k], or transposed to entry ~across[k].
+// Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles. The six values of a row belong
+// to the x coordinates of the corners, then to the y coordinates. The block of corner k is added to entry own[k], and
+// the block of the side opposite to corner k to entry across[k], or transposed to entry ~across[k].
 inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
     Grid<double> result = angles::zeros<Grid<double>>(entries, 4);
@@ -135,16 +136,17 @@ inline Grid<double> outer_products(Values rows, Corners own, Corners across, Ind
     return result;
 }
 
-// Return the step length along `direction` until each triangle collapses, |p|^2 = |q|^2; infinite if it never does.
+// Return the step length along `direction` at which each triangle collapses (|p|^2 = |q|^2), or infinity if the
+// triangle never collapses.
 inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
     const WirtingerDerivatives at(corner, gradient, z), change(corner, gradient, direction);
     return angles::tabulate(corner.columns, [at, change](Index t) {
         const auto [p, q] = at[t];
         const auto [dp, dq] = change[t];
         const double a = squared(dp) - squared(dq), b = dot(p, dp) - dot(q, dq), c = squared(p) - squared(q);
-        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // avoids cancellation
+        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // without cancellation
         const double one = sum / a, other = c / sum;
-        const double least = one > 0 ? one : INFINITY;  // NaN, without a real root, also counts as infinite
+        const double least = one > 0 ? one : INFINITY;  // NaN, if there is no real root, becomes infinity
         return other > 0 && other < least ? other : least;
     });
 }

@@ -6,10 +6,10 @@
 
 namespace overlaps {
 
-// Return the area of the part of triangle b within triangle a: b is clipped at each side of a (Sutherland and Hodgman
-// 1974). The corners are relative to the first corner of a.
+// Return the area of the intersection of the triangles a and b, by clipping b at each side of a (Sutherland and Hodgman
+// 1974). Coordinates are relative to the first corner of a.
 inline double common_area(const Complex* a, const Complex* b) {
-    constexpr int MOST = 6;  // corners of the intersection of two triangles
+    constexpr int MOST = 6;  // largest number of corners of the intersection of two triangles
     std::array<Complex, MOST + 1> part{b[0] - a[0], b[1] - a[0], b[2] - a[0]}, clipped;
     const Complex corner[3] = {{0, 0}, a[1] - a[0], a[2] - a[0]};
     const double turn = cross(corner[1], corner[2]) < 0 ? -1 : 1;

@@ -1,4 +1,4 @@
-// Division of the overlaps of a flat map into pairs of overlapping sheets.
+// Division of each overlap of a flat map into two sheets: connected sets of faces, one of which lies above the other.
 #pragma once
 #include <numeric>
 
@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double ROOM = 0.8;  // stop growing at this share of the pairs before the first one that would join the sheets
+constexpr double ROOM = 0.8;  // sheets grow over this share of the pairs before the first pair at which they would meet
 
 struct Sheets {
     std::vector<Index> faces, start{0};
@@ -20,7 +20,7 @@ class Layers {
     std::vector<Index> row;              // first pair of each upper face
     std::vector<Index> component;        // component of each pair
     std::vector<Index> queue, first{0};  // pairs by component in breadth-first order, and start of each component
-    std::vector<Index> sheet, when[2];   // sheet of each face, and when it is first reached as upper and as lower face
+    std::vector<Index> sheet, when[2];   // sheet of each face, and its first pair as upper and as lower face
 
     // Return the index of a pair, or -1 if it does not exist.
     Index find(Index one, Index other) const {
@@ -29,7 +29,7 @@ class Layers {
         return at < last && *at == other ? at - lower.begin() : -1;
     }
 
-    // Append the component of a pair to the queue.
+    // Append all pairs that are connected to a pair to the queue, in breadth-first order.
     void flood_fill(Index seed) {
         const Index own = Index(first.size()) - 1;
         std::vector<Index> beside;
@@ -58,7 +58,7 @@ class Layers {
         result.start.push_back(Index(result.faces.size()));
     }
 
-    // Append the two sheets of an overlap, grown from its first pair until a face would belong to both.
+    // Append the two sheets of an overlap, which grow from its first pair until a face would belong to both sheets.
     void append_sheets(View<const Index> pairs, Sheets& result) {
         const auto each_face = [&](const auto& visit) {
             for (const Index pair : pairs) visit(upper[pair]), visit(lower[pair]);
@@ -86,7 +86,7 @@ class Layers {
 
     // Return the two sheets of each of the `most` largest overlaps.
     Sheets largest(Index most) {
-        std::vector<Index> size;  // pairs per component; a mirrored component counts for the first one
+        std::vector<Index> size;  // number of pairs of each component and its mirrored component
         for (Index k = 0; k < upper.size; ++k) {
             if (component[k] >= 0) continue;
             flood_fill(k);
@@ -106,7 +106,7 @@ class Layers {
     }
 };
 
-// Return the two sheets of each of the `most` largest overlaps; the parameters are those of `Layers`.
+// Return the two sheets of each of the `most` largest overlaps. For all other parameters, see `Layers`.
 inline Sheets overlap_sheets(View<const Index> upper, View<const Index> lower, View<const Index> begin,
                              View<const Index> neighbour, Index most) {
     return Layers(upper, lower, begin, neighbour).largest(most);

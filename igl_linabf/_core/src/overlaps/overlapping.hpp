@@ -6,16 +6,16 @@
 
 namespace overlaps {
 
-constexpr Index LEAF_SIZE = 8;                    // triangles per leaf of the tree
+constexpr Index LEAF_SIZE = 8;                    // triangles per leaf of the bounding volume hierarchy
 constexpr double LAST_CELL = double(0x7fffffff);  // largest cell coordinate in the grid of the Morton curve
 
-// Insert a 0 before each of 32 bits.
+// Insert a 0 before each of 32 bits, for the Morton code.
 inline std::uint64_t spread_bits(std::uint64_t bits) {
     for (const int shift : {16, 8, 4, 2, 1}) bits = (bits | bits << shift) & ~std::uint64_t(0) / ((1ULL << shift) + 1);
     return bits;
 }
 
-// A bounding volume hierarchy of the triangles of charts, without degenerate triangles.
+// A bounding volume hierarchy of the triangles of several charts. Degenerate triangles are left out.
 class BoxTree {
     struct MortonEntry {
         Index chart;
@@ -28,10 +28,10 @@ class BoxTree {
     std::vector<MortonEntry> place;  // order of the triangles: by chart, then along the curve
     std::vector<Triangle> triangle;
     std::vector<Box> box, node;  // boxes of triangles, and of nodes; node k is the parent of 2 k and 2 k + 1
-    std::vector<Index> end;      // end of the chart of each triangle
+    std::vector<Index> end;      // position after the last triangle of the same chart
     Index leaves = 1;
 
-    // Sort the triangles along Morton's curve (1966), which keeps neighbours together.
+    // Sort the triangles of each chart along a Morton curve (Morton 1966), so that nearby triangles share a leaf.
     void sort(View<const Complex> z, Matrix<const Index> F, View<const Index> chart) {
         const auto triangle_at = [&](Index f) { return make_triangle(z[F[f][0]], z[F[f][1]], z[F[f][2]]); };
         const auto centre = [&](Index f) { return z[F[f][0]] + z[F[f][1]] + z[F[f][2]]; };
@@ -48,8 +48,8 @@ class BoxTree {
         for (const auto& p : place) triangle.push_back(triangle_at(p.face));
     }
 
-    // Find overlapping pairs of a triangle of a leaf and a later triangle of node `at`, which has the triangles `begin`
-    // to `begin + size - 1`, until more than `limit` pairs are found.
+    // Find overlapping pairs of a triangle of a leaf and a later triangle of node `at`. The search ends after more than
+    // `limit` pairs. The node has the triangles `begin` to `begin + size - 1`.
     void search(Index leaf, Index at, Index begin, Index size, Index limit,
                 std::vector<std::array<Index, 2>>& found) const {
         const Index first = (leaf - leaves) * LEAF_SIZE, n = Index(triangle.size());
@@ -93,13 +93,14 @@ class BoxTree {
 };
 
 // Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order. If
-// there are more than `limit`, return only `limit` + 1 of them: a map that is collapsed onto itself has #F^2 / 2 pairs.
+// there are more than `limit` pairs, return only `limit` + 1, because a map that is collapsed onto itself has about
+// #F^2 / 2 overlapping pairs.
 inline std::vector<std::array<Index, 2>> find_overlaps(View<const Complex> z, Matrix<const Index> F,
                                                        View<const Index> chart, Index limit) {
     return BoxTree(z, F, chart).pairs(limit);
 }
 
-// Return true if one of the triangles `some`, (#S, 3), overlaps another one, or one of the triangles `others`, (#O, 3).
+// Return true if a triangle of `some`, (#S, 3), overlaps another triangle of `some` or a triangle of `others`, (#O, 3).
 inline bool has_overlap(Matrix<const Complex> some, Matrix<const Complex> others) {
     std::vector<Triangle> solid;
     std::vector<Box> box;

@@ -7,7 +7,7 @@
 namespace overlaps {
 
 constexpr double MIN_DEPTH = 1e-6;  // smallest depth of an overlap, relative to the height of the smaller triangle
-constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // relative to the distance from the origin
+constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // relative rounding error of a corner
 constexpr double NEVER_OVERLAPS = -1;  // depth of a triangle that is excluded from overlap tests
 
 // Truncate a number to an integer within bounds; NaN gives the lower bound.
@@ -24,7 +24,7 @@ struct Box {
         left = std::min(left, b.left), right = std::max(right, b.right);
         low = std::min(low, b.low), high = std::max(high, b.high);
     }
-    // Branch-free, because the branches would be unpredictable.
+    // Return true if two boxes intersect. Branch-free, because the branches would be unpredictable.
     bool intersects(const Box& b) const {
         return (left <= b.right) & (b.left <= right) & (low <= b.high) & (b.low <= high);
     }
@@ -42,7 +42,7 @@ inline Box bounding_box(const Complex* corner) {
 // A counter-clockwise triangle with precomputed data for the overlap test.
 struct Triangle {
     Complex corner[3];
-    Complex along[3];     // unit vector from each corner to the next one; 0 if the side has no length
+    Complex along[3];     // unit vector from each corner to the next corner; 0 if the side has zero length
     double depth = 0;     // tolerated depth of an overlap; the smaller tolerance of two triangles applies
     double rounding = 0;  // rounding error of the corners
 
@@ -62,8 +62,8 @@ inline double set_corners(Triangle& t, Complex a, Complex b, Complex c) {
     return longest;
 }
 
-// Make a counter-clockwise triangle with a depth relative to its height. A triangle whose height may be rounding error
-// never overlaps.
+// Make a counter-clockwise triangle, and set the overlap depth that it tolerates, relative to its height. A triangle
+// whose height is within the rounding error never overlaps.
 inline Triangle make_triangle(Complex a, Complex b, Complex c) {
     const double area = cross(b - a, c - a);
     Triangle t;

@@ -8,11 +8,11 @@
 namespace overlaps {
 
 constexpr double DEPTH = 0.5e-6;        // tolerated depth of an overlap, relative to the height of the smaller triangle
-constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that a chart wastes because it is too long
-constexpr int SIDES = 24;               // directions that bound a chart
-constexpr Index MAX_GRID_SIDE = 128;       // along a side of a grid
+constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that a chart wastes if it is too long
+constexpr int SIDES = 24;               // number of directions in which the extent of a chart is measured
+constexpr Index MAX_GRID_SIDE = 128;    // largest number of cells along a side of a grid
 constexpr double CELL_MARGIN = 1e-6;    // margin for rounding errors, relative to a cell
-constexpr double MIN_EXTENT = 1e-300;         // avoids divisions by zero
+constexpr double MIN_EXTENT = 1e-300;   // smallest width or height, to avoid divisions by zero
 
 // A rigid motion z -> turn z + shift, where |turn| = 1.
 struct Motion {
@@ -41,7 +41,7 @@ struct Motion {
 
 // The extent of a chart in each of SIDES directions.
 struct ChartExtent {
-    std::array<double, SIDES / 2> along, back;  // in a direction, and in the opposite direction
+    std::array<double, SIDES / 2> along, back;  // in each direction, and in its opposite
 
     ChartExtent() { along.fill(-INFINITY), back = along; }
 
@@ -67,8 +67,8 @@ struct ChartExtent {
     }
 };
 
-// The triangles of regions, with a grid for each region. Region r has the triangles start[r] to start[r + 1] - 1 in its
-// own frame.
+// The triangles of all regions, with a grid for each region to find the triangles near a point. Region r has the
+// triangles start[r] to start[r + 1] - 1, in its own frame.
 class Regions {
     struct Cells {
         Box box;
@@ -79,7 +79,7 @@ class Regions {
     std::vector<Cells> grid;
     Lists listed;  // triangles in each cell
 
-    // Call found(cell) for the cells that a triangle touches until it returns true; return whether it did.
+    // Call found(cell) for the cells that a triangle touches, until a call returns true. Return true if a call did.
     template <class Found>
     static bool any_cell(const Triangle& t, const Cells& g, const Found& found) {
         const Box box = bounding_box(t.corner);
@@ -167,8 +167,8 @@ class Regions {
 };
 
 // A hinge at which two regions a and b may be joined. `motion` maps the frame of b to that of a. The charts are joined
-// if the area of the rectangle around both exceeds the areas of the rectangles around each by at most `worth`. `page`
-// is the area of the page.
+// if the area of the rectangle around both charts exceeds the total area of the rectangles around each chart by at most
+// `worth`. `page` is the area of a page.
 struct Hinge {
     Index a, b;
     Motion motion;
@@ -182,8 +182,8 @@ class Assembly {
     const Regions& regions;
     std::array<Complex, SIDES / 2> axis;
     std::vector<std::vector<Index>> members;  // regions of each chart
-    std::vector<ChartExtent> extent;               // extent of each chart
-    std::vector<Box> box, around;             // box of each region in the plane of its chart, and of each chart
+    std::vector<ChartExtent> extent;          // extent of each chart
+    std::vector<Box> box, around;             // box of each region in the plane of its chart, and box of each chart
 
     // Return true if the chart `there`, after the motion `by`, overlaps the chart `here`.
     bool collide(Index here, Index there, const Motion& by) const {

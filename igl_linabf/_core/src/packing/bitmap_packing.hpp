@@ -15,7 +15,8 @@ namespace packing {
 
 constexpr Index ROWS_AT_ONCE = 16;  // rows that are tested together
 
-struct Span {  // the masks of a chart
+// The masks of a chart: `first` to `after` - 1.
+struct Span {
     Index first, after;
 };
 
@@ -27,7 +28,8 @@ struct PageExtent {
     Index width, height;
 };
 
-// A run of cells of a mask: its position among the words of a page, and its length minus the largest power of 2.
+// A run of occupied cells in a row of a mask. `at` is the position of its row among the words of a page, and `more` is
+// its length minus the largest power of 2 that is at most its length.
 struct Run {
     Index at, column, more, row;
 };
@@ -37,18 +39,19 @@ struct Run {
 struct Page {
     Index words, high, levels;
     std::vector<Word> busy;
-    Index width = 0, height = 0;  // of the occupied part
+    Index width = 0, height = 0;  // extents of the occupied part, in cells
 
     Page(Index side, Index levels)
         : words(side / WORD + 2), high(side + ROWS_AT_ONCE), levels(levels), busy(levels * words * high) {}
 };
 
-// Bits of columns: collisions in every row, and collisions that are new in some row.
+// Columns of a word, one per bit: those with a collision in every row, and those with a new collision in some row.
 struct Collisions {
     Word every, fresh;
 };
 
-// Add the collisions of a run with occupied cells to `met`, row by row. The bits correspond to the columns of the mask.
+// Set the bits of `met`, one word for each row, at which a run collides with occupied cells. Each bit is a column to
+// which the mask may be shifted.
 inline Collisions find_collisions(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
     const Index behind = column + more;
     const Word* const one = page.busy.data() + at + column / WORD * page.high;
@@ -69,7 +72,7 @@ inline Collisions find_collisions(const Page& page, Index at, Index column, Inde
 }
 
 // Fill `free`, for `number` rows from y on, with the first column up to `last` at which a mask does not collide, or -1.
-// Returns true if there is one in any row. Runs that collided are moved to the front.
+// Returns true if any row has a free column. Runs that collided are moved to the front.
 inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
     std::fill_n(free, ROWS_AT_ONCE, -1);
@@ -95,8 +98,8 @@ inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index num
     return found;
 }
 
-// Find the best mask of a span and its position: with the smallest bounding square, then nearest to the origin. The
-// mask is -1 if none fits.
+// Find the best mask of a chart and its position: the bounding square of all masks is smallest, and among equal squares
+// the mask is nearest to the origin. The mask is -1 if no mask fits.
 inline Placement find_best_place(const Page& page, Index side, Span span, View<const Shape> shapes,
                                  View<const CellBlock> blocks, View<const Index> start, std::vector<Run>& runs) {
     const Index taken = std::max(page.width, page.height);
@@ -116,7 +119,7 @@ inline Placement find_best_place(const Page& page, Index side, Span span, View<c
             const Index rows = std::min({page.height + tall, side, least}) - tall - low + 1;
             if (rows <= 0) break;
             Index last = std::min({page.width + wide, side, least}) - wide;
-            if (std::max(taken, low + tall) == least) {  // only positions nearer to the origin are better
+            if (std::max(taken, low + tall) == least) {  // only a position nearer to the origin is better
                 const double up = (double(low) + double(tall) / 2) * (double(low) + double(tall) / 2);
                 if (up >= rest) break;
                 last = Index(std::min(double(last), std::sqrt(rest - up) - double(wide) / 2));
@@ -166,8 +169,8 @@ inline void occupy(Page& page, Shape shape, View<const CellBlock> blocks, Index 
     }
 }
 
-// Place charts on square pages with `side` by `side` cells, each by one of its masks. If a chart does not fit on an empty
-// page or on `most` pages, this chart and all later ones are not placed.
+// Place charts on square pages with `side` by `side` cells, each by one of its masks. If a chart does not fit on an
+// empty page or on `most` pages, this chart and all later ones are not placed.
 inline std::tuple<std::vector<Placement>, std::vector<PageExtent>> place_masks(
     Index side, Index most, View<const Span> spans, View<const Shape> shapes, View<const CellBlock> blocks,
     View<const Index> start) {
@@ -219,8 +222,8 @@ inline Squares<bool> occupied_cells(Index side, View<const Placement> places, Vi
     return taken;
 }
 
-// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of all that
-// fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
+// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of the rectangles
+// that fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
 inline std::vector<std::array<double, 2>> pack_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // number of consecutive free cells from each cell upwards

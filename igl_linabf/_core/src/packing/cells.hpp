@@ -1,4 +1,4 @@
-// Cells of a grid as bits in words of 64, and blocks of cells.
+// Cells of a grid, stored as bits in words of 64 bits or as rectangular blocks.
 #pragma once
 #include "../arrays.hpp"
 
@@ -10,7 +10,7 @@ namespace packing {
 
 using Word = std::uint64_t;
 
-constexpr Index WORD = 64;  // bits
+constexpr Index WORD = 64;  // number of bits in a word
 constexpr Word NONE = 0, EVERY = ~Word(0);
 
 // Return the position of the lowest set bit of a word that is not 0.

@@ -8,8 +8,8 @@
 
 namespace packing {
 
-constexpr std::uint32_t WINDING_UNIT = 1 << 16;  // one winding; the lower bits count fewer than 2^16 sides at a cell
-constexpr double MAX_MASK_CELLS = 1e15;              // of a mask: exceeds any memory, but is exact as an integer
+constexpr std::uint32_t WINDING_UNIT = 1 << 16;  // one winding in the counter of a cell; the lower 16 bits count sides
+constexpr double MAX_MASK_CELLS = 1e15;  // largest number of cells of a mask: beyond any memory, but an exact integer
 
 // A buffer of zeros. Because of calloc, memory pages that are never written to are not allocated.
 template <class T>
@@ -32,8 +32,8 @@ class Zeros {
     }
 };
 
-// The changes of a cell counter from each cell of a row to the next one, and a bitmap of the cells with changes. Each
-// row has one additional column at its end.
+// The changes of a counter from each cell of a row to the next cell, and a bitmap of the cells with changes. Each row
+// has one additional column at its end.
 struct CellChanges {
     std::uint32_t* change;
     Word* marks;
@@ -52,9 +52,9 @@ inline Index ceil_of(double x, Index most) {
     return below + (double(below) < x && below < most);
 }
 
-// Add the changes by the sides from a to b. The counter of a cell is the winding number of the outline around its
-// centre plus the number of sides within the distance `half`, in both coordinates, of the cell. In each row, the extent
-// of a side is that of its part within the distance `half` of the row.
+// Add the sides from a to b to the counters of cells. The counter of a cell is the winding number of the outline around
+// its centre, plus the number of sides whose distance from the cell is at most `half` in both coordinates. In each row,
+// only the part of a side within the distance `half` of the row counts.
 inline void add_sides(View<const Complex> a, View<const Complex> b, View<const Index> weight, double half,
                       CellChanges cells) {
     for (Index s = 0; s < a.size; ++s) {
@@ -81,8 +81,8 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
     }
 }
 
-// Append the blocks of cells whose counter is not 0, and clear the changes. `last`, (columns + 1,), is work space for
-// the last block that begins at each column.
+// Append the rectangular blocks of the cells whose counter is not 0, and clear the changes. The work space `last`,
+// (columns + 1,), stores the last block that begins at each column.
 inline void append_blocks(CellChanges cells, View<Index> last, std::vector<CellBlock>& blocks) {
     std::fill(last.begin(), last.end(), -1);
     for (Index row = 0; row < cells.rows; ++row) {
@@ -120,8 +120,8 @@ struct Masks {
 };
 
 // Rasterize rotated outlines, widened by `half` in all four directions. Outline i has the sides sides[i] to sides[i +
-// 1] - 1. Mask k is that of the outline of[k] times turns[k], in its smallest grid. If turns[k] is the opposite of
-// turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
+// 1] - 1. Mask k shows outline of[k], multiplied by turns[k], in the smallest grid that contains it. If turns[k] is the
+// opposite of turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
 inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
                        View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
     Masks result;

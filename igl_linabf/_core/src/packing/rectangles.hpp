@@ -1,4 +1,4 @@
-// Smallest bounding rectangles of sets of points; a side of such a rectangle contains a side of the convex hull.
+// Smallest bounding rectangles of sets of points. One side of a smallest rectangle contains a side of the convex hull.
 #pragma once
 #include <array>
 
@@ -9,20 +9,20 @@ namespace packing {
 constexpr double EQUAL_AREA_FACTOR = 1 + 1e-12;  // areas within this factor count as equal
 constexpr double COLLINEAR_SHARE = 1e-14;        // relative area below which three points are collinear
 
-constexpr std::size_t FAN = 16;  // directions of extreme points
+constexpr std::size_t FAN = 16;  // number of directions in which the extreme points are found
 
 struct Directions {
     std::array<double, FAN> x, y;
 };
 
-// Return the distance of z to the left of the line from p to q, times |q - p|; 0 if the points are collinear.
+// Return the distance of z to the left of the line from p to q, times |q - p|. It is 0 if the points are collinear.
 inline double signed_offset(Complex p, Complex q, Complex z) {
     const Complex a = q - p, b = z - p;
     const double area = cross(a, b);
     return area * area > COLLINEAR_SHARE * COLLINEAR_SHARE * dot(a, a) * dot(b, b) ? area : 0;
 }
 
-// Fill `kept` with the points that may be on the convex hull: those not inside the polygon of the extreme points.
+// Fill `kept` with the points that may be on the convex hull, which are not inside the polygon of the extreme points.
 inline void select_outer_points(View<const Complex> z, const Directions& outwards, std::vector<Complex>& kept) {
     std::array<double, FAN> most;
     std::array<Index, FAN> far{};
@@ -44,7 +44,7 @@ inline void select_outer_points(View<const Complex> z, const Directions& outward
     }
 }
 
-// Fill `hull` with the corners of the convex hull, clockwise from the lowest one (Andrew 1979). Sorts z.
+// Fill `hull` with the corners of the convex hull, clockwise from the lowest corner (Andrew 1979). Sorts z.
 inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
     std::sort(z.begin(), z.end(), [](Complex p, Complex q) {
         return p.y < q.y || (p.y == q.y && p.x < q.x);
@@ -61,8 +61,8 @@ inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
     if (hull.size() > 1) hull.pop_back();  // the last corner repeats the first
 }
 
-// Return, for each group of points, the rotation that minimizes its axis-aligned bounding rectangle; 1 for collinear
-// points.
+// Return, for each group of points, the rotation that minimizes the area of its axis-aligned bounding rectangle, as a
+// unit complex number. The result for collinear points is 1.
 inline std::vector<Complex> narrowest_turns(View<const Complex> z, View<const Index> start) {
     Directions outwards;
     for (std::size_t d = 0; d < FAN; ++d) {
