@@ -29,8 +29,8 @@ from hostile_meshes import require
 import igl_linabf as il
 from igl_linabf.io import image_maps, read_file, write_file
 
-MEMORY = 2**30  # bytes that a case may take in addition
-SECONDS = 60  # of processor time that a case may take
+MEMORY = 2**30  # additional bytes that a case may allocate
+SECONDS = 60  # processor time in seconds that a case may take
 SECRET = "secret_4711"
 V, F = igl.icosahedron()
 V32, F16 = V.astype("<f4"), F.astype("<u2")
@@ -39,7 +39,7 @@ ATTACKS: dict[str, tuple[Build, str]] = {}  # name: (function that writes the fi
 
 
 def attack(name: str, outcome: str = "refused") -> Callable[[Build], Build]:
-    """Register a function that writes hostile files, with their outcome: "refused" or "right"."""
+    """Return a decorator that registers a writer of hostile files and the outcome, "refused" or "right"."""
 
     def register(build: Build) -> Build:
         ATTACKS[name] = build, outcome
@@ -49,7 +49,7 @@ def attack(name: str, outcome: str = "refused") -> Callable[[Build], Build]:
 
 
 def gltf_text(**changes: Any) -> dict[str, Any]:
-    """Return the description of an icosahedron with an embedded buffer, and changed entries."""
+    """Return the JSON of a glTF icosahedron with an embedded buffer; `changes` replace its entries."""
     data = V32.tobytes() + F16.tobytes()
     text = {
         "asset": {"version": "2.0"},
@@ -99,7 +99,7 @@ def png(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", b"") + chunk(b"IEND", b"")
 
 
-# References that lead out of the folder. `outside` is the folder beside it.
+# References to files outside the folder of the mesh, in its sibling folder `outside`.
 LEADING_OUT = {
     "..": "../outside/{}",
     "inside and out": "sub/../../outside/{}",
@@ -114,7 +114,7 @@ LEADING_OUT = {
 
 
 def secret_beside(folder: Path, name: str, how: str) -> str:
-    """Write a secret file beside the folder, and return a reference to it."""
+    """Write a secret file into the sibling folder, and return a reference to it."""
     outside = folder.parent / "outside"
     outside.mkdir()
     (folder / "sub").mkdir()
@@ -483,7 +483,7 @@ def limited() -> Iterator[None]:
 
 
 def check_attack(name: str, _: int = 0) -> str:
-    """Read the files of an attack, write them in other formats, and return how it ended."""
+    """Read the files of an attack, write them in other formats, and return the outcome."""
     build, _ = ATTACKS[name]
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "given"
@@ -501,12 +501,12 @@ def check_attack(name: str, _: int = 0) -> str:
         require(all(SECRET.encode() not in path.read_bytes() for path in outputs), "a secret was written")
         for path in outputs:
             if path.suffix == ".glb":
-                read_file(path)  # strict JSON, too
+                read_file(path)  # checks that the JSON is strict
         return end.partition(":")[0]
 
 
 def read_and_write(path: Path, out: Path) -> str:
-    """Read a file and write it as GLB, OBJ and PLY; return how it ended."""
+    """Read a file and write it as GLB, OBJ and PLY; return the outcome."""
     out.mkdir()
     try:
         mesh = read_file(path)

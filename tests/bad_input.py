@@ -1,4 +1,4 @@
-"""Input that must be refused, or accepted with a warning, by name; run as a script for some of them.
+"""Input that must be refused, or accepted with a warning; each input has a name.
 
 `python tests/bad_input.py NAME ...` prints for each name how each method ends, as a line of JSON. It runs in
 a process of its own, so that a crash is seen: the first name without a line crashed.
@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 
-# a strip of a grid with 12 vertices and 12 triangles; vertices 5 and 6 are interior
+# a grid of 4 x 3 vertices and 12 triangles; only vertices 5 and 6 are interior
 V = np.array([[i % 4, i // 4, 0.1 * (i % 3)] for i in range(12)], dtype=float)
 F = np.array(
     [t for i in (0, 1, 2, 4, 5, 6) for t in ([i, i + 1, i + 4], [i + 1, i + 5, i + 4])], dtype=np.int64

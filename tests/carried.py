@@ -34,7 +34,7 @@ def pial() -> Surface:
 
 
 def limb() -> Surface:
-    """Return the hemisphere, stretched and cut along one path; its scales exceed double precision."""
+    """Return the hemisphere, stretched and cut along one path; the scales of its map exceed doubles."""
     from conftest import tree_cut
 
     V, F = pial()
@@ -56,7 +56,7 @@ def ball() -> Surface:
 
 
 def tube(length: float = 30.0, around: int = 24) -> Surface:
-    """Return a rough tube, closed at one end; the scale of its map falls by a factor e per radius."""
+    """Return a rough tube, closed at one end; the scale of its map falls by a factor of e per radius."""
     side = 2 * np.pi / around
     rows = int(length / side)
     k, i = np.arange(around), np.arange(rows + 1)[:, None]

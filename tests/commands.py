@@ -1,4 +1,4 @@
-"""The command: in this process, or in processes of its own."""
+"""Calls of the command `igl-linabf`, in this process or in a new process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess:
-    """Run the command in this process, which spares the imports."""
+    """Run the command in this process, which saves the time of the imports."""
     from igl_linabf.cli import main
 
     words = [str(argument) for argument in arguments]
@@ -18,14 +18,14 @@ def run(*arguments: object) -> subprocess.CompletedProcess:
     with redirect_stdout(streams[0]), redirect_stderr(streams[1]):
         try:
             code = main(words)
-        except SystemExit as end:  # of the parser
+        except SystemExit as end:  # the parser exits on an invalid argument
             code = end.code
     printed, said = (stream.buffer.getvalue().decode("utf-8") for stream in streams)
     return subprocess.CompletedProcess(words, code, printed, without_cholmod_warning(said))
 
 
 def run_apart(*arguments: object) -> subprocess.CompletedProcess:
-    """Run the command as a user does, in a process of its own."""
+    """Run the command in a new process, as a user does."""
     command = [sys.executable, "-m", "igl_linabf", *map(str, arguments)]
     process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     process.stderr = without_cholmod_warning(process.stderr)
@@ -33,19 +33,20 @@ def run_apart(*arguments: object) -> subprocess.CompletedProcess:
 
 
 def without_cholmod_warning(said: str) -> str:
-    """Drop the line that tells that the tests run without CHOLMOD."""
+    """Remove the warning that scikit-sparse, and therefore CHOLMOD, is not installed."""
     lines = said.splitlines(keepends=True)
     return "".join(line for line in lines if "warning: scikit-sparse is not" not in line)
 
 
 def of_session(session: int) -> list[str]:
-    """Processes of a session that are still there."""
+    """Return the command lines of the running processes of a session."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             state, _, _, its = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
             command = (folder / "cmdline").read_text()
-            if int(its) == session and state != "Z" and command:  # the kernel clears it when one ends
+            # the kernel clears the command line of a process that ends
+            if int(its) == session and state != "Z" and command:
                 found.append(command)
         except (FileNotFoundError, ProcessLookupError):
             continue

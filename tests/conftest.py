@@ -27,11 +27,11 @@ from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / folder) for folder in ("demos", "benchmarks", "scripts")]
-collect_ignore = ["blender_scenes"]  # project/test_blender.py runs it in the Python of Blender
+collect_ignore = ["blender_scenes"]  # project/test_blender.py runs this folder in the Python of Blender
 OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")
-NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # followed by the name of a mesh
+NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # a mesh name follows
 DISKS = (
     "disk__bff_hemisphere.obj",
     "disk__flipfree_camelhead_small.obj",
@@ -114,7 +114,7 @@ def load(name: str) -> Surface:
     if name in MESHES:
         try:
             return MESHES[name]()
-        except ImportError as error:  # not all environments have the packages of these meshes
+        except ImportError as error:  # an environment may lack the packages of these meshes
             pytest.skip(f"{error.name} is not installed: no {name}")
     if FOLDER is None:
         pytest.skip(f"{NO_FOLDER}{name}")
@@ -122,7 +122,7 @@ def load(name: str) -> Surface:
 
 
 def python_of_blender() -> Path:
-    """Return a Python with bpy (IGL_LINABF_BPY, this one, or of `make blender`); skip without one."""
+    """Return a Python with bpy: IGL_LINABF_BPY, this one, or that of `make blender`; else skip the test."""
     named = os.environ.get("IGL_LINABF_BPY")
     if named:
         return Path(named)
@@ -135,7 +135,7 @@ def python_of_blender() -> Path:
 
 @cache
 def imports_bpy(python: Path) -> bool:
-    """Return whether a Python is there and has bpy; an environment whose making was broken off has not."""
+    """Return True if a Python exists and can import bpy, which fails in an incomplete environment."""
     if not python.exists():
         return False
     try:
@@ -161,7 +161,7 @@ def built_wheel(folder: Path) -> Path:
 @contextmanager
 def one_at_a_time(folder: Path) -> Iterator[None]:
     """Hold a lock, because two simultaneous builds would write the same files."""
-    if os.name == "nt":  # without such locks
+    if os.name == "nt":  # Windows has no fcntl
         yield
         return
     import fcntl
@@ -173,7 +173,7 @@ def one_at_a_time(folder: Path) -> Iterator[None]:
 
 
 def not_tested(reasons: list[str]) -> list[str]:
-    """Summarize the reasons of skipped tests: shared meshes by kind, and all other reasons."""
+    """Summarize why tests were skipped: missing shared meshes by kind, and all other reasons."""
     kinds: Counter[str] = Counter()
     others: Counter[str] = Counter()
     for reason in reasons:
@@ -195,7 +195,7 @@ def not_tested(reasons: list[str]) -> list[str]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print what was not tested, because a run without the shared meshes is incomplete."""
+    """Print which tests were skipped, because a run without the shared meshes is incomplete."""
     skipped = terminalreporter.getreports("skipped")
     lines = not_tested([str(report.longrepr[2]) for report in skipped if isinstance(report.longrepr, tuple)])
     if lines:
@@ -206,18 +206,18 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture
 def few_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measure distances from few vertices: faster, but less exact."""
+    """Measure distances from only a few vertices, which is faster but less exact."""
     monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 100)
 
 
 def pixels(path: Path) -> np.ndarray:
-    """Return a picture as an array (height, width, channels)."""
+    """Return the image in a file as an array (height, width, channels)."""
     with Image.open(path) as image:
         return np.asarray(image)
 
 
 def best_fit_distance(uv: np.ndarray, onto: np.ndarray) -> float:
-    """Return the largest distance of two maps after the best similarity, over the size of the second."""
+    """Return the largest distance between two maps after the best similarity, over the size of `onto`."""
     z, w = uv @ [1, 1j], onto @ [1, 1j]
     z, w = z - z.mean(), w - w.mean()
     ratio = np.vdot(z, w) / np.vdot(z, z)

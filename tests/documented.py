@@ -1,4 +1,4 @@
-"""Resolve names that the docs use."""
+"""Lookup of the names that the docs use."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ OBJECTS = {
     "atlas": Atlas,
     "chart": Chart,
     "check": UVCheck,
-}  # names of these objects in the docs
+}  # objects whose variable names the examples in the docs use
 
 
 def get_attribute(thing: object, name: str) -> object:
-    """Return `thing.name`; for a class, also the type of an attribute of its objects."""
+    """Return attribute `name` of an object, or the type of a field of a class."""
     if hasattr(thing, name):
         return getattr(thing, name)
     if isinstance(thing, ModuleType):
@@ -36,9 +36,9 @@ def get_attribute(thing: object, name: str) -> object:
 
 
 def resolve(dotted: str) -> object:
-    """Return the object of a dotted name: in the package, in a result, or in another package.
+    """Return the object with a dotted name, in the package, in a result, or in another package.
 
-    Names of the reference may stand alone, without their module.
+    Names that the API reference lists may be given without their module.
     """
     first, *rest = dotted.split(".")
     for full in read_reference():

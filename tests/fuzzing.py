@@ -55,7 +55,7 @@ def _break_promise(seed: int) -> str:
     raise meshes.BrokenError(str(seed))
 
 
-# cases that must be detected
+# cases that the test harness must detect
 BROKEN: dict[str, Callable[[int], str]] = {
     "to crash": lambda seed: ctypes.string_at(0).decode(),
     "to hang": lambda seed: str(time.sleep(1000)),
@@ -64,14 +64,14 @@ BROKEN: dict[str, Callable[[int], str]] = {
 
 
 def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
-    """Return the counts of the outcomes, and a description of each case that breaks a promise."""
+    """Run cases of one kind; return the counts of the outcomes, and each case that breaks a promise."""
     return run_all([(kind, seed) for seed in seeds])[kind]
 
 
 def run_all(
     cases: list[tuple[str, int]], script: str = __file__, limit: float | None = None
 ) -> dict[str, tuple[Counter[str], list[str]]]:
-    """Do the same for cases of several kinds; a new child process continues after each crash."""
+    """Run cases of several kinds like `run`; a new child process continues after each crash."""
     ends: dict[str, tuple[Counter[str], list[str]]] = {kind: (Counter(), []) for kind, _ in cases}
     while cases:
         with tempfile.TemporaryDirectory() as folder:
@@ -103,7 +103,7 @@ def run_all(
 
 
 def run_as_child(checks: dict[str, Callable[[int], str]]) -> None:
-    """Run the cases named by the command line, and write the outcome of each."""
+    """Run the cases that the command line names, and write the outcome of each."""
     todo, done, limit = sys.argv[1:]
     faulthandler.enable()
     with open(done, "w", encoding="utf-8") as file:
@@ -111,7 +111,7 @@ def run_as_child(checks: dict[str, Callable[[int], str]]) -> None:
             faulthandler.dump_traceback_later(float(limit), exit=True)
             try:
                 end = (True, checks[kind](seed))
-            except Exception as error:  # all errors are reported
+            except Exception as error:  # every error is an outcome of the case
                 trace = error.__traceback__
                 while trace is not None and trace.tb_next is not None:
                     trace = trace.tb_next

@@ -1,4 +1,4 @@
-"""Files that use many features of their formats, and helpers to compare them."""
+"""Files that use many features of OBJ, PLY and glTF, and helpers to compare what is read from them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def corners(mesh: MeshFile) -> np.ndarray:
 
 
 def unwrapped(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
-    """Unwrap a file; return the mesh with its atlas, and the mesh as read from the written file."""
+    """Unwrap a file; return the mesh with its atlas, and the mesh that is read from the written file."""
     mesh = read_file(source)
     atlas = unwrap(mesh.V, mesh.F, progress=False)
     write_file(out, mesh, atlas.TC, atlas.FTC)
@@ -58,7 +58,7 @@ l 1/1 5/1
 
 
 def glb(path: Path, text: dict, parts: list[bytes]) -> None:
-    """Write a GLB file with one buffer view per part."""
+    """Write a GLB file with one buffer view for each of `parts`."""
     views, start = [], 0
     for part in parts:
         views.append({"buffer": 0, "byteOffset": start, "byteLength": len(part)})
@@ -74,7 +74,7 @@ def glb(path: Path, text: dict, parts: list[bytes]) -> None:
 
 
 def scene(path: Path) -> None:
-    """Write two meshes, one with two primitives and two nodes, in a rotated and scaled tree; an animation."""
+    """Write an animated scene of two meshes under rotated and scaled nodes."""
     V, F = igl.icosahedron()
     normals = V / np.linalg.norm(V, axis=1)[:, None]
     colours = (np.arange(48) * 5).astype("<u1").reshape(12, 4)

@@ -28,7 +28,7 @@ def extrude(outline: np.ndarray, caps: np.ndarray, height: float, times: int = 0
 
 
 def prism(n: int, height: float, times: int = 0) -> Surface:
-    """Return a prism of n sides whose caps are fans of slivers from one corner."""
+    """Return a prism of n sides; each end is a fan of slivers around one corner."""
     angle = 2 * np.pi * np.arange(n) / n
     caps = np.column_stack((np.zeros(n - 2), np.arange(1, n - 1), np.arange(2, n))).astype(np.int64)
     return extrude(np.column_stack((np.cos(angle), np.sin(angle))), caps, height, times)
@@ -67,7 +67,7 @@ def rock(roughness: float, times: int = 0) -> Surface:
 
 
 def plate_with_holes(n: int = 6) -> Surface:
-    """Return a closed plate of genus n with n bores; slivers between the rims form its planes."""
+    """Return a closed plate of genus n with n bores, whose planes consist of slivers."""
     import shapely
 
     around = 2 * np.pi * np.arange(24) / 24
@@ -81,14 +81,14 @@ def plate_with_holes(n: int = 6) -> Surface:
     loops = [
         np.arange(4),
         *(4 + 24 * k + np.arange(24)[::-1] for k in range(n)),
-    ]  # with the solid on the left
+    ]  # the solid is to the left of each loop
     sides = [triangles(np.column_stack((a, np.roll(a, -1), np.roll(a, -1) + m, a + m))) for a in loops]
     low = np.column_stack((outline, np.zeros(m)))
     return np.vstack((low, low + UP / 2)), np.vstack((F[:, ::-1], F + m, *sides))
 
 
 def rounded_box(x: float, y: float, z: float, radius: float, steps: int = 8) -> Surface:
-    """Return a box with fillets of 2 `steps` strips along its edges, which meet in eighths of a ball."""
+    """Return a box with fillets of 2 `steps` strips along its edges, and eighths of a ball at its corners."""
     half, V, F = np.array([x, y, z]) / 2, list[np.ndarray](), list[np.ndarray]()
     corner, number = np.linspace(0, radius, steps + 1), 2 * steps + 2
     along = [np.append(corner - h, h - corner[::-1]) for h in half]
@@ -228,7 +228,7 @@ def robot() -> Surface:
 
 
 def cabinet() -> Surface:
-    """Return a box with soft and slightly noisy edges, as generated meshes have them."""
+    """Return a box with rounded, slightly noisy edges, as in meshes from generative models."""
     V, F = rounded_box(3, 2, 4, 0.15, 3)
     noise = np.random.default_rng(0).normal(size=V.shape)
     return V + 0.004 * noise, F

@@ -1,4 +1,4 @@
-"""Generate surfaces with holes."""
+"""Surfaces with holes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def plate(holes: int, wave: float) -> Surface:
 
 
 def slotted_plate(turns: int) -> Surface:
-    """Return a square plate with a slot along a square spiral, whose edge is longer than the rim."""
+    """Return a square plate with a spiral slot; the boundary of the slot is longer than the rim."""
     n, cell, step = 8 * turns + 8, (4 * turns + 4) * (1 + 1j), 1 + 0j
     cut = np.zeros((n, n), dtype=bool)
     for side in range(1, 4 * turns):
@@ -40,7 +40,7 @@ def slotted_plate(turns: int) -> Surface:
 
 
 def plate_with_comb(teeth: int) -> Surface:
-    """Return a square plate with a window like a comb, whose edge is longer than the plate's."""
+    """Return a square plate with a comb-shaped window, whose boundary is longer than the rim of the plate."""
     n = 4 * teeth + 4
     cut = np.zeros((n, n), dtype=bool)
     cut[2:-2, 2:-2] = (np.arange(n - 4) % 4 < 2) | (np.arange(n - 4) < 2)[:, None]
@@ -48,7 +48,7 @@ def plate_with_comb(teeth: int) -> Surface:
 
 
 def grid_without(cut: np.ndarray) -> Surface:
-    """Return a square plate of 10 x 10 of as many cells as the mask (n, n), without the marked cells."""
+    """Return a square plate of side 10 without the cells that are marked in a mask (n, n)."""
     n = len(cut)
     y, x = np.divmod(np.arange((n + 1) ** 2), n + 1)
     V = np.column_stack((x, y, 0 * x)) * (10 / n)

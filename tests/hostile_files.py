@@ -18,12 +18,12 @@ from igl_linabf.io import read_mesh, read_texture
 
 
 def good_files(rng: np.random.Generator) -> dict[str, list[bytes]]:
-    """Return small random meshes in all forms of the four formats."""
+    """Return small random meshes in all variants of the formats OBJ, OFF, PLY and STL."""
     return list_files(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).build())
 
 
 def list_files(V: np.ndarray, F: np.ndarray) -> dict[str, list[bytes]]:
-    """Return a mesh in all forms of the four formats."""
+    """Return a mesh in all variants of the formats OBJ, OFF, PLY and STL, by suffix."""
     V32, n, m = V.astype("<f4"), len(V), len(F)
 
     def lines(rows: np.ndarray, form: str) -> bytes:
@@ -151,7 +151,7 @@ def _mutate_once(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def hostile_file(seed: int) -> tuple[str, bytes]:
-    """Return suffix and bytes of a damaged file, or sometimes of noise or of another format."""
+    """Return suffix and bytes of a damaged file, sometimes of noise or of a file with a wrong suffix."""
     rng = np.random.default_rng(seed)
     suffix = str(rng.choice(["obj", "off", "ply", "stl"]))
     kind = rng.random()

@@ -1,4 +1,4 @@
-"""Random hostile files of the formats of scenes and of other packages, and their check."""
+"""Random hostile files of scene formats and of formats that other packages read, and their checks."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ PIXEL = base64.b64decode(
 
 @cache
 def scene_text() -> str:
-    """Return a description with an embedded buffer that uses most features that are read."""
+    """Return the JSON of a glTF file with an embedded buffer that uses most features of the reader."""
     with tempfile.TemporaryDirectory() as folder:
         scene(Path(folder) / "a.glb")
         data = (Path(folder) / "a.glb").read_bytes()
@@ -99,7 +99,7 @@ def scene_text() -> str:
 
 
 def mutate_description(text: Any, rng: np.random.Generator) -> None:
-    """Replace, remove, copy or add entries at random places."""
+    """Replace, remove, copy or add entries at random places of the JSON of a glTF file."""
     places: list[tuple[Any, Any]] = []
     waiting = [text]
     while waiting:
@@ -132,7 +132,7 @@ def mutate_description(text: Any, rng: np.random.Generator) -> None:
 
 
 def check_description(seed: int) -> str:
-    """Read and write a glTF file with a damaged description."""
+    """Read and write a glTF file whose JSON is damaged."""
     rng = np.random.default_rng(seed)
     text = json.loads(scene_text())
     mutate_description(text, rng)
@@ -141,7 +141,7 @@ def check_description(seed: int) -> str:
 
 @cache
 def good_file(name: str) -> bytes:
-    """Return an undamaged file of a format."""
+    """Return the bytes of an undamaged file; its name determines the format."""
     V, F = igl.icosahedron()
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -156,14 +156,14 @@ def good_file(name: str) -> bytes:
 
 
 def check_format(seed: int) -> str:
-    """Read and write a damaged file of a format of scenes or of another package."""
+    """Read and write a damaged file of a scene format, or of a format that another package reads."""
     rng = np.random.default_rng(seed)
     name = str(rng.choice(list(FORMATS)))
     return check(name, mutate(good_file(name), rng))
 
 
 def check(name: str, data: bytes) -> str:
-    """Read a file and write it in three formats; only a `MeshError` with the name of the file may end it."""
+    """Read a file and write it in three formats; return "refused" after a `MeshError` that names the file."""
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         path = Path(folder) / name

@@ -28,7 +28,7 @@ Surface = tuple[np.ndarray, np.ndarray]
 
 
 class BrokenError(AssertionError):
-    """A promise is broken."""
+    """Error for a broken promise of the package."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Disk:
     noise : float
         Height of white noise, which makes a spike at each vertex.
     holes, slivers : int
-        Number of vertex stars that are removed, and of vertices moved almost onto the opposite edge.
+        Number of removed vertex stars, and number of vertices moved almost onto an opposite edge.
     thin : int
-        Distance of these vertices from the edge, as 10^-thin of the original distance.
+        The moved vertices keep 10^-thin of their distance from the opposite edge.
     scale : int
         All coordinates are multiplied by 10^scale.
     seed : int
@@ -63,7 +63,7 @@ class Disk:
 
     @classmethod
     def random(cls, rng: np.random.Generator, most: int = 250) -> Disk:
-        """Return random parameters; harder properties are rarer."""
+        """Return random parameters; properties that make a disk harder are rarer."""
         often = rng.random(5)
         return cls(
             n=int(np.exp(rng.uniform(np.log(4), np.log(most)))),
@@ -77,7 +77,7 @@ class Disk:
         )
 
     def build(self) -> Surface:
-        """Return the surface."""
+        """Return the vertices and faces of the disk."""
         rng = np.random.default_rng(self.seed)
         xy = rng.random((max(self.n, 4), 2))
         F = Delaunay(xy).simplices.astype(np.int64)
@@ -110,7 +110,7 @@ def _twice_area(xy: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def _cut_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> np.ndarray:
-    """Remove disjoint stars of vertices away from the boundary."""
+    """Remove the stars of disjoint vertices that are away from the boundary."""
     edges = np.sort(F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edge, count = np.unique(edges, axis=0, return_counts=True)
     taken = np.zeros(n, dtype=bool)
@@ -125,7 +125,7 @@ def _cut_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> n
 
 
 def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Return the faces whose orientation in uv is not positive, in rational arithmetic."""
+    """Return the faces whose signed area in the map is not positive, in rational arithmetic."""
     rows = [[Fraction(x) for x in row] if np.isfinite(row).all() else None for row in uv.tolist()]
     flipped = []
     for t, (i, j, k) in enumerate(F.tolist()):
@@ -136,10 +136,11 @@ def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 PLACE = re.compile(
-    r"\b(faces?|vertex|vertices|edges?|chart|row|line) \[?-?\d"  # indices in the mesh or in the file
-    r"|^(igl-linabf: )?(V|F|uv|angles|b|bc|outer|pins?) (has|have|is|are|holds?) "  # the argument
+    # indices of elements of the mesh, or rows and lines of a file
+    r"\b(faces?|vertex|vertices|edges?|chart|row|line) \[?-?\d"
+    r"|^(igl-linabf: )?(V|F|uv|angles|b|bc|outer|pins?) (has|have|is|are|holds?) "  # an argument
     r"|^(igl-linabf: )?the mesh (is closed|has \d)"  # the whole mesh
-    r"|\S\.(obj|off|ply|stl)\b"  # the file
+    r"|\S\.(obj|off|ply|stl)\b"  # a file name
 )
 
 
@@ -164,7 +165,7 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.flattening.Flatteni
     require(
         listed == flipped.tolist(), f"called {result.outcome.value}, flipped {listed}, not {flipped.tolist()}"
     )
-    # invalid target angles are not a good outcome, even if the map has no flips
+    # invalid target angles are reported even if the map has no flips
     good = not len(flipped) and result.outcome is not il.flattening.Outcome.ANGLES_INVALID
     require(result.outcome.good == good, f"called {result.outcome.value}: {result.message}")
     require(result.outcome.good or has_place(result.message), f"no place in {result.message!r}")
@@ -185,7 +186,7 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.flattening.Flatteni
 
 
 def require_numbers(measured: il.measures.Quality) -> None:
-    """Require that no figure of a quality is NaN."""
+    """Require that no figure of a `Quality` is NaN."""
     figures = asdict(measured)
     figures |= figures.pop("report")
     for name, value in figures.items():
@@ -193,11 +194,11 @@ def require_numbers(measured: il.measures.Quality) -> None:
 
 
 def run_refusable(work: Callable[[], str]) -> str:
-    """Return the outcome of `work`, or of its refusal, which must name a place and give advice."""
+    """Return the outcome of `work`, or that the input was refused; the error must name a place and advice."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", il.OutcomeWarning)
         warnings.simplefilter("ignore", il.FallbackWarning)
-        warnings.simplefilter("ignore", il.MeshWarning)  # angles near pi are repaired
+        warnings.simplefilter("ignore", il.MeshWarning)  # reports that angles near pi are repaired
         try:
             return work()
         except il.MeshError as error:
@@ -246,7 +247,7 @@ def check_guarantee(seed: int) -> str:
 
 
 def check_unwrap(disk: Disk) -> str:
-    """Check the atlas of a disk; without holes, a second sheet closes the disk first."""
+    """Check the atlas of a disk; a disk without holes is first closed by a mirrored copy."""
     V, F = disk.build()
 
     def work() -> str:
@@ -292,7 +293,7 @@ def _set(rows: np.ndarray, i: object, value: object) -> np.ndarray:
 
 
 def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[str, tuple[object, object]]:
-    """Return each kind of bad input, with the fault at a random place."""
+    """Return an example of each kind of bad input, with the fault at a random place."""
     n, m = len(V), len(F)
     i, t, k = int(rng.integers(n)), int(rng.integers(m)), int(rng.integers(3))
     sides = np.sort(F[:, :2], axis=1) @ [n, 1]
@@ -396,7 +397,7 @@ def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
 
 
 def check_any(seed: int) -> str:
-    """Check that any finite triangles are unwrapped: disks, spheres and tori with several kinds of damage."""
+    """Check that all finite triangles are unwrapped: disks, spheres and tori with several kinds of damage."""
     rng = np.random.default_rng(seed)
     kind = int(rng.integers(4))
     if kind == 0:
@@ -430,7 +431,7 @@ def _nasty_or_real(rng: np.random.Generator) -> Surface:
         return NASTY[sorted(NASTY)[int(rng.integers(len(NASTY)))]]()
     name = str(rng.choice(["airplane", "ant", "nut"]))
     V, F = load_pyvista_mesh(name)
-    if rng.random() < 0.5:  # an open part
+    if rng.random() < 0.5:  # keep only an open part of the mesh
         F = F[(V[F].mean(axis=1) @ rng.normal(size=3)) < 0]
     return (V, F) if len(F) else (V, np.array([[0, 1, 2]]))
 
@@ -454,7 +455,7 @@ def _check_unwrap(V: np.ndarray, F: np.ndarray, rng: np.random.Generator, damage
 
 
 def damage(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
-    """Apply one random kind of damage to a part of the mesh."""
+    """Apply one random kind of damage to part of a mesh."""
     n, m = len(V), len(F)
     some = rng.random(m) < rng.choice([0.02, 0.1, 0.5])
     few = rng.choice(n, max(1, n // 10))
@@ -550,7 +551,7 @@ def check_dtypes(seed: int) -> str:
 
 
 def check_map(seed: int) -> str:
-    """Check quality, overlaps, layout and cut for bad maps."""
+    """Check `quality`, `overlaps`, `layout` and `cut` on bad maps."""
     rng = np.random.default_rng(seed)
     V, F = replace(Disk.random(rng, 60), scale=0).build()
     uv = V[:, :2] + rng.choice([0, 0.01, 1]) * rng.normal(size=(len(V), 2))

@@ -1,4 +1,4 @@
-"""Methods that harm their own process on chosen meshes, for the tests of batches."""
+"""Methods that harm their own process on chosen meshes, to test batches."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from igl_linabf.flattening import LSCM, Method
 
 @dataclass(frozen=True)
 class Hostile(Method):
-    """LSCM that fails on meshes with certain numbers of faces, after a pause.
+    """LSCM that crashes or fails on meshes with certain numbers of faces, after a pause.
 
-    Large meshes wait for a file, a minute at most.
+    On large meshes, the method waits until a file exists, at most for a minute.
     """
 
     aborts: int = 0
@@ -40,7 +40,7 @@ class Hostile(Method):
             Path(self.flag).touch()
             os.abort()
         if faces == self.allocates:
-            np.ones(2**27)  # 1 GiB
+            np.ones(2**27)  # allocates 1 GiB
         if faces == self.fails:
             raise ZeroDivisionError("a mistake in the program")
         return LSCM().run(mesh, pinned)

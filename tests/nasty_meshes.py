@@ -1,7 +1,6 @@
-"""Meshes as exporters, scanners and games produce them: 31 meshes that are not, or only barely, clean
-manifolds.
+"""Thirty-one meshes such as exporters, scanners and games produce, which are barely or not at all manifold.
 
-`NASTY[name]()` returns V and F. All vertices of faces are finite.
+`NASTY[name]()` returns V and F. All vertices that faces refer to are finite.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ QUADS = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4,
 
 
 def nasty(make: Callable[[], Surface]) -> Callable[[], Surface]:
-    """Register a function in `NASTY` under its name."""
+    """Register a function in `NASTY` under its name with spaces."""
     NASTY[make.__name__.replace("_", " ")] = make
     return make
 
@@ -62,7 +61,7 @@ def soup(V: np.ndarray, F: np.ndarray) -> Surface:
 
 
 def band(n: int, width: int, turns: int) -> Surface:
-    """Return a closed band with `turns` half turns."""
+    """Return a closed band with `turns` half twists."""
     t, s = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(width), indexing="ij"))
     angle, half = 2 * np.pi * t / n, np.pi * turns * t / n
     off = 0.8 * (s / (width - 1) - 0.5)
@@ -77,7 +76,7 @@ def band(n: int, width: int, turns: int) -> Surface:
 
 
 def voxels(filled: np.ndarray) -> Surface:
-    """Return the faces between filled and empty cells, with edges of four faces and with bowties."""
+    """Return the faces between filled and empty cells, including edges of four faces and bowties."""
     cells = np.argwhere(filled)
     offsets = np.array([[0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]])
     full = np.pad(filled, 1)
@@ -192,7 +191,7 @@ def a_bottle_without_an_inside() -> Surface:
 @nasty
 def a_projective_plane() -> Surface:
     V, F = igl.icosahedron()
-    same = [int(np.argmin(np.linalg.norm(V + v, axis=1))) for v in V]  # the antipode
+    same = [int(np.argmin(np.linalg.norm(V + v, axis=1))) for v in V]  # the opposite vertex
     F = np.minimum(F, np.array(same)[F])
     return V * [1, 0.9, 0.8] + 0.1, F[np.unique(np.sort(F, axis=1), axis=0, return_index=True)[1]]
 
@@ -233,10 +232,10 @@ def a_side_of_no_length() -> Surface:
 
 @nasty
 def t_junctions_filled_with_caps() -> Surface:
-    """Return a cube with 5 additional points on one side of each diagonal, filled with flat triangles."""
+    """Return a cube with 5 points along one side of each diagonal, joined to it by flat triangles."""
     V, F = CUBE, triangles(QUADS)
     points, faces = [V], []
-    for a, b, c in F[6:].tolist():  # a - b is the diagonal
+    for a, b, c in F[6:].tolist():  # a - b is the diagonal of a square
         n = sum(map(len, points))
         t = np.linspace(0, 1, 7)[1:-1, None]
         points.append(V[a] * (1 - t) + V[b] * t)

@@ -1,4 +1,4 @@
-"""Independent implementations of measures: flips, Jacobians, circles."""
+"""Independent implementations of quality measures: flips, Jacobians, and deviations from a circle."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
-    """Return the number of triangles without positive area, in exact arithmetic."""
+    """Return the number of triangles without positive area, in rational arithmetic."""
     count = 0
     for face in F.tolist():
         (ax, ay), (bx, by), (cx, cy) = ([Fraction(x) for x in uv[v].tolist()] for v in face)
@@ -17,11 +17,11 @@ def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
 
 
 def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Return d(3-D)/d(uv) of each triangle, by finite differences of the piecewise linear inverse map."""
+    """Return the derivative of the inverse map of each triangle, (#F, 3, 2), by finite differences."""
     h = 1e-3 * np.ptp(uv)
 
     def surface(p: np.ndarray) -> np.ndarray:
-        """Evaluate the affine map of each triangle at its point `p`."""
+        """Evaluate the affine inverse map of each triangle at its point of `p`."""
         corners = np.concatenate((uv[F].transpose(0, 2, 1), np.ones((len(F), 1, 3))), axis=1)
         weights = np.linalg.solve(corners, np.insert(p, 2, 1, axis=1)[..., None])[..., 0]
         return np.einsum("tk,tkx->tx", weights, V[F])
@@ -31,7 +31,7 @@ def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def off_circle(z: np.ndarray) -> float:
-    """Return the range of the radii around the best centre, over their mean."""
+    """Return the range of the radii around the centre of the best-fit circle, over their mean."""
     A = np.column_stack((z, np.ones(len(z))))
     centre = np.linalg.lstsq(A, (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)

@@ -1,4 +1,4 @@
-"""Analyse pictures."""
+"""Analysis of pictures by their pixels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from igl_linabf.plot import DARK, LIGHT
 
 
 def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
-    """Return a mask of the pixels that have a colour."""
+    """Return a mask of the pixels that have a given colour."""
     return (np.abs(image[..., :3].astype(int) - pv.Color(colour).int_rgb) <= tolerance).all(axis=-1)
 
 
@@ -25,7 +25,7 @@ def squares(image: np.ndarray) -> int:
 
 
 def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
-    """Return the position of each pixel in a colour map, from 0 to 1; NaN for other colours."""
+    """Return the position of the colour of each pixel in a colour map, from 0 to 1; NaN for other colours."""
     table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
     seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
     away = np.abs(seen[:, None] - table).max(axis=-1)
@@ -34,7 +34,7 @@ def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
 
 
 def colourful(picture: Path, rows: int, columns: int) -> list[int]:
-    """Return the percentage of pixels that are not white, by panel."""
+    """Return, for each panel of a picture, the percentage of pixels that are not white."""
     image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
     parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
     return [int(100 * part.mean()) for part in parts]

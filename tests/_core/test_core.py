@@ -76,9 +76,9 @@ def test_both_builds_give_the_same_maps(
 ) -> None:
     fast, plain = il.flatten(*load(name), method=method), by_baseline[name, method]
     if method == "abf" and name in LONG:
-        return  # rounding errors grow over hundreds of steps
+        return  # the rounding errors of the two builds diverge over hundreds of steps
     assert np.abs(fast.angles - plain.angles).max() < 1e-9
-    # the axes of a symmetric map are less accurate
+    # compare up to a similarity, because rounding affects the principal axes of a symmetric map
     assert best_fit_distance(fast.uv, plain.uv) < 1e-9
     assert fast.outcome == plain.outcome
     assert [step.inner_steps for step in fast.report.steps] == [
@@ -90,7 +90,7 @@ def test_a_map_has_the_same_bits_for_any_number_of_threads(monkeypatch: pytest.M
     V, F = bumps(1_000)
     for _ in range(4):
         V, F = igl.upsample(V, F)
-    assert F.shape[0] > 250_000  # threads share loops of this length
+    assert F.shape[0] > 250_000  # several threads share loops of this length
     maps = []
     for threads in "1", "2", "3":
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
@@ -154,5 +154,6 @@ def test_faces_of_any_integer_type_reach_the_core() -> None:
 
 def test_integer_results_have_dtype_int64() -> None:
     order, _, _ = _core.group_sides(np.array([0, 1]), np.array([1, 0]), 2)
-    assert order.dtype.char == np.arange(1).dtype.char  # the other 64-bit integer type would print its name
+    # NumPy has two 64-bit integer types, and prints the dtype of only one of them
+    assert order.dtype.char == np.arange(1).dtype.char
     assert repr(order) == "array([0, 1])"

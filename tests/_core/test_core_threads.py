@@ -1,4 +1,4 @@
-"""The loops that threads share; `make sanitize` runs these tests with ThreadSanitizer."""
+"""Loops of the core that run in several threads; `make sanitize` runs these tests with ThreadSanitizer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy import sparse
 
 from igl_linabf import _core
 
-SHARED = 300_000  # entries of an array that threads share, see PARALLEL_SIZE
+SHARED = 300_000  # length of an array above PARALLEL_SIZE, so that threads share its loops
 
 
 @pytest.fixture(autouse=True)

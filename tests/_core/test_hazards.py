@@ -1,4 +1,4 @@
-"""Arguments that do not fit, memory that runs out, and sizes beyond the limits of the core's integers."""
+"""The core reports arrays of wrong lengths, lack of memory, and sizes beyond the limits of its integers."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_the_fast_build_is_chosen_only_if_the_processor_has_all_features_of_x86_
 
 
 def make_calls() -> dict[str, tuple[tuple[object, ...], list[int]]]:
-    """Return arguments of functions that fit, and which of them must have the length of others."""
+    """Return valid arguments of core functions, and the indices of arguments whose lengths have to agree."""
     V, F = bumps(60)
     corner, n = np.ascontiguousarray(F.T), len(V)
     edges, sides, _ = _core.find_edges(corner, n)

@@ -27,7 +27,7 @@ def parsed(html: str) -> ElementTree.Element:
 
 
 def outlines(page: ElementTree.Element) -> list[int]:
-    """Count the loops of each filled outline, over all pictures."""
+    """Return the number of loops of each filled outline, over all pictures of a page."""
     paths = (path for path in page.iter(f"{SVG}path") if path.get("fill") != "none")
     return [path.get("d").count("M") for path in paths]
 
@@ -71,7 +71,7 @@ def test_the_faces_of_a_result_are_those_of_the_caller() -> None:
 
 def test_an_atlas_shows_each_chart_and_its_repairs() -> None:
     V, F = igl.icosahedron()
-    V, F = np.vstack((V, V + 3)), np.vstack((F, F + len(V), F[:1]))  # two bodies, and a repeated face
+    V, F = np.vstack((V, V + 3)), np.vstack((F, F + len(V), F[:1]))  # two components and a repeated face
     with pytest.warns(match="repaired"):
         atlas = unwrap(V, F)
     page = parsed(atlas._repr_html_())
@@ -107,7 +107,7 @@ def test_a_thousand_charts_make_a_short_page() -> None:
 
 
 def drawn(svg: str) -> list[np.ndarray]:
-    """Return the points of each filled outline."""
+    """Return the points of each filled outline of a picture in SVG."""
     paths = [path for path in parsed(svg).iter(f"{SVG}path") if path.get("fill") != "none"]
     words = (path.get("d").replace("Z", " ").replace("M", " ").replace("L", " ").split() for path in paths)
     return [np.array(points, dtype=np.float64).reshape(-1, 2) for points in words]
@@ -123,7 +123,8 @@ def test_a_picture_has_v_upwards() -> None:
 
 def test_only_the_largest_of_many_charts_are_drawn() -> None:
     n = MOST_DRAWN_CHARTS + 50
-    size = np.where(np.arange(n) % 11 == 5, 1.0, 0.5)  # one in eleven has two triangles
+    # every eleventh chart is a square, and all other charts are smaller triangles
+    size = np.where(np.arange(n) % 11 == 5, 1.0, 0.5)
     squares = [[[i, 0], [i + s, 0], [i + s, s], [i, s]] for i, s in enumerate(size.tolist())]
     F, piece = list[list[int]](), list[int]()
     for i, s in enumerate(size.tolist()):
@@ -190,7 +191,7 @@ def test_the_notebook_of_the_docs_runs() -> None:
     outputs = executed(code)
     assert not any(
         cell["outputs"] for cell in book["cells"] if cell["cell_type"] == "code"
-    )  # executed by the tests of the docs
+    )  # the notebook is stored without outputs
     tables = [o["data"]["text/html"] for out in outputs for o in out if "text/html" in o.get("data", {})]
     assert len(tables) == 4
     assert sum("<svg" in table for table in tables) == 3

@@ -27,7 +27,8 @@ ARGUMENTS = {
     "batch": ["batch", "{closed}", "{wound}", "-o", "{folder}", "--workers", "2", "--repair-overlaps"],
     "cortices": ["batch", "{subject}", "-o", "{folder}", "--workers", "2", "--how", "cortex"],
 }
-LONGEST_WAIT = {"batch": 15, "cortices": 15}  # seconds until the interrupt; by default 4
+# latest time of the interrupt in seconds; 4 for all other commands
+LONGEST_WAIT = {"batch": 15, "cortices": 15}
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("meshes")
     V, F = igl.upsample(*bumps(2000), 2)
     closed = igl.upsample(*doubled(*bumps(900)), 1)
-    t = np.repeat(np.linspace(0, 15, 2000), 2)  # a strip that winds over itself, for SCAF
+    t = np.repeat(np.linspace(0, 15, 2000), 2)  # a coiled strip whose map overlaps itself
     side = np.tile([0, 0.2], 2000)
     wound = np.column_stack(((1 - side) * np.cos(t), (1 - side) * np.sin(t), 1e-3 * t))
     strip = np.array([f for i in range(0, 3998, 2) for f in ([i, i + 1, i + 2], [i + 1, i + 3, i + 2])])
@@ -82,7 +83,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
         while not is_importing(process.pid):
             time.sleep(0.01)
         time.sleep(wait)
-        process.send_signal(number)  # only to the process itself, which must end its child processes
+        process.send_signal(number)  # signal only the main process, which must end its child processes itself
         _, said = process.communicate(timeout=500)
         assert not of_session(process.pid)
         assert not list(temporary.iterdir())
@@ -94,7 +95,8 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
             interrupted += 1
             lines = [line for line in said.splitlines() if "dashboard" not in line]
             assert (process.returncode, lines) == (128 + number, [f"igl-linabf: {end}"])
-            assert name in LONGEST_WAIT or not list(folder.glob("*"))  # a batch keeps finished maps
+            # a batch keeps the maps that are finished
+            assert name in LONGEST_WAIT or not list(folder.glob("*"))
         shutil.rmtree(folder, ignore_errors=True)
         assert [path.name for path in tmp_path.iterdir()] == ["tmp"]
     assert interrupted

@@ -67,13 +67,13 @@ def test_an_exception_of_a_callback_ends_the_work() -> None:
 
     with pytest.raises(RuntimeError, match="enough"):
         unwrap(*igl.icosahedron(), progress=stop)
-    record = Record()  # the failed computation does not affect the next one
+    record = Record()  # the failed computation does not affect the progress of the next one
     flatten(*load("bumps"))
     assert record.stages == []
 
 
 def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
-    """Run a script; return its output on a terminal (stderr) and into a pipe (stdout)."""
+    """Run a script; return its stderr, which is a terminal, and its stdout, which is a pipe."""
     ours, theirs = os.openpty()
     process = subprocess.Popen(
         [sys.executable, "-c", script, *arguments],
@@ -86,7 +86,7 @@ def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
     try:
         while chunk := os.read(ours, 4096):
             text += chunk
-    except OSError:  # Linux signals a closed terminal by an error
+    except OSError:  # Linux raises an error when a terminal is closed
         pass
     printed, _ = process.communicate(timeout=500)
     assert process.returncode == 0
@@ -142,7 +142,7 @@ def test_one_bar_covers_a_command_from_reading_to_writing(tmp_path: Path) -> Non
         fractions = [float(done) for _, _, done in record]
         assert fractions == sorted(fractions)
         assert fractions[-1] == 1
-        assert printed.index("F/3nt") < printed.index("SHOWN")  # the table goes to the pipe
+        assert printed.index("F/3nt") < printed.index("SHOWN")  # stdout, which is a pipe, receives the table
         for silent in ("--quiet", "--json"):
             text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out), silent)
             assert "%" not in text and "SHOWN" not in printed

@@ -34,7 +34,7 @@ def test_seconds_of_a_stage_add_up_over_threads() -> None:
     with stopwatch("work") as seconds:
         work(0)
         list(in_threads(work, range(4)))
-    assert seconds["work"] > 4 * 0.05  # five calls of at least 0.05 seconds
+    assert seconds["work"] > 4 * 0.05  # five calls take at least 0.05 seconds each
 
 
 def test_items_that_have_not_started_are_cancelled_after_an_error() -> None:

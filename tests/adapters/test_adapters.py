@@ -23,7 +23,7 @@ def unwrapped():
 
 
 def get_corner_coordinates(library: str, mesh: object) -> np.ndarray:
-    """Return the (#F, 3, 2) texture coordinates from the library's own attribute."""
+    """Return the texture coordinates (#F, 3, 2) that a library stores in its mesh."""
     _, F = getattr(adapters, f"from_{library}")(mesh)
     if library == "open3d":
         return np.asarray(mesh.triangle_uvs).reshape(-1, 3, 2)
@@ -60,7 +60,7 @@ def test_a_disk_map_duplicates_no_vertices(library: str) -> None:
 
 @pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
 def test_coincident_vertices_are_not_merged(library: str) -> None:
-    """Two sheets coincide, both in space and in the map."""
+    """Two identical copies of a disk, in space and in the map, stay separate."""
     pytest.importorskip(library)
     V, F = load("bumps")
     uv = np.tile(flatten(V, F).uv, (2, 1))
@@ -96,7 +96,7 @@ def test_trimesh_colours_and_attributes_are_copied(tmp_path, unwrapped) -> None:
     assert (again.face_attributes["color"] == make_shades(len(F))).all()
     with pytest.raises(MeshError, match=r"like has .* pass the mesh that they come from"):
         adapters.to_trimesh(V, F, *maps, like=trimesh.creation.box())
-    W, G = adapters.from_trimesh(mesh)  # the mesh has a texture and colours
+    W, G = adapters.from_trimesh(mesh)
     second = adapters.vertex_map(W, G, mesh.visual.uv)
     twice = adapters.to_trimesh(W, G, mesh.visual.uv, like=mesh)
     assert (twice.visual.vertex_attributes["color"] == make_shades(len(V))[vertex][second]).all()
@@ -277,7 +277,7 @@ def test_tensors_keep_device_and_dtype_but_no_gradient() -> None:
 
 @pytest.mark.parametrize("library", ["open3d", "torch"])
 def test_the_examples_of_the_page_run(library: str) -> None:
-    pytest.importorskip(library)  # the other libraries' examples are doctests
+    pytest.importorskip(library)  # the examples of the other libraries are tested as doctests
     (code,) = (
         block
         for block in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

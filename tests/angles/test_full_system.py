@@ -1,4 +1,4 @@
-"""A second implementation of the whole method, from the paper alone, without code of the package."""
+"""A second implementation of the whole method, written from the paper without code of the package."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SHARED = (
 
 
 def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Solve eq. 5, 6 and 10 with the least relative change, eq. 11-16, from the estimate of section 4.2."""
+    """Solve eq. 5, 6 and 10 with the least relative change (eq. 11-16), from the estimate of section 4.2."""
     a, n, m = igl.internal_angles(V, F), len(V), len(F)
     rim = np.unique(igl.boundary_facets(F)[0])
     total = np.bincount(F.ravel(), a.ravel(), n)
@@ -54,7 +54,7 @@ def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def energy_of_the_paper(F: np.ndarray, a: np.ndarray) -> sparse.csc_array:
-    """Return the conformal energy of section 5: rows z2 - z0 - c (z1 - z0) of triangles with angles `a`."""
+    """Return the matrix of section 5's conformal energy: rows z2 - z0 - c (z1 - z0), for angles `a`."""
     c = np.sin(a[:, 1]) / np.sin(a[:, 2]) * np.exp(1j * a[:, 0])
     values = np.column_stack((c - 1, -c, np.ones(len(F)))) / np.sqrt(c.imag)[:, None]
     t = np.repeat(np.arange(len(F)), 3)
@@ -76,11 +76,11 @@ def test_the_paper_s_full_system_and_least_squares_give_the_same_map(name: str) 
     options = {"iterations": 1, "safeguard": False, "layout": "least-squares"}
     exact, default = linabf(V, F, **options, rtol=1e-12), linabf(V, F, **options)
     E = energy_of_the_paper(F, angles_of_the_paper(V, F))
-    # the gradient of the energy vanishes except at the two pins
+    # find the two pins: the gradient of the energy vanishes at all other vertices
     pins = np.argsort(np.abs(E @ (exact @ [1, 1j])))[-2:]
     free = np.delete(np.arange(len(V)), pins)
     z = (exact @ [1, 1j]).astype(complex)
     z[free] = splu(E[free][:, free]).solve(-(E[free][:, pins] @ z[pins]))
     uv = np.column_stack((z.real, z.imag))
     assert best_fit_distance(exact, uv) <= 1e-7
-    assert best_fit_distance(default, uv) <= 1.5e-2  # with the default tolerance of the inner solver
+    assert best_fit_distance(default, uv) <= 1.5e-2  # the default tolerance of the inner solver is coarse

@@ -1,4 +1,4 @@
-"""The row of a mesh has its outcome and its warnings; a full disk ends the whole batch."""
+"""The table row of a mesh has its outcome and its warnings; a full disk ends the whole batch."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from igl_linabf.flattening import resolve_method
 
 
 def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
-    """Process a mesh, and return its row."""
+    """Process a mesh, and return its row of the table."""
     (folder / "out").mkdir(exist_ok=True)
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
     settings = Settings(how, resolve_method("linabf"), "obj")

@@ -20,7 +20,7 @@ SETTINGS = Settings("unwrap", resolve_method("linabf"), "obj")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with two meshes, one of them in a subfolder."""
+    """Create a folder with two meshes, one of them in a subfolder."""
     (tmp_path / "in" / "deep").mkdir(parents=True)
     for name in ("in/a.obj", "in/deep/b.off"):
         igl.write_triangle_mesh(str(tmp_path / name), *igl.icosahedron())
@@ -38,7 +38,7 @@ def names(tasks: list[Task]) -> list[str]:
 
 
 def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
-    """Create the maps and the rows that a batch leaves behind."""
+    """Create the maps and the table rows that a batch leaves behind."""
     with Table(str(out)) as table:
         for task in tasks:
             path = out / task.row.output
@@ -48,7 +48,7 @@ def done(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
 
 
 def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None:
-    out = folder / "maps"  # inside the input folder: maps are not inputs
+    out = folder / "maps"  # maps in the input folder are not inputs
     first = planned(folder, out)
     assert names(first) == ["a.obj", "deep/b.obj"]
     done(first, out)
@@ -57,7 +57,7 @@ def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None
     assert names(planned(folder, out)) == ["deep/b.obj"]
     done(planned(folder, out), out)
     now = os.stat(folder / "a.obj").st_mtime_ns
-    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # the size stays the same
+    os.utime(folder / "a.obj", ns=(now, now + 10**9))  # change only the time of the file, not its size
     assert names(planned(folder, out)) == ["a.obj"]
 
 

@@ -53,7 +53,7 @@ HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seco
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
-    """Address of a cluster that was started independently of the batch."""
+    """Return the address of a cluster that was started independently of the batch."""
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster:
         yield cluster.scheduler_address
@@ -69,7 +69,7 @@ def disks(folder: Path, sizes: list[int]) -> list[Path]:
 
 
 def table(out: Path) -> list[dict[str, str]]:
-    """Read the table on disk, and check that it is complete."""
+    """Read the table of results from disk, and check that it is complete."""
     with open(out / "results.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file, strict=True))
     assert all(None not in row and None not in row.values() for row in rows)
@@ -77,16 +77,16 @@ def table(out: Path) -> list[dict[str, str]]:
 
 
 def snapshot(out: Path) -> dict[str, tuple[int, int]]:
-    """Return the inode and the time of each map, which change if it is written again."""
+    """Return the inode and the time of each map, which change if the map is written again."""
     maps = (path for path in out.rglob("*.obj") if not path.name.startswith("."))
     return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
 
 
 def written_down(out: Path) -> set[str]:
-    """Return the maps that the table or a journal lists."""
+    """Return the names of the valid maps that the table or a journal lists."""
     new = ""
     for journal in out.glob(".results.journal*"):
-        with suppress(FileNotFoundError):  # the run removes journals at its end
+        with suppress(FileNotFoundError):  # the run removes its journals when it ends
             new += journal.read_text()
     rows = table(out) if (out / "results.csv").exists() else []
     return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
@@ -109,7 +109,7 @@ def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_p
         igl.write_triangle_mesh(str(files[name]), V, F)
     (tmp_path / "in/b/damaged.off").write_text("OFF\n3 1 0\n0 0 0\n")
     (tmp_path / "in/b/texture.png").write_text("no mesh")
-    out = tmp_path / "in" / "maps"  # inside the input folder: maps are not inputs
+    out = tmp_path / "in" / "maps"  # maps in the input folder are not inputs
     for _ in range(2):
         done = flatten_files(
             [tmp_path / "in", tmp_path / "in/b/*.o*"], out, scheduler=scheduler, progress=False
@@ -179,7 +179,7 @@ def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path:
     assert second.rows[-1].output.startswith("0-")
     assert second.rows[2:5] == first.rows[2:]
     assert flatten_files(tmp_path / "in", out, method="lscm", **options).done == 5
-    assert len(table(out)) == 6  # the row of an earlier run stays
+    assert len(table(out)) == 6  # the row of an earlier run is kept
     (tmp_path / "other").mkdir()
     for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
         (tmp_path / "other/results.csv").write_text(foreign)
@@ -210,7 +210,7 @@ def listening() -> list[tuple[str, int]]:
     """Return the addresses at which this process and its children listen."""
     found = []
     for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
-        with suppress(psutil.NoSuchProcess):  # the process has ended
+        with suppress(psutil.NoSuchProcess):  # the process has ended in the meantime
             for connection in process.net_connections("inet"):
                 if connection.status == psutil.CONN_LISTEN or connection.type == socket.SOCK_DGRAM:
                     found.append(connection.laddr)
@@ -258,8 +258,8 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     }
     assert "alone" in done.rows[3].message
     assert done.rows[15].message == "ZeroDivisionError: a mistake in the program"
-    assert (tmp_path / "flag").exists()  # its process died once, and the second attempt succeeded
-    assert len(seen) >= 4  # scheduler, dashboard, two workers
+    assert (tmp_path / "flag").exists()  # a worker process died once, and the second attempt succeeded
+    assert len(seen) >= 4  # the scheduler, the dashboard, and two workers
     assert {address.ip for address in seen} == {"127.0.0.1"}
     assert threads == {"1"}
     assert dict(os.environ) == environment
@@ -274,7 +274,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) -> None:
-    # Dask gives up a process that does not restart at once, and the batch replaces it
+    # with this timeout, Dask gives up a worker that dies, and the batch has to start another worker
     monkeypatch.setitem(clusters.DASK_SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
     paths = disks(tmp_path / "in", [200, 220, 240])
     faces = [len(read_mesh(path)[1]) for path in paths]
@@ -323,7 +323,8 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
     found = places.find_inputs([str(tmp_path / "in")], str(out))
 
     def killed_after(number: int) -> None:
-        with pytest.raises(ZeroDivisionError), Table(str(out)) as table:  # stands for the whole run
+        # the exception simulates the death of the run
+        with pytest.raises(ZeroDivisionError), Table(str(out)) as table:
             for task in _plan_tasks(found, table, settings, retry=False, force=False)[:number]:
                 run(task)
             raise ZeroDivisionError
@@ -331,7 +332,7 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
     killed_after(2)
     before = snapshot(out)
     assert len(before) == len(written_down(out)) == 2
-    killed_after(1)  # a second time
+    killed_after(1)  # interrupt the resumed run as well
     rest = flatten_files(tmp_path / "in", out, method="lscm", workers=1, progress=False)
     assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
     after = snapshot(out)
@@ -343,7 +344,8 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) -> None:
-    sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"  # 0, 1, 10, ..., 13, 2, ...
+    # files are sorted as 0, 1, 10, ..., 13, 2, ...
+    sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"
     count, waiting = len(sizes), Hostile(waits=1500, flag=str(flag))
     disks(tmp_path / "in", sizes)
     out = tmp_path / "out"
@@ -352,7 +354,7 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     process = command(
         *(tmp_path / "in", "-o", out, "--workers", 2),
         entry=[sys.executable, str(script), "batch"],
-        # Ctrl-C is ignored if the tests run in the background of a shell script
+        # a shell script that runs the tests in the background ignores Ctrl-C
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     done: list[int] = [0]
@@ -376,11 +378,12 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     before = snapshot(out)
     assert 3 <= len(before) < count
     for name in before:
-        read_texture(out / name)  # whole
+        read_texture(out / name)  # raises an error if the map is incomplete
     assert len(table(out)) == count
     known = written_down(out)
     assert known <= set(before)
-    assert len(known) >= len(before) - 2  # two workers may have been interrupted
+    # each of the two workers may have been interrupted before it listed its map
+    assert len(known) >= len(before) - 2
     flag.touch()
     rest = flatten_files(tmp_path / "in", out, method=waiting, scheduler=scheduler, progress=False)
     assert rest.good
@@ -437,7 +440,7 @@ def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_pa
     rim = read_texture(tmp_path / "flat/dome.obj")[0][igl.boundary_loop(dome[1])]
     radius = np.linalg.norm(rim - 0.5, axis=1)
     assert np.ptp(radius) < 1e-5 * radius.max()
-    V, F = ball  # break the symmetry, so that rounding does not choose between equal cones
+    V, F = ball  # break the symmetry, because rounding would choose between equal cones
     V = V * [1.0, 1.1, 1.25] + 0.01 * np.sin(7 * V @ np.random.default_rng(0).normal(size=(3, 3)))
     igl.writeOBJ(str(folder / "ball.obj"), V, F)
     options = {"cones": Cones(8, angles="quarter"), "packing": Packing(resolution=256, padding=4)}

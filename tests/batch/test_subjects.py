@@ -1,4 +1,4 @@
-"""A batch of FreeSurfer subjects: a row for each hemisphere, a folder for each subject."""
+"""A batch of FreeSurfer subjects writes a row for each hemisphere, and a folder for each subject."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_files_not_written_by_a_batch_are_kept(tmp_path: Path) -> None:
 
 
 def test_missing_subjects_and_invalid_options_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "lh.sphere.reg").touch()  # not in a folder surf
+    (tmp_path / "lh.sphere.reg").touch()  # a sphere outside of a folder `surf` is not a subject
     with pytest.raises(MeshError, match=r"holds no hemisphere \(surf/\?h\.sphere\.reg\)"):
         flatten_files(tmp_path, tmp_path / "flat", how="cortex", progress=False)
     with pytest.raises(ValueError, match="copy it here"):

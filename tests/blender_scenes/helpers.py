@@ -1,4 +1,4 @@
-"""Objects for the scenes, and their texture coordinates and seams."""
+"""Helpers for the tests in Blender: objects, their texture coordinates, and their seams."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def set_scene(*objects: bpy.types.Object, edit: bool = False) -> None:
-    """Remove all other objects from the scene, select these, and make the first one active."""
+    """Make a scene of the given objects, select them, and make the first one active."""
     for obj in list(bpy.context.scene.collection.objects):
         if obj not in objects:
             bpy.data.objects.remove(obj)
@@ -66,7 +66,7 @@ def polygon_areas(obj: bpy.types.Object | None = None, mesh: bpy.types.Mesh | No
 
 
 def cut_edges(obj: bpy.types.Object) -> set[int]:
-    """Return the edges whose faces have different texture coordinates there."""
+    """Return the edges at which two faces have different texture coordinates."""
     uv, ends = uv_of(obj), {}
     for face in obj.data.polygons:
         for k, loop in enumerate(face.loop_indices):
@@ -87,7 +87,7 @@ def grid(n: int, bump: float = 0.0) -> bpy.types.Object:
 
 
 def select_only(obj: bpy.types.Object, chosen: np.ndarray) -> None:
-    """Enter edit mode with these faces selected."""
+    """Enter edit mode, and select only the given faces."""
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="DESELECT")
     bpy.ops.object.mode_set(mode="OBJECT")
@@ -96,7 +96,7 @@ def select_only(obj: bpy.types.Object, chosen: np.ndarray) -> None:
 
 
 def pin(obj: bpy.types.Object, loops: np.ndarray, uv: np.ndarray | None = None) -> None:
-    """Pin the texture coordinates of these corners, at their place or at `uv`."""
+    """Pin the texture coordinates of the given corners, after moving them to `uv` if given."""
     layer = obj.data.uv_layers.active or obj.data.uv_layers.new(name="UVMap")
     layer.pin_ensure()
     pins = np.zeros(len(obj.data.loops), dtype=bool)
@@ -109,7 +109,7 @@ def pin(obj: bpy.types.Object, loops: np.ndarray, uv: np.ndarray | None = None) 
 
 
 def covered_shape(obj: bpy.types.Object) -> Any:
-    """Return the union of the faces in the map, as a shape of shapely, which the extension includes."""
+    """Return the union of the faces in the map, as a Shapely geometry."""
     import shapely
 
     uv = uv_of(obj)
@@ -126,7 +126,7 @@ def unwrap(**settings: object) -> set[str]:
 
 
 def assert_refused(text: str, **settings: object) -> None:
-    """Assert that the operator reports an error with this text, which Blender raises in Python."""
+    """Assert that the operator fails with an error that contains the given text."""
     try:
         unwrap(**settings)
     except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""Pinned texture coordinates stay where they are."""
+"""Pinned texture coordinates do not change."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def two_grids() -> bpy.types.Object:
 
 
 def corner_loops(obj: bpy.types.Object, vertices: list[int]) -> np.ndarray:
-    """Return all corners at these vertices."""
+    """Return all corners at the given vertices."""
     return np.array([loop.index for loop in obj.data.loops if loop.vertex_index in vertices])
 
 
 def assert_apart(uv: np.ndarray, first: slice, second: slice) -> None:
-    """Assert that no face of the first loops overlaps a face of the second loops."""
+    """Assert that the faces of two ranges of corners do not overlap in the map."""
     import shapely
 
     one, other = (shapely.union_all(shapely.polygons(uv[part].reshape(-1, 4, 2))) for part in (first, second))
@@ -57,7 +57,8 @@ def test_pins_stay_and_their_chart_follows_without_flips() -> None:
         assert uv.max() <= 1
         assert_apart(uv, slice(0, half), slice(half, None))
         areas = polygon_areas(obj)
-        assert np.isclose(areas[:64].sum(), areas[64:].sum(), rtol=0.1)  # one texel density
+        # both squares have the same texel density
+        assert np.isclose(areas[:64].sum(), areas[64:].sum(), rtol=0.1)
 
 
 def loops_vertices(obj: bpy.types.Object) -> np.ndarray:
@@ -84,7 +85,7 @@ def test_a_completely_pinned_island_is_locked_and_others_are_packed_beside_it() 
     assert unwrap(margin=8) == {"FINISHED"}
     half = len(obj.data.loops) // 2
     locked = uv_of(obj)[:half] * 0.7
-    locked[:, 0] = 0.7 - locked[:, 0]  # mirrored, as no method makes it
+    locked[:, 0] = 0.7 - locked[:, 0]  # mirrored, unlike the map of any method
     pin(obj, np.arange(half), locked)
     for seams in ("MARKED", "FOUND"):
         assert unwrap(seams=seams, margin=8) == {"FINISHED"}
@@ -111,7 +112,7 @@ def test_charts_without_room_go_to_the_next_tile() -> None:
 def test_pins_at_two_places_of_one_point_are_refused() -> None:
     obj = grid(4)
     set_scene(obj)
-    loops = corner_loops(obj, [12])  # the middle, with four corners
+    loops = corner_loops(obj, [12])  # the middle vertex, where four faces meet
     pin(obj, loops, np.array([[0.1, 0.1], [0.1, 0.1], [0.8, 0.1], [0.1, 0.1]]))
     assert_refused("mark the seam there, or unpin one side")
 
@@ -141,7 +142,7 @@ def test_pins_that_force_flips_stay_and_are_reported() -> None:
     assert np.array_equal(uv_of(obj)[loops], goal.astype(np.float32))
     assert not (polygon_areas(obj) > 0).all()
     assert all(face.select for face in obj.data.polygons)
-    mirrored = grid(6)  # all corners of the boundary, clockwise
+    mirrored = grid(6)  # its boundary is pinned in clockwise order
     set_scene(mirrored)
     rim = {i: (1 - i // 7 / 6, i % 7 / 6) for i in range(49) if {i // 7, i % 7} & {0, 6}}
     loops = corner_loops(mirrored, list(rim))

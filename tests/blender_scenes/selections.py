@@ -1,4 +1,4 @@
-"""What is unwrapped: selected faces, objects in edit mode, instances and linked objects."""
+"""Choice of the faces to unwrap: selections, objects in edit mode, instances, and linked objects."""
 
 from __future__ import annotations
 
@@ -92,13 +92,13 @@ def test_marked_seams_outside_the_selection_do_not_matter() -> None:
     assert unwrap() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert np.allclose(uv_of(obj)[loops], expected, atol=1e-6)
-    assert unwrap() == {"FINISHED"}  # all faces, and a loose edge
+    assert unwrap() == {"FINISHED"}  # in object mode, all faces are unwrapped, in spite of the loose edge
 
 
 def test_complete_marked_seams_stay_the_only_ones() -> None:
     obj = sphere()
     set_scene(obj)
-    unwrap(seams="FOUND", trade=0.0)  # a single path from pole to pole
+    unwrap(seams="FOUND", trade=0.0)  # the seam is a single path from pole to pole
     path = seams_of(obj)
     assert unwrap() == {"FINISHED"}
     assert seams_of(obj) == path
@@ -106,7 +106,7 @@ def test_complete_marked_seams_stay_the_only_ones() -> None:
     assert unwrap(extend=True, trade=30.0) == {"FINISHED"}
     assert seams_of(obj) > path
     obj.data.edges.foreach_set("use_seam", np.zeros(len(obj.data.edges), dtype=bool))
-    assert unwrap() == {"FINISHED"}  # no seams are marked: they are found
+    assert unwrap() == {"FINISHED"}  # seams are found, because none are marked
     assert seams_of(obj)
 
 
@@ -151,7 +151,7 @@ def test_instances_share_a_map_at_the_scale_of_the_largest() -> None:
         assert unwrap(seams="FOUND") == {"FINISHED"}
         ratio = polygon_areas(small).sum() / polygon_areas(rival).sum()
         assert np.isclose(ratio, (4 / 2) ** 2 if same else (8 / 2) ** 2, rtol=0.02)
-        if same:  # the largest instance is now one of a collection
+        if same:  # in the second round, the largest instance is part of an instanced collection
             collection = bpy.data.collections.new("instanced")
             collection.objects.link(bpy.data.objects.new("hidden", small.data))
             instancer = bpy.data.objects.new("instancer", None)

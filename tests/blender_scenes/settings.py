@@ -10,7 +10,7 @@ OPERATOR = bpy.ops.uv.linabf_unwrap
 
 
 class Layout:
-    """A layout that records its items."""
+    """A stand-in for Blender's layout that records the items of a panel."""
 
     def __init__(self) -> None:
         self.names: list[str] = []
@@ -97,7 +97,7 @@ def test_maximum_stretch_cuts_further() -> None:
 
 
 def test_seams_are_hidden_on_the_chosen_side_of_the_world() -> None:
-    # a turned and a mirrored sphere: the side refers to the world, not to the object
+    # rotated and mirrored spheres, because `hide` refers to the axes of the world, not of the object
     for scale, turn in (((1, 1, 1), 0.0), ((1, 1, 1), 2.0), ((-1, 1, 1), 2.0)):
         for hide, axis, sign in (("+Y", 1, 1), ("-X", 0, -1), ("+X", 0, 1)):
             bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)

@@ -29,8 +29,8 @@ def test_found_seams_are_marked_and_unwrapping_along_them_again_keeps_them() -> 
     assert (polygon_areas(obj) > 0).all()
     assert first.min() >= 0
     assert first.max() <= 1
-    # the first map keeps the layout of charts that were cut further; along marked seams, each chart is
-    # flattened
+    # the first map keeps the layout of charts that were split later; along marked seams, each chart is
+    # flattened separately
     assert unwrap(seams="MARKED", extend=False) == {"FINISHED"}
     assert seams_of(obj) == found
     own = uv_of(obj)
@@ -52,7 +52,8 @@ def test_several_objects_share_the_square_and_other_layers_stay() -> None:
     areas = [polygon_areas(obj) for obj in objects]
     assert all((area > 0).all() for area in areas)
     real = [sum(face.area for face in obj.data.polygons) for obj in objects]
-    assert np.isclose(areas[0].sum() / real[0], areas[1].sum() / real[1], rtol=0.1)  # one scale
+    # both objects have the same texel density
+    assert np.isclose(areas[0].sum() / real[0], areas[1].sum() / real[1], rtol=0.1)
     first, second = (covered_shape(obj) for obj in objects)
     assert first.distance(second) > 1 / 1024
 
@@ -94,7 +95,7 @@ def test_a_mirrored_object_and_one_with_a_scale() -> None:
     hexagon, side = area[:2].mean(), area[2:].mean()
     assert np.isclose(
         side / hexagon, 6.0 / (1.5 * np.sqrt(3)), rtol=0.05
-    )  # 1 x 6 rectangles, and a hexagon of side 1
+    )  # the prism has sides of 1 x 6 and hexagons of side 1
 
 
 def test_modifiers_that_keep_the_vertices_count_and_others_are_refused() -> None:
@@ -126,7 +127,7 @@ def test_a_subdivided_cage_gets_even_texels_on_the_smooth_surface() -> None:
 
 
 def texel_spread(obj: bpy.types.Object) -> float:
-    """Return the standard deviation of the logarithm of the texels per area, with all modifiers."""
+    """Return the standard deviation of the log texel density on the surface after all modifiers."""
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     area = np.array([face.area for face in mesh.polygons])

@@ -43,13 +43,14 @@ def test_a_seam_counts_less_along_a_crease(degrees):
     V = np.vstack((V, V[4] + [0, 3, 0]))
     F = np.array([[0, 1, 2], [1, 3, 2], [0, 4, 1], [4, 5, 1]])
     cost = unwrap(V, F, [[0, 1]], charts=ChartOptions(trade=1.0)).cost
-    sharpness = np.clip((degrees - 15) / 25, 0, 1)  # of a body with planes, from 15 to 40 degrees
+    # on a body with planes, creases are sharp from 40 degrees on and smooth below 15 degrees
+    sharpness = np.clip((degrees - 15) / 25, 0, 1)
     price = (1 - 0.5 * min(degrees / 90, 1)) * (1 - 0.85 * sharpness)
     assert cost.seams == pytest.approx(3 * price / np.sqrt(6))
 
 
 def test_a_seam_in_the_middle_of_a_fillet_costs_as_little_as_along_a_sharp_crease():
-    V, F = rounded_box(3, 2, 1, 0.1)  # each edge bends by less than 6 degrees
+    V, F = rounded_box(3, 2, 1, 0.1)  # each edge of a fillet bends by less than 6 degrees
     atlas = unwrap(V, F, charts=ChartOptions(trade=1.0))
     price = atlas.cost.seams * size(V, F) / atlas.seam_length
     assert 0.5 * 0.15 <= price < 0.25
@@ -58,7 +59,7 @@ def test_a_seam_in_the_middle_of_a_fillet_costs_as_little_as_along_a_sharp_creas
 def test_large_angles_of_a_body_without_planes_are_not_sharp_creases():
     V, F = igl.icosahedron()
     seams = find_seams(V, F)
-    price = 1 - np.arccos(np.sqrt(5) / 3) / np.pi  # an icosahedron bends by 42 degrees
+    price = 1 - np.arccos(np.sqrt(5) / 3) / np.pi  # faces of an icosahedron meet at an angle of 42 degrees
     cost = unwrap(V, F, seams, charts=ChartOptions(trade=1.0)).cost
     assert cost.seams == pytest.approx(price * length(V, seams) / size(V, F))
 
@@ -106,7 +107,7 @@ def test_hidden_seams_cost_a_third_and_seen_ones_three_times_as_much(ball):
 def test_of_several_components_it_is_the_mean_by_area(ball):
     V, F, seams = ball
     n = len(V)
-    small = 0.5 * V[:, [1, 2, 0]] + 5  # a quarter of the area
+    small = 0.5 * V[:, [1, 2, 0]] + 5  # a quarter of the area of the ball
     more = np.delete(seams, 0, axis=0)
     alone = unwrap(V, F, seams).cost
     other = unwrap(small, F, more).cost

@@ -34,7 +34,7 @@ def test_a_waist_far_from_the_middle_is_not_used() -> None:
 
 
 def test_the_seam_is_as_short_as_any_between_the_terminals() -> None:
-    """Random edge lengths; compared with cuts along the columns of faces."""
+    """Edges have random lengths; the seam is compared with all cuts between columns of faces."""
     piece, rng = hourglass(0.5), np.random.default_rng(4)
     sides, length = edges_between_polygons(piece)
     length = length * rng.uniform(0.2, 2.0, len(length))

@@ -67,7 +67,7 @@ def surface(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def unwrapped(name: str) -> Atlas:
-    """Return the atlas with default options, shared by several tests."""
+    """Return the atlas with default options, cached for several tests."""
     return unwrap(*surface(name))
 
 
@@ -78,7 +78,7 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     assert atlas.good
     is_hard = (
         atlas.quality.stretch_l2 < 1.01
-    )  # planes and cylinders become more charts, nearly without distortion
+    )  # nearly without distortion, a surface of planes and cylinders has more charts
     assert len(atlas.charts) <= (8 if is_hard else 3) * (face_components(F, len(V)).max() + 1)
     assert atlas.FTC.shape == F.shape
     assert (atlas.origin[atlas.FTC] == F).all()
@@ -184,7 +184,7 @@ def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypat
     V = V * [20, 1, 1]
     monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS", 0)
     monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS_OF_MANY_FLIPS", 0)
-    monkeypatch.setattr(charting, "_map_without_flips", pytest.fail)  # the guarantee is not needed
+    monkeypatch.setattr(charting, "_map_without_flips", pytest.fail)  # fails if the guarantee is needed
     atlas = unwrap(V, F, charts=ChartOptions(max_stretch=np.inf))
     assert atlas.good
     assert atlas.quality.flips == 0
@@ -252,7 +252,8 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
 def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
-    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
+    # a dome whose map has an L2 stretch of 1.6
+    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])
     asked = options.ChartRules(LinABF(), True, 6.0, False, False, None, None)
     work = charting._Work((0,), dome, Counter({charting.Reason.OVERLAP: 9}))
     tried = charting._try_piece(work, asked, None)
@@ -281,7 +282,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
         asked = options.ChartRules(LinABF(), True, trade, False, False, None, None)
         before = len(tried)
         charts = charting.make_charts([dome], none, asked)
-        assert len(tried) > before + 1  # the parts were tried
+        assert len(tried) > before + 1  # the parts were tried as well
         assert (max(chart.n_splits for chart, _ in charts) > 0) == pays
 
 
@@ -386,7 +387,7 @@ def test_charts_do_not_cross_labels(seams: str | None, turned: bool) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     labels = np.array([7, -1, 3])[(V[F].mean(axis=1)[:, 0] * 1.5 + 1.5).astype(int).clip(0, 2)]
     edges = find_seams(V, F)[:5] if seams else None
-    if turned:  # a repaired mesh has other rows
+    if turned:  # the repair of a mesh changes the rows of F
         F[::7] = F[::7, ::-1]
         F = np.vstack((F[:3], F[:1], F[3:]))
         labels = np.insert(labels, 3, labels[0])
@@ -395,7 +396,8 @@ def test_charts_do_not_cross_labels(seams: str | None, turned: bool) -> None:
         atlas = unwrap(V, F, edges, charts=ChartOptions(extend=edges is not None, labels=labels))
     assert atlas.good
     assert [len(set(labels[atlas.chart == k])) for k in range(len(atlas.charts))] == [1] * len(atlas.charts)
-    assert len(atlas.charts) <= 4 + turned  # labels do not scatter; the duplicate face is a chart of its own
+    # few charts in spite of the labels; the duplicate face is a chart of its own
+    assert len(atlas.charts) <= 4 + turned
 
 
 def test_labels_belong_to_polygons() -> None:

@@ -266,7 +266,7 @@ def test_figures_without_a_number_are_null(tmp_path, capsys) -> None:
     main(["check", str(tmp_path / "one.obj"), "--json"])
     assert (
         json.loads(capsys.readouterr().out)["check"]["margin"] is None
-    )  # the distance between charts is infinite if there is only one
+    )  # infinite, because there is only one chart
 
 
 def test_tables_are_printed_on_stderr_if_the_map_is_on_stdout(mesh, tmp_path, capfdbinary) -> None:
@@ -275,7 +275,8 @@ def test_tables_are_printed_on_stderr_if_the_map_is_on_stdout(mesh, tmp_path, ca
     assert main(["flatten", str(mesh), "-o", "-"]) == 0
     streams = capfdbinary.readouterr()
     assert streams.out == (tmp_path / "flat.obj").read_bytes()
-    assert streams.err.splitlines()[:5] == table.splitlines()[:5]  # the last line has the seconds
+    # only the last line, which states the seconds, differs
+    assert streams.err.splitlines()[:5] == table.splitlines()[:5]
 
 
 def test_files_left_out_on_standard_output_are_reported(tmp_path, capfdbinary) -> None:

@@ -76,7 +76,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     assert 0.05 < error < 0.3
     mesh = read_file(flat)
     assert mesh.TC is not None
-    assert 100 < np.ptp(mesh.TC, axis=0).max() < 400  # of a ball of radius 50
+    assert 100 < np.ptp(mesh.TC, axis=0).max() < 400  # the ball has a radius of 50
     (tmp_path / "lh.fiducial").rename(tmp_path / "ball")
     assert main(["flatten", str(patch), "-o", str(flat), "--surface", str(tmp_path / "ball"), "--quiet"]) == 0
     assert main(["flatten", str(patch), "-o", str(flat), "--quiet"]) == 2

@@ -1,4 +1,4 @@
-"""The command `scroll`."""
+"""The command `scroll` flattens a segment, and refuses wrong use in one line."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ OWN = b"made by hand"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with one mesh as OBJ, OFF and GLB."""
+    """Create a folder with one mesh as OBJ, OFF and GLB."""
     V, F = igl.icosahedron()
     for name in ("b.obj", "b.off", "disk.off"):
         igl.write_triangle_mesh(str(tmp_path / name), V, F[name == "disk.off" :])

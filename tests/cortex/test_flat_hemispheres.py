@@ -45,14 +45,14 @@ def test_both_hemispheres_are_flat_upright_and_at_the_scale_of_lengths(subject: 
         least = distance_error(V, F, uv)
         assert least == pytest.approx(flat.quality.distance_error, abs=0.01)
         assert all(distance_error(V, F, s * uv) > least for s in (0.95, 1.05))
-        assert np.corrcoef(uv[laid, 1], V[laid, 2])[0, 1] > 0.3  # superior is up
+        assert np.corrcoef(uv[laid, 1], V[laid, 2])[0, 1] > 0.3  # superior (z) points up
         assert (
             abs((uv[laid, 0] - uv[laid, 0].mean()) @ (V[laid, 2] - V[laid, 2].mean())) < 1e-6 * len(V) * 1e4
         )
         assert flat.border[F].any()
         assert not flat.border[~laid].any()
     again = flatten_hemisphere(subject, "rh")
-    np.testing.assert_array_equal(again.uv, right.uv)  # the result does not depend on threads
+    np.testing.assert_array_equal(again.uv, right.uv)  # the same map as for both hemispheres in threads
 
 
 def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path) -> None:
@@ -61,7 +61,7 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
         flatten_hemisphere(mine, "lh", medial_wall="label")
     wall = flatten_hemisphere(mine, "lh").cuts.wall
     cortex = np.flatnonzero(~wall)
-    lines = "".join(f"{v} 0 0 0 0\n" for v in cortex[:-5])  # without five of the vertices
+    lines = "".join(f"{v} 0 0 0 0\n" for v in cortex[:-5])  # the label lacks five vertices of the cortex
     (mine / "label").mkdir()
     (mine / "label" / "lh.cortex.label").write_text(f"#!ascii label\n{len(cortex) - 5}\n{lines}")
     flat = flatten_hemisphere(mine, "lh", medial_wall="label")
@@ -106,7 +106,7 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     sphere = freesurfer.read_geometry(subject / "surf" / "lh.sphere.reg")[0] / 100
     cut = max(flat.cuts.paths, key=len)
     stays = flat.cuts.stays.copy()
-    # the wall gets an arm that touches the middle of the longest cut
+    # extend the wall by an arm that touches the middle of the longest cut
     start, end = sphere[cut[len(cut) // 3]], sphere[cut[-1]]
     bow = (start + end) / 2 + 0.6 * np.cross(start, end) / np.linalg.norm(np.cross(start, end))
     line = np.concatenate([np.linspace(a, b, 200) for a, b in ((start, bow), (bow, end))])
@@ -131,7 +131,8 @@ def test_a_template_can_be_a_patch_and_its_sphere(subject: Path, tmp_path: Path)
     write_patch(str(patch), kept, flat.border[kept], flat.hemisphere.V[kept])
     same = flatten_hemisphere(subject, "rh", template=(patch, sphere))
     missing, more = ~flat.cuts.stays & same.cuts.stays, flat.cuts.stays & ~same.cuts.stays
-    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.stays).sum()  # the subject is its own template
+    # the subject serves as its own template
+    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.stays).sum()
     with pytest.raises(MeshError, match=r"rh\.mine\.patch\.3d is of the other hemisphere"):
         flatten_hemisphere(subject, "lh", template=(patch, sphere))
 

@@ -29,7 +29,7 @@ def test_smaller_errors_need_longer_cuts(subject: Path) -> None:
         assert flat.quality.flips == flat.quality.overlaps == 0
         lengths.append(sum(map(len, flat.cuts.paths)))
         touching = flat.hemisphere.F[flat.cuts.wall[flat.hemisphere.F].any(axis=1)]
-        assert all(np.isin(path, touching).any() for path in flat.cuts.paths)  # each begins at the wall
+        assert all(np.isin(path, touching).any() for path in flat.cuts.paths)  # each cut begins at the wall
     assert lengths[0] < lengths[1]
 
 

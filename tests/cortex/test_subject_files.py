@@ -63,14 +63,14 @@ def test_the_picture_shows_folds_on_the_left_and_areas_on_the_right(made: tuple)
     left, right = np.split(pixels[60:], 2, axis=1)
     drawn = (left < 0.95).all(axis=2)
     assert 0.2 < drawn.mean() < 0.6
-    assert (np.ptp(left[drawn], axis=1) < 0.01).all()  # grey
+    assert (np.ptp(left[drawn], axis=1) < 0.01).all()  # folds are drawn in grey
     assert np.ptp(left[drawn]) > 0.3
-    assert (right[..., 2] - right[..., 0] > 0.2).any()  # blue
-    assert (right[..., 0] - right[..., 2] > 0.2).any()  # red
+    assert (right[..., 2] - right[..., 0] > 0.2).any()  # some pixels are blue
+    assert (right[..., 0] - right[..., 2] > 0.2).any()  # some pixels are red
 
 
 def test_the_picture_is_upright(made: tuple) -> None:
-    """From top to bottom, the rows of the picture cover the same shares of area as the map."""
+    """The rows of the picture show the same shares of the area as the map, from top to bottom."""
     flat, folder = made
     with Image.open(folder / "flat" / "lh.cortex.png") as image:
         pixels = np.asarray(image, dtype=float)[60:, : image.width // 2] / 255

@@ -17,7 +17,7 @@ from igl_linabf.io import write_patch
 
 
 def drawn(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int = 5) -> tuple:
-    """Return a ball, and the vertices of a cap at its pole and of strips, given by longitude and end."""
+    """Return a ball, and a mask of a wall around its pole and of cuts, given by longitude and end."""
     V, F = ball(subdivisions)
     down = np.arccos(np.clip(V[:, 2], -1, 1))
     out = down < wall
@@ -35,8 +35,8 @@ def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> N
     inside = template.sphere[template.wall]
     for cut in template.cuts:
         length = np.linalg.norm(np.diff(cut, axis=0), axis=1).sum()
-        assert 0.3 < length < 1.3  # 30 to 130 mm
-        assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.08  # on its rim
+        assert 0.3 < length < 1.3  # 30 to 130 mm on FreeSurfer's sphere of radius 100 mm
+        assert np.linalg.norm(inside - cut[-1], axis=1).min() < 0.08  # the cut ends at the rim of the wall
         assert np.linalg.norm(inside - cut[0], axis=1).min() > 0.2
     # the wall lies on the medial side, towards the other hemisphere
     (pial, _) = fsaverage5(hemisphere, "pial")
@@ -57,7 +57,7 @@ def test_a_drawn_wall_and_its_cuts_are_recovered(tmp_path: Path) -> None:
         off = np.abs(cut[:-5] @ [-np.sin(longitude), np.cos(longitude), 0])
         assert off.max() < 0.06
     assert 0.35 < np.arccos(V[template.wall, 2]).max() < 0.6
-    # the template read from files is the same
+    # the template has the same cuts after writing and reading its files
     freesurfer.write_geometry(tmp_path / "lh.sphere.reg", 100 * V, F)
     kept = np.flatnonzero(~out)
     write_patch(str(tmp_path / "lh.mine.patch.3d"), kept, np.zeros(len(kept), dtype=bool), V[kept])

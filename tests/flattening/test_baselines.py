@@ -17,7 +17,7 @@ NAMES = ("bumps", "cortex", "disk__igl_camelhead.off", "disk__igl_lion.off", "di
 
 
 def conformal_energy(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
-    """Return the Dirichlet energy minus the signed area."""
+    """Return the conformal energy of a map: the Dirichlet energy minus the signed area."""
     return float(-(uv * (igl.cotmatrix(V, F) @ uv)).sum() / 2 - igl.doublearea(uv, F).sum() / 2)
 
 
@@ -62,12 +62,12 @@ def test_the_spectral_map_has_no_pins_and_less_energy_than_lscm(name: str) -> No
     V, F = load(name)
     scp = flatten(V, F, method="scp").uv
     scale = 2 ** np.round(-np.log2(np.sqrt(igl.doublearea(V, F).sum() / 2) * 32))
-    by_igl = igl.spectra.lscm(scale * V, F)  # finds other vectors at other sizes
+    by_igl = igl.spectra.lscm(scale * V, F)  # igl returns other eigenvectors at other sizes
     assert min(best_fit_distance(scp, by_igl), best_fit_distance(scp, by_igl * [1, -1])) < 1e-9
     rim = np.array(igl.boundary_loop(F))
 
     def by_rim(uv: np.ndarray) -> float:
-        """What it minimises: the energy over the variance of the boundary."""
+        """Return the objective of the spectral map: conformal energy over the variance of the boundary."""
         variance = ((uv[rim] - uv[rim].mean(axis=0)) ** 2).sum()
         return conformal_energy(V, F, uv) / variance
 
@@ -75,7 +75,7 @@ def test_the_spectral_map_has_no_pins_and_less_energy_than_lscm(name: str) -> No
 
 
 def constraints(F: np.ndarray, alpha: np.ndarray, interior: np.ndarray) -> np.ndarray:
-    """Return the vertex, wheel (in the product form of ABF) and triangle constraints, written as sums."""
+    """Return the residuals of the vertex, wheel (product form of ABF) and triangle constraints."""
     values = []
     for v in interior:
         t, k = np.nonzero(v == F)

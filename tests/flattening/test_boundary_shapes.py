@@ -36,7 +36,7 @@ def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
 
 
 def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:
-    """Return the largest distance of the loop from the upright rectangle of these corners, over its size."""
+    """Return how far a loop is from the upright rectangle with the given corners, over its diagonal."""
     low, high = uv[corners].min(axis=0), uv[corners].max(axis=0)
     distance = np.minimum(np.abs(uv[loop] - low), np.abs(uv[loop] - high)).min(axis=1)
     outside = np.maximum(uv[loop] - high, low - uv[loop]).max()
@@ -51,7 +51,8 @@ def turns(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", DISKS)
 def test_the_boundary_is_the_circle_or_the_rectangle_without_flips(name: str) -> None:
-    V, F = split_chords(*load(name))  # an ear cannot be straight, and is a sliver on a circle
+    # an ear cannot lie along a straight side, and becomes a sliver on a circle
+    V, F = split_chords(*load(name))
     loop = rim(V, F)
     for shape in SHAPES:
         result = flatten(V, F, boundary=shape)
@@ -113,7 +114,7 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
     assert best_fit_distance(result.uv, V[:, :2]) < 1e-6
     assert (
         np.abs(np.ptp(result.uv, axis=0) - [12, 5]).max() < 1e-6
-    )  # upright, with a longer side at the bottom
+    )  # upright, with the longer side at the bottom
 
 
 @pytest.mark.parametrize("first", range(4))
@@ -128,7 +129,7 @@ def test_the_side_from_the_first_corner_asked_for_points_to_the_right(first: int
 
 
 def test_an_ear_on_more_than_half_of_a_circle_comes_back_as_itself() -> None:
-    """The centre of the circle is on the same side of the chord as the ear."""
+    """The centre of the circle and the ear lie on the same side of the chord."""
     z = np.append(np.exp(1j * np.deg2rad([0, 110, 200, 280])), 0.55 * np.exp(1j * np.deg2rad(275)))
     V = np.column_stack((z.real, z.imag, 0 * z.real))
     F = np.array([[0, 1, 2], [0, 2, 4], [2, 3, 4], [3, 0, 4]])
@@ -193,7 +194,7 @@ def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
         try:
             result = flatten(V, F, boundary="circle")
         except MeshError:
-            continue  # parts connected at a vertex only
+            continue  # the part is not a disk, because some faces share only a vertex
         mapped += 1
         if result.outcome is not Outcome.CONVERGED:
             assert "split_chords" in result.message
@@ -208,7 +209,8 @@ def test_corners_are_where_they_are_asked_for() -> None:
     loop = rim(V, F)
     corners = loop[[5, 12, 30, 41]]
     result = flatten(V, F, boundary="rectangle", corners=corners[[1, 3, 2, 0]])
-    assert result.report.corners.tolist() == np.roll(corners, -1).tolist()  # in loop order from the first one
+    # in the order of the loop, from the first given corner
+    assert result.report.corners.tolist() == np.roll(corners, -1).tolist()
     assert off_rectangle(result.uv, loop, result.report.corners) < 1e-6
     low = result.uv.min(axis=0)
     assert np.abs(result.uv[result.report.corners[0]] - low).max() < 1e-9 * np.ptp(result.uv)
@@ -234,9 +236,7 @@ def test_rigid_motion_scale_and_numbering(shape: str) -> None:
     order = rng.permutation(len(V))
     G = np.argsort(order)[F][rng.permutation(len(F))]
     moved = linabf(7.0 * V[order] @ Q.T + 3.0, G, boundary=shape)
-    assert best_fit_distance(moved / 7.0, uv[order]) < 1e-5 * np.ptp(
-        uv
-    )  # solved to 1e-6 with another numbering
+    assert best_fit_distance(moved / 7.0, uv[order]) < 1e-5 * np.ptp(uv)  # the inner solver stops at 1e-6
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -299,7 +299,7 @@ def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
     V, F = grid(6, 4)
     ear = int(np.flatnonzero((F == 30).any(axis=1))[0])
     a, b, c = F[ear]
-    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # vertex 30 now has two faces, which an edge still cuts off
+    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # vertex 30 now has two faces, but an edge still cuts them off
     F = np.vstack((np.delete(F, ear, axis=0), [[a, b, 35], [b, c, 35], [c, a, 35]]))
     with pytest.raises(MeshError, match=r"edges between boundary vertices \[25, 31\] cut off .*split_chords"):
         linabf(V, F, boundary="rectangle", corners=[0, 2, 34, 4])
@@ -309,7 +309,7 @@ def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
 
 def test_every_pattern_of_split_sides_keeps_the_surface() -> None:
     V = np.array([[0.0, 0, 0], [2, 0, 0], [1, 2, 0], [1, -1, 0], [3, 2, 0], [-1, 2, 0]])
-    for n in (2, 3, 4):  # a triangle with one to three ears
+    for n in (2, 3, 4):  # a triangle with one to three ears at its sides
         F = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]])[:n]
         W, G = split_chords(V[: F.max() + 1], F)
         assert len(G) == n + 2 * (n - 1)
@@ -331,7 +331,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
     refused(rf"sum to {m * np.pi:.6f} rad.* \({m} - 2\) pi = {(m - 2) * np.pi:.6f}: add {-2 * np.pi / m:.6f}")
     angles[loop[0]] = -0.5
     refused(r"angles of -0.5 rad at vertices .*positive")
-    angles[loop[:2]] = np.nan  # the other vertices leave -pi for these two
+    angles[loop[:2]] = np.nan  # the other angles leave a sum of -pi for these two vertices
     angles[loop[2:]] = np.pi * (1 + 1 / (m - 2))
     refused(r"which leaves -3.14\d* for the free vertices")
     angles[loop] = np.nan
@@ -353,7 +353,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
 
 
 def test_the_guarantee_keeps_the_shape() -> None:
-    V, F = grid(80, 3)  # on a circle, its ends are too small for double precision
+    V, F = grid(80, 3)  # on a circle, the ends of the strip are too small for double precision
     result = flatten(V, F, method=LinABF(guarantee="injective"), boundary="circle")
     assert quality(V, F, result.uv).flips == 0
     assert result.report.layout == "embedding"

@@ -13,7 +13,7 @@ import igl_linabf as il
 
 
 def moved(V: np.ndarray, k: int) -> np.ndarray:
-    """Return moved vertices; the surface is also stretched, so that another loop may be the longest."""
+    """Return the vertices after a motion and a stretch, which may make another loop the longest."""
     return V * [1, 1 + 0.5 * k, 1] + 1e-3 * k * np.ptp(V) * np.sin(7 * V / np.ptp(V))
 
 

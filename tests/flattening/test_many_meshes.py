@@ -35,7 +35,7 @@ def one_by_one(V: object, F: object, method: object = "linabf") -> il.flattening
 
 
 def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
-    """Return the mesh without an interior vertex and its faces."""
+    """Return the mesh without an interior vertex and the faces around it."""
     inside = np.setdiff1d(np.arange(len(V)), igl.boundary_loop(F))
     kept = F[~(inside[np.argmin(np.linalg.norm(V[inside, :2], axis=1))] == F).any(axis=1)]
     used, index = np.unique(kept, return_inverse=True)
@@ -43,7 +43,7 @@ def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
 
 
 def varied() -> dict[str, Surface]:
-    """Return disks with every outcome, and surfaces that are not disks."""
+    """Return disks with every outcome, and surfaces that are not disks, by name."""
     sphere, faces = igl.icosahedron()
     for _ in range(3):
         sphere, faces = igl.upsample(sphere, faces)
@@ -51,7 +51,7 @@ def varied() -> dict[str, Surface]:
     V, F = bumps(150)
     stretched = sphere * [1, 1, 6]
     made = {f"bumps {k}": bumps(60 + 40 * k, k, 0.1 * k) for k in range(8)}
-    made["open"] = bumps(80, 0, 1.3)  # its boundary does not close after a step and a chord
+    made["open"] = bumps(80, 0, 1.3)  # its boundary is still open after a step and a chord step
     made["flat"] = (V * [1, 1, 0], F)
     made["triangle"] = (np.eye(3), np.array([[0, 1, 2]]))
     made["square"] = (
@@ -80,7 +80,7 @@ def varied() -> dict[str, Surface]:
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
 def test_the_same_as_a_loop(method: object) -> None:
-    meshes = dict(reversed(varied().items()))  # surfaces that are not disks come first
+    meshes = dict(reversed(varied().items()))  # start with the surfaces that are not disks
     together = il.flatten_many(list(meshes.values()), method=method, errors="return")
     assert len(together) == len(meshes)
     for (name, mesh), made in zip(meshes.items(), together, strict=True):
@@ -95,7 +95,7 @@ def test_the_same_as_a_loop(method: object) -> None:
         tried, tried_alone = ([str(one) for one in result.report.attempts] for result in (made, alone))
         assert tried == tried_alone, name
         told, expected = (re.sub(r"residual \S+", "", result.message) for result in (made, alone))
-        assert told == expected, name  # the residual may consist of rounding errors
+        assert told == expected, name  # without the residuals, which may consist of rounding errors
         for part in ("outcome", "method"):
             assert getattr(made, part) == getattr(alone, part), (name, part)
         for part in ("layout", "solver", "layout_solver", "inner_steps"):
@@ -135,7 +135,8 @@ def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
 def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
     thin = bumps(300)
-    meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])  # with slivers, in a common system
+    # meshes with slivers, which are solved in one system with other meshes
+    meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])
     monkeypatch.setattr("igl_linabf.flattening.many_meshes.TOGETHER", 1000)
     made = []
     for threads in "1", "3":
@@ -149,7 +150,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     def work(k: int) -> int:
         if k == 2:
             raise MemoryError
-        time.sleep(1e-3)  # on a busy machine, all work could end before the error is noticed
+        time.sleep(1e-3)  # otherwise, a busy machine could finish all work before it notices the error
         done.append(k)
         return k
 
@@ -201,7 +202,7 @@ def leaf(rng: np.random.Generator) -> Surface:
 
 
 def body(rng: np.random.Generator, holes: int) -> Surface:
-    """Return a convex body of about 20 vertices, without some faces that share no vertex."""
+    """Return a convex body of about 20 vertices, without `holes` faces that share no vertex."""
     points = rng.normal(size=(20, 3)) * rng.uniform(0.3, 2, 3)
     hull = ConvexHull(points)
     a, b, c = points[hull.simplices.T]
@@ -235,7 +236,8 @@ def test_an_atlas_of_many_pieces_is_what_its_charts_are_alone() -> None:
         assert alone.pop("report") == pytest.approx(here.pop("report"), rel=1e-9, abs=1e-12)
         assert alone.pop("distance_error") is here.pop("distance_error") is None
         assert here == pytest.approx(alone, rel=1e-9, abs=1e-12)
-    boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]  # each box has an exact net
+    # each box is cut to a net without distortion
+    boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]
     assert max(quality.stretch_l2 for quality in boxes) < 1 + 1e-9
 
 

@@ -1,4 +1,4 @@
-"""Linear ABF on real meshes."""
+"""Linear ABF on real meshes: distortion, flips, residuals, and messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from igl_linabf.angles.full_system import right_hand_sides
 from igl_linabf.flattening import Outcome, Residuals, far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
-# F/3nt of one iteration, within 2 % (docs/results.md, "The paper's Table 1")
+# F/3nt after one iteration, with a tolerance of 2 % (docs/results.md, "The paper's Table 1")
 ONE_ITERATION = {
     "disk__igl_camel_b.obj": 7.38e-3,
     "disk__igl_camelhead.off": 2.03e-3,
@@ -24,7 +24,7 @@ ONE_ITERATION = {
     "disk__igl_lilium.obj": 5.56e-5,
     "cortex": 2.54e-3,
 }
-HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map exceeds the range of double precision
+HOLDS_FLIPS = "stress__flipfree_deer.obj"  # the map of deer exceeds the range of double precision
 
 
 @pytest.mark.parametrize("name", ONE_ITERATION)
@@ -85,7 +85,7 @@ def test_residuals_are_those_of_the_full_system_at_the_angles_that_are_returned(
     expected = Residuals(vertex=vertex, triangle=np.abs(triangle).max(), wheel=wheel)
     assert astuple(result.after) == pytest.approx(astuple(expected), rel=1e-6, abs=1e-13)
     assert expected.triangle < 1e-12 < 1e-6 < min(vertex, wheel)
-    assert vertex != pytest.approx(wheel, rel=0.01)  # the two residuals are not mixed up
+    assert vertex != pytest.approx(wheel, rel=0.01)  # the two residuals must not be swapped
 
 
 def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:

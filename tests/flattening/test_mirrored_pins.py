@@ -1,4 +1,4 @@
-"""Pins that only a mirrored map meets are refused; unreachable pins keep the size of the map."""
+"""Pins that only a mirrored map can meet are refused; unreachable pins keep the size of the map."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_a_boundary_pinned_clockwise_is_refused_and_its_mirror_image_taken(metho
         MeshError, match=r"are mirrored: they run clockwise .* mirror the positions, as bc \* "
     ):
         flatten(V, F, b, clockwise, method=method)
-    # both remedies of the message help
+    # each of the two remedies that the message names helps
     for faces, at in ((F, clockwise * [1, -1]), (F[:, ::-1], clockwise)):
         made = flatten(V, faces, b, at, method=method)
         assert made.outcome.good

@@ -1,4 +1,4 @@
-"""A useless valid map keeps its outcome; a warning states the stretch and a remedy."""
+"""A valid map that is too stretched to be useful stays valid; a warning states the stretch and a remedy."""
 
 from __future__ import annotations
 

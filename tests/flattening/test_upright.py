@@ -1,4 +1,4 @@
-"""`up` turns a map upright; vanishing directions are reported, and placed maps are kept."""
+"""`up` rotates a map upright, and reports directions that vanish; pinned maps stay in place."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from igl_linabf.cli import main
 
 
 def shell(turn: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return an upright part of a cylinder, 20 degrees wider on one side, turned about the z axis."""
+    """Return a part of a cylinder about z, 20 degrees wider on one side, rotated by `turn`."""
     a, z = np.meshgrid(turn + np.linspace(-1, 1.35, 15), np.linspace(0, 1, 9), indexing="ij")
     V = np.column_stack((np.cos(a.ravel()), np.sin(a.ravel()), z.ravel()))
     i, j = (k.ravel() for k in np.meshgrid(np.arange(14), np.arange(8), indexing="ij"))
@@ -30,7 +30,8 @@ def test_the_map_is_turned_so_that_the_direction_points_up(method: str, up: tupl
     V, F = shell()
     plain, turned = flatten(V, F, method=method), flatten(V, F, method=method, up=up)
     z, other = (uv.uv @ [1, 1j] for uv in (plain, turned))
-    assert np.allclose(np.abs(z - z.mean()), np.abs(other - other.mean()))  # the same map up to a rotation
+    # the two maps differ by a rotation
+    assert np.allclose(np.abs(z - z.mean()), np.abs(other - other.mean()))
     height = V @ np.array(up)
     u, v = (np.linalg.lstsq(np.column_stack((turned.uv, np.ones(len(V)))), height, rcond=None)[0])[:2]
     assert v > 0
@@ -49,7 +50,7 @@ def test_what_points_nowhere_is_said() -> None:
 
 @pytest.mark.parametrize("asked", [{"up": (0, 0, 1)}, {"up": (1, 2, 3)}, {"fit": "lengths"}], ids=str)
 def test_no_triangle_is_turned_over_by_moving_the_map(asked: dict) -> None:
-    V, F = load("limb")  # its map reaches the limit of double precision
+    V, F = load("limb")  # the map of this mesh reaches the limit of double precision
     plain = flatten(V, F)
     with pytest.warns(MeshWarning, match="the map is not (turned|scaled): faces .* at the end of double"):
         made = flatten(V, F, **asked)

@@ -1,4 +1,4 @@
-"""The cells of docs/kept.md, and the round trip that tests them: write a file, read it, write it again."""
+"""The cells of docs/kept.md, and their tests: write a file, read the file, and write the mesh again."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Outcome = Literal["kept", "warning", "error"]
 
 @dataclass(frozen=True)
 class Cell:
-    """A row of the page.
+    """A row of a table in docs/kept.md.
 
     Attributes
     ----------
-    source, to : names on the page of the formats that are read and written
+    source, to : formats that are read and written, as named on the page
     what : the contents of the file
     outcome : "kept" (without a warning), "warning" (one MeshWarning), or "error" (a MeshError)
     act : writes a file into an empty folder, calls `round_trip`, and checks the result
@@ -36,9 +36,9 @@ class Cell:
 
 
 def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") -> tuple[MeshFile, MeshFile]:
-    """Read a file and write it with an atlas that cuts every edge; return the contents before and after.
+    """Read a file, and write it with an atlas that cuts every edge; return both meshes.
 
-    The file is written to another folder than it is read from, so that relative paths have to change.
+    The new file is in another folder, so that relative paths have to change.
     """
     source, out = folder / "in" / name, folder / "out" / to
     for path in (source, out):
@@ -52,7 +52,7 @@ def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") 
 
 
 def format_tables(cells: Iterable[Cell]) -> str:
-    """Return the sections of the page, one for each format that is read, in the order of the cells."""
+    """Return the text of docs/kept.md: a section for each format that is read, in the order of `cells`."""
     sections: dict[str, list[str]] = {}
     for cell in cells:
         rows = sections.setdefault(cell.source, ["| contents | written as | result |", "|---|---|---|"])

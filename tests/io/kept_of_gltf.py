@@ -1,4 +1,4 @@
-"""Contents of glTF and GLB files, and the result of writing them to each format."""
+"""Checks of what remains of the contents of glTF and GLB files in each format that is written."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def make_document(
     primitive: dict[str, Any] | None = None,
     **text: Any,
 ) -> str:
-    """Return a glTF tetrahedron with further accessors (`more`) and further buffer views (`raw`).
+    """Return a glTF tetrahedron with additional accessors (`more`) and buffer views (`raw`).
 
-    The numbers of the further accessors start at 2 + #attributes.
+    The numbers of the additional accessors start at 2 + #attributes.
     """
     given = {"POSITION": P, **(attributes or {})}
     arrays = [*given.values(), F.ravel(), *more]
@@ -81,7 +81,7 @@ def get_array(mesh: MeshFile, number: int) -> np.ndarray:
 
 
 def get_corner_values(mesh: MeshFile, name: str) -> np.ndarray:
-    """Return an attribute of the first primitive at its corners."""
+    """Return an attribute of the first primitive at the corners of its triangles."""
     primitive = get_description(mesh)["meshes"][0]["primitives"][0]
     return get_array(mesh, primitive["attributes"][name])[get_array(mesh, primitive["indices"])]
 
@@ -93,7 +93,7 @@ def make_png() -> bytes:
 
 
 def make_material_entries(**of_materials: Any) -> dict[str, Any]:
-    """Return the entries for a material with textures and one image, stored in a further view."""
+    """Return the glTF entries of a material with textures and one image in an additional buffer view."""
     return {
         "materials": [{"name": "skin", **of_materials}],
         "textures": [{"source": 0}],
@@ -148,7 +148,7 @@ def check_points(folder: Path) -> None:
 
 
 def check_metadata(folder: Path, extension: str = "EXT_structural_metadata") -> None:
-    """Views keep their bytes. They are renumbered for known extensions, and keep their numbers for others."""
+    """Check that buffer views keep their bytes; only known extensions get new view numbers."""
     values, offsets = np.array([7, 8, 9, 10], "<f4"), np.array([0, 2, 4], "<u4")
     held = {"values": 3, "arrayOffsets": 4}
     tables = [{"class": "c", "count": 2, "properties": {"indices": held}}]
@@ -166,7 +166,7 @@ def check_metadata(folder: Path, extension: str = "EXT_structural_metadata") -> 
 
 
 def check_features(folder: Path) -> None:
-    """Features given by vertex numbers become an attribute."""
+    """Check that features given by vertex numbers become an attribute."""
     ids = {"EXT_mesh_features": {"featureIds": [{"featureCount": 4}]}}
     text = make_document(primitive={"extensions": ids}, extensionsUsed=["EXT_mesh_features"])
     before, after = round_trip(folder, "a.gltf", text, "out.glb")
@@ -187,7 +187,7 @@ def check_instancing(folder: Path) -> None:
         extensionsRequired=["EXT_mesh_gpu_instancing"],
     )
     before, after = round_trip(folder, "a.gltf", text, "out.glb")
-    assert np.allclose(before.V.max(axis=0), [8, 3, 3])  # size of the largest instance
+    assert np.allclose(before.V.max(axis=0), [8, 3, 3])  # the mesh has the size of its largest instance
     numbers = get_description(after)["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]
     assert (get_array(after, numbers["TRANSLATION"]) == at).all()
     assert (get_array(after, numbers["SCALE"]) == scale).all()
@@ -215,7 +215,7 @@ def check_tangents(folder: Path) -> None:
 
 
 def check_second_coordinates(folder: Path) -> None:
-    """An image and tangents of TEXCOORD_1 are kept without a warning."""
+    """Check that images and tangents of TEXCOORD_1 are kept without a warning."""
     given = {"TEXCOORD_1": SQUARE, "TANGENT": np.ones((4, 4), "<f4")}
     text = make_document(
         given,
@@ -260,7 +260,7 @@ def check_quantized(folder: Path) -> None:
     short = {"POSITION": (P * 32767).astype("<i2"), "NORMAL": (P * 127).astype("<i1")}
     short = {
         name: np.pad(rows, ((0, 0), (0, 1))) for name, rows in short.items()
-    }  # align the rows to four bytes
+    }  # align each row to four bytes
     text = json.loads(make_document(short, extensionsRequired=["KHR_mesh_quantization"]))
     for accessor, view in zip(text["accessors"][:2], text["bufferViews"][:2], strict=True):
         accessor["type"], view["byteStride"] = "VEC3", view["byteLength"] // 4
@@ -271,7 +271,7 @@ def check_quantized(folder: Path) -> None:
 
 
 def check_mirrored(folder: Path) -> None:
-    """Faces are oriented outwards in the scene, and the mesh itself does not change."""
+    """Check that faces are oriented outwards in the scene, and that the mesh itself does not change."""
     nodes = [{"mesh": 0, "scale": [-1, 1, 1]}]
     before, after = round_trip(folder, "a.gltf", make_document(nodes=nodes), "out.glb")
     for mesh in (before, after):
@@ -302,7 +302,7 @@ def check_obj_output(folder: Path, **more: Any) -> None:
 
 
 def check_instances(folder: Path) -> None:
-    """The largest instance is written, not the first instance or an instance of size 0."""
+    """Check that the largest instance is written, not the first one or one of size 0."""
     nodes = [{"mesh": 0, "scale": [s] * 3, "translation": [t, 0, 0]} for s, t in ((0, 0), (0.1, 1), (4, 2))]
     _, after = round_trip(folder, "a.gltf", make_document(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
     assert np.allclose(after.V.max(axis=0), [6, 4, 4])
@@ -312,7 +312,7 @@ def check_partial_colours(folder: Path) -> None:
     text = json.loads(make_document({"COLOR_0": np.zeros((4, 3), "<f4")}))
     text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 2})
     before, _ = round_trip(folder, "a.gltf", json.dumps(text))
-    # the primitive with colours is black, the other one white, even at common vertices
+    # the primitive with colours is black, the other one white, even at shared vertices
     assert (before.extras.corner_colours == np.repeat([0, 1], 12)[:, None]).all()
 
 
@@ -330,7 +330,7 @@ def check_unnamed_materials(folder: Path) -> None:
 def check_moved_images(
     folder: Path, to: str = "out.glb", kinds: tuple[str, ...] = ("baseColorTexture",)
 ) -> None:
-    """Each image on its new coordinates equals the result of `bake_texture` for the old image."""
+    """Check that images on new texture coordinates equal the results of `bake_texture` for the old images."""
     shading = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 1, 1, 1]}
     more = {"normalTexture": {"index": 0, "scale": 2}} if "normalTexture" in kinds else {}
     if "occlusionTexture" in kinds:
@@ -360,7 +360,7 @@ def check_moved_images(
 
 
 def check_second_set(folder: Path) -> None:
-    """The first texture coordinates, tangents and images are kept."""
+    """Check that the first texture coordinates, tangents and images are kept."""
     text = make_material_entries(normalTexture={"index": 0})
     text["images"][0]["bufferView"] = 4
     (folder / "a.gltf").write_text(

@@ -1,4 +1,4 @@
-"""Contents of 3MF, GIFTI, FreeSurfer and VTP files, and the result of writing them to each format."""
+"""Checks of what remains of the contents of 3MF, GIFTI, FreeSurfer and VTP files in each format."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ BASES = '<basematerials id="9"><base name="PLA" displaycolor="#00FF00"/></basema
 
 
 def make_tetrahedron(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> str:
-    """Return a 3MF object with attributes of its triangles."""
+    """Return the XML of a 3MF object with attributes of its triangles."""
     points = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in P)
     faces = "".join(
         f'<triangle v1="{i}" v2="{j}" v3="{k}" {more}/>' for (i, j, k), more in zip(F, each, strict=True)
@@ -50,7 +50,7 @@ def make_tetrahedron(each: tuple[str, ...] = ("",) * 4, of_object: str = "") -> 
 def make_package(
     resources: str, item: str = "", of_model: str = "", head: str = "", parts: dict[str, str] | None = None
 ) -> bytes:
-    """Return a 3MF file; its build item refers to object 1."""
+    """Return a 3MF file whose build item refers to object 1."""
     pytest.importorskip("lib3mf")
     data = BytesIO()
     build = f'<build><item objectid="1" {item}/></build>'
@@ -108,7 +108,7 @@ def check_colours(folder: Path) -> None:
 
 
 def check_components(folder: Path) -> None:
-    """A component places an object from another part of the package, which also defines its colours."""
+    """Check a component that places an object of another part of the package, which defines the colours."""
     space = f'xmlns:p="{SCHEMA}/production/2015/06"'
     uuid = 'p:UUID="00000000-0000-0000-0000-00000000000{}"'.format
     inner = make_tetrahedron(of_object=f'pid="8" pindex="0" {uuid(1)}')
@@ -129,7 +129,7 @@ def check_3mf(resources: str, folder: Path, to: str = "out.3mf", **more: Any) ->
 
 
 def check_strips(folder: Path) -> None:
-    """Triangles get the data of their strips."""
+    """Check that the triangles of a strip get the data of the strip."""
     pyvista = pytest.importorskip("pyvista")
     import vtk
 
@@ -148,7 +148,7 @@ def check_strips(folder: Path) -> None:
 
 
 def make_gifti(extra: bool = True) -> bytes:
-    """Return a surface with GIFTI contents other than points and triangles."""
+    """Return the bytes of a GIFTI surface, with more contents than points and triangles if `extra`."""
     pytest.importorskip("nibabel")
     from nibabel import gifti as g
 
@@ -169,7 +169,7 @@ def make_gifti(extra: bool = True) -> bytes:
 
 
 def write_flat(folder: Path, name: str, data: bytes, to: str) -> tuple[Any, Any]:
-    """Read a disk, and write it with a map without seams."""
+    """Read a disk, and write it with a map without seams; return the mesh and the new file."""
     source, out = folder / name, folder / to
     source.write_bytes(data)
     mesh = read_file(source)
@@ -197,7 +197,8 @@ def check_gifti_with_seams(folder: Path) -> None:
     before, _ = round_trip(folder, "a.surf.gii", make_gifti(), "out.surf.gii")
     points, triangles, shape = nibabel.load(folder / "out" / "out.surf.gii").darrays
     assert len(points.data) == before.triangles.size
-    assert (shape.data[triangles.data] == before.triangles).all()  # data follow the original vertices
+    # data at vertices refer to the original vertices
+    assert (shape.data[triangles.data] == before.triangles).all()
     assert triangles.meta["TopologicalType"] == "Cut"
 
 

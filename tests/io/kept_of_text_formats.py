@@ -1,4 +1,4 @@
-"""Contents of OBJ, PLY, OFF and STL files, and the result of writing them to each format."""
+"""Checks of what remains of the contents of OBJ, PLY, OFF and STL files in each format."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from igl_linabf.textures import bake_texture
 TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 MAPPED = "f 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/2 3/3 4/1\nf 1/1 4/2 3/3\n"
 FACES = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-LATIN = b"\272\354", b"\302\314"  # two names that are not UTF-8
+LATIN = b"\272\354", b"\302\314"  # two names that are not valid UTF-8
 
 
 def assert_same_corners(before: MeshFile, after: MeshFile) -> None:
-    """Compare positions and texture coordinates at the corners."""
+    """Assert that two meshes have the same positions and texture coordinates at their corners."""
     assert after.polygons.sizes.tolist() == before.polygons.sizes.tolist()
     np.testing.assert_allclose(
         after.V[after.polygons.corners], before.V[before.polygons.corners], atol=1e-6, rtol=1e-6
@@ -30,12 +30,12 @@ def assert_same_corners(before: MeshFile, after: MeshFile) -> None:
 
 
 def check_obj(text: str | bytes, to: str = "out.obj", name: str = "a.obj") -> Callable[[Path], object]:
-    """Return a check that an OBJ file with this text keeps its corners."""
+    """Return a check that the corners of an OBJ file with the given text do not change."""
     return lambda folder: assert_same_corners(*round_trip(folder, name, text, to))
 
 
 def check_obj_lines(*lines: str) -> Callable[[Path], object]:
-    """Return a check that an OBJ file keeps these lines, in order, between its vertices and faces."""
+    """Return a check that an OBJ file keeps the given lines, in order, between its vertices and faces."""
 
     def act(folder: Path) -> None:
         text = TETRA + "\n".join(lines) + "\n" + FACES
@@ -78,7 +78,7 @@ def check_latin_names(to: str, *, image: bool = False) -> Callable[[Path], objec
 
 
 def check_obj_names(folder: Path) -> None:
-    """Names that contain spaces or # remain distinct."""
+    """Check that material names with spaces or # remain distinct."""
     names = ["a b", "a  b", "a#1", "a#2", "Größe 1", "a"]
     text = TETRA + "".join(f"usemtl {name}\no {name}\nf 1 2 3\n" for name in names)
     before, after = round_trip(folder, "a.obj", text)
@@ -86,7 +86,7 @@ def check_obj_names(folder: Path) -> None:
 
 
 def check_libraries(*lines: str) -> Callable[[Path], object]:
-    """Return a check that libraries are found from another folder; the first definition takes precedence."""
+    """Return a check of material libraries in other folders; the first definition of a material counts."""
 
     def act(folder: Path) -> None:
         (folder / "in" / "sub").mkdir(parents=True)
@@ -165,7 +165,7 @@ def check_moved_images(to: str) -> Callable[[Path], object]:
         (folder / "in").mkdir()
         (folder / "out").mkdir()
         write_image(folder / "in" / "old.png", np.full((4, 4, 3), 0.2))
-        of_obj = "Ns 7\n" * to.endswith(".obj")  # not available in glTF
+        of_obj = "Ns 7\n" * to.endswith(".obj")  # glTF cannot store Ns
         (folder / "in" / "a.mtl").write_text(f"newmtl a\nKd 0.5 1 1\n{of_obj}map_Kd -s 2 2 old.png\n")
         (folder / "in" / "a.obj").write_text(
             "mtllib a.mtl\nusemtl a\nvt 0 0\nvt 1 0\nvt 0 1\n" + TETRA + MAPPED
@@ -264,7 +264,7 @@ def check_parts(to: str) -> Callable[[Path], object]:
 
 
 def check_vertex_numbers(folder: Path) -> None:
-    """The PLY file has the vertices of the OBJ file in the same order, including an unreferenced vertex."""
+    """Check that the PLY file keeps the vertex numbers of the OBJ file, including an unreferenced vertex."""
     before, after = round_trip(folder, "a.obj", TETRA + "v 9 9 9\n" + FACES, "out.ply")
     assert (after.V == before.V).all()
     assert (after.polygons.corners == before.polygons.corners).all()
@@ -279,7 +279,7 @@ def make_ply(
     rows: tuple[str, str, str] = ("", "", ""),
     quads: bool = False,
 ) -> bytes:
-    """Return a tetrahedron, or a box of quadrangles, with more properties, values and elements."""
+    """Return a PLY file of a tetrahedron, or of a box of quadrangles, with additional contents."""
     if quads:
         V = [f"{x} {y} {z}" for z in (0, 1) for y in (0, 1) for x in (0, 1)]
         F = ["0 2 3 1", "4 5 7 6", "0 1 5 4", "2 6 7 3", "0 4 6 2", "1 3 7 5"]
@@ -343,7 +343,7 @@ def check_ply_images(folder: Path) -> None:
 
 
 def check_ply_lists(folder: Path) -> None:
-    """Texture coordinates in lists at faces are read, and written if there are seams."""
+    """Check that texture coordinates in lists at faces are read, and are written if there are seams."""
     data = make_ply(
         face="property list uchar float texcoord\nproperty int texnumber\n", rows=("", "6 0 0 1 0 1 # 3", "")
     )
@@ -395,7 +395,7 @@ SHADES = "".join(f"property uchar {c}\n" for c in ("red", "green", "blue"))
 
 
 def check_face_colours_in_glb(folder: Path) -> None:
-    """GLB duplicates vertices between faces with different colours."""
+    """Check that GLB duplicates vertices between faces with different colours."""
     data = make_off("OFF", face="25# 0 51")
     before, after = round_trip(folder, "a.off", data, "out.glb")
     at = after.extras.corner_colours[::3]
@@ -411,7 +411,7 @@ def make_off(head: str, vertex: str = "", face: str = "", comment: str = "") -> 
 
 
 def check_off_vertices(folder: Path) -> None:
-    """Normals, colours and texture coordinates follow the positions; integer colours range to 255."""
+    """Check that normals, colours and texture coordinates follow the vertices; integer colours end at 255."""
     data = make_off("STCNOFF", "0 0.6 0.8 25# 0 51 255 0.# 0.5")
     before, after = round_trip(folder, "a.off", data)
     np.testing.assert_allclose(before.extras.normals, [[0, 0.6, 0.8]] * 4)

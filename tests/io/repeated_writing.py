@@ -1,8 +1,8 @@
-"""Write a file again and again while faults happen: `python repeated_writing.py MODE FILE`.
+"""Write a file repeatedly while faults occur: `python repeated_writing.py MODE FILE`.
 
 The modes are "once", "kill" (a child process that writes is killed), "full" (no file may grow beyond a random
-size, as on a full disk) and "two" (two processes write at once). After each fault the file must have one of
-the two surfaces that are written in turn.
+size, as on a full disk) and "two" (two processes write at once). After each fault, the file must contain one
+of the two surfaces that are written alternately.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ LARGE = igl.upsample(*SMALL, 3)
 def write_one(path: Path, surface: tuple[np.ndarray, np.ndarray]) -> None:
     V, F = surface
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # formats lose contents
+        warnings.simplefilter("ignore")  # formats that lose contents warn
         write_file(path, as_mesh_file(V, F), V[:, :2] - V[:, :2].min(axis=0))
 
 
 def check_whole(path: Path) -> None:
-    if path.suffix == ".3mf":  # after a fork, lib3mf gives the same UUIDs again, and refuses to read them
+    if path.suffix == ".3mf":  # after a fork, lib3mf generates the same UUIDs again and refuses them
         with ZipFile(path) as package:
             assert package.testzip() is None
             n = package.read("3D/3dmodel.model").count(b"<triangle ")
@@ -44,7 +44,7 @@ def check_whole(path: Path) -> None:
 
 
 def start(work: Callable[[], None]) -> int:
-    """Run a function in a child process, and return its number."""
+    """Run a function in a child process, and return the process id."""
     process = os.fork()
     if not process:
         try:
@@ -72,13 +72,13 @@ def write_with_limit(path: Path, size: int) -> None:
     for surface in (SMALL, LARGE):
         try:
             write_one(path, surface)
-        except (OSError, RuntimeError):  # of packages, too
+        except (OSError, RuntimeError):  # packages raise RuntimeError
             continue
 
 
 def main() -> None:
     mode, path, rng = sys.argv[1], Path(sys.argv[2]), np.random.default_rng(0)
-    write_one(path.with_name(f"warm{normalize_suffix(path)}"), SMALL)  # imports the packages
+    write_one(path.with_name(f"warm{normalize_suffix(path)}"), SMALL)  # imports the packages before the fork
     write_one(path, LARGE)
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     size = path.stat().st_size
@@ -95,7 +95,7 @@ def main() -> None:
             else:
                 time.sleep(0.02)
             check_whole(path)
-    finally:  # they would never end
+    finally:  # the child processes would never end
         for process in others:
             stop(process)
     check_whole(path)

@@ -1,4 +1,4 @@
-"""Files from strangers are refused or read correctly, with bounded memory and time."""
+"""Files from untrusted sources are refused or read correctly, with bounded memory and time."""
 
 from __future__ import annotations
 

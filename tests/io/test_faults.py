@@ -1,4 +1,4 @@
-"""A file that is written is the old one or the new one, whatever happens to the process or the disk."""
+"""A file has its old or its new contents, whatever happens to the process or the disk while writing."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PACKAGES |= {"surf.gii": "nibabel", "surf.gii.gz": "nibabel", "surf": "nibabel"}
 
 
 def run(mode: str, path: Path) -> list[str]:
-    """Run the script, and return the names of the files that it leaves."""
+    """Run `repeated_writing.py`, and return the names of the files that it leaves."""
     process = subprocess.run([sys.executable, SCRIPT, mode, path], capture_output=True, text=True)
     assert process.returncode == 0, process.stderr
     return sorted(other.name for other in path.parent.iterdir())
@@ -31,6 +31,7 @@ def test_a_fault_leaves_the_old_file_or_the_new_one_and_no_litter(
     pytest.importorskip(PACKAGES[suffix])
     path = tmp_path / f"a.{suffix}"
     names = run(mode, path)
-    if mode != "full":  # the next process that writes there removes what killed processes left
+    # the next process that writes to the folder removes temporary files of killed processes
+    if mode != "full":
         names = run("once", path)
     assert names == [path.name, f"warm{normalize_suffix(path)}"]

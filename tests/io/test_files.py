@@ -16,7 +16,7 @@ from igl_linabf.patterns import write_pattern
 
 V, F = igl.icosahedron()
 V = V + np.pi
-# each corner has its own texture coordinates, except at the edge between the first two faces
+# each corner has its own texture coordinates, except at the edge that the first two faces share
 TC = np.vstack((np.random.default_rng(0).random((60, 2)), [np.nan, np.nan]))
 FTC = np.arange(60).reshape(20, 3)
 SHARED = [(k, j) for k in range(3) for j in range(3) if F[0, k] == F[1, j]]
@@ -26,7 +26,7 @@ VERTICES = 60 - len(SHARED)
 
 
 def stack_corners(positions: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """Return (#F, 3, 5): position and texture coordinates of each corner, in the order of the faces."""
+    """Return position and texture coordinates of each corner of the faces, (#F, 3, 5)."""
     return np.concatenate((positions, uv), axis=-1)
 
 
@@ -44,7 +44,7 @@ def path(request, tmp_path: Path) -> Path:
 def test_trimesh_reads_it(path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.load(path, process=False, force="mesh")
-    assert len(mesh.vertices) == VERTICES  # duplicated only along seams
+    assert len(mesh.vertices) == VERTICES  # vertices are duplicated only along seams
     assert np.allclose(stack_corners(mesh.vertices, mesh.visual.uv)[mesh.faces], WANTED, atol=1e-6)
 
 
@@ -69,7 +69,7 @@ def test_vtk_reads_it(path: Path) -> None:
     faces = mesh.faces.reshape(-1, 4)[:, 1:]
     uv = np.asarray(mesh.active_texture_coordinates)
     if path.suffix == ".glb":
-        uv = uv * [1, -1] + [0, 1]  # VTK does not flip v
+        uv = uv * [1, -1] + [0, 1]  # VTK does not flip v when it reads GLB
     assert np.allclose(stack_corners(mesh.points, uv)[faces], WANTED, atol=1e-6)
 
 
@@ -83,7 +83,7 @@ def test_igl_reads_the_obj_to_the_last_bit(tmp_path: Path) -> None:
     map_, texture = read_texture(path)
     assert (map_ == TC[:60]).all()
     assert (texture == FTC).all()
-    write_mesh(path, V, F, V[:, :2])  # texture coordinates at vertices: FTC equals F
+    write_mesh(path, V, F, V[:, :2])  # texture coordinates at vertices, for which FTC equals F
     assert (read_texture(path)[1] == F).all()
 
 
@@ -109,7 +109,8 @@ def test_glb_follows_its_specification(tmp_path: Path) -> None:
     assert np.allclose(stack_corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # surfaces lose vertex numbers at seams
+# FreeSurfer and GIFTI surfaces lose vertex numbers at seams
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
 @pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
 def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
     needs = {"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel", "surf": "nibabel"}

@@ -51,7 +51,7 @@ POLYGONS = {
 
 
 def test_polygons_are_triangulated_like_igl(tmp_path: Path) -> None:
-    # move the triangle next to the pentagon, because a diagonal must not coincide with an existing edge
+    # choose another triangle beside the pentagon, because a diagonal must not coincide with an edge
     swaps = ("3 0 1 2", "3 4 3 2"), ("-5 -4// -3", "-1 -2// -3")
     other = dict(POLYGONS)
     for suffix, (old, new) in product(POLYGONS, swaps):
@@ -60,7 +60,7 @@ def test_polygons_are_triangulated_like_igl(tmp_path: Path) -> None:
     path.write_text(other["off"])
     positions, faces = igl.read_triangle_mesh(str(path))
     assert len(faces) == 4
-    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # lists of different sizes
+    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # two face lists of different lengths
     head = other["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
     head, body = head[: head.index("end_header")].encode(), positions.astype("<f4").tobytes() + lists
     binary = head + b"end_header\n" + body
@@ -74,7 +74,7 @@ def test_polygons_are_triangulated_like_igl(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("title", [b"", b"COLOR=\x00\x00\x00\xff"])
 def test_stl_colours_match_their_attribute_bits(title: bytes) -> None:
-    """Components have five bits each; the highest bit is set for colours, or cleared in Magics' files."""
+    """Colours have five bits per component; the highest bit marks a colour, or none in Magics files."""
     shades = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     bits = (1 << 0, 1 << 5, 1 << 10) if title else (1 << 10, 1 << 5, 1 << 0)
     corners = np.arange(9.0).reshape(3, 3) ** 2
@@ -171,7 +171,7 @@ def test_damage_is_refused_with_its_place(suffix: str, text: str, said: str) -> 
 
 @pytest.mark.parametrize("mark", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
 def test_encodings_and_line_endings_do_not_change_the_mesh(mark: str) -> None:
-    # byte order mark, UTF-16, upper case, line endings of Windows
+    # with a byte order mark, in UTF-16, in upper case, and with line endings of Windows
     texts = {"off": OFF, "ply": PLY, "obj": OBJ, "stl": SOLID}
     for suffix, text in texts.items():
         plain = parse(text.encode(), f".{suffix}", "mesh")
@@ -232,13 +232,13 @@ def test_obj_faces_may_span_lines_and_off_headers_need_no_space(tmp_path) -> Non
 
 @pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
 def test_triangle_strips_of_a_scan_become_faces(form: str, tmp_path: Path) -> None:
-    n, m = 5, 7  # rows of points; strips are joined by repeated vertices or by -1
+    n, m = 5, 7  # a grid of n x m points; its strips are joined by repeated vertices or by -1
     at = np.arange(n * m).reshape(n, m)
     first, second, third, last = (np.column_stack((at[i + 1], at[i])).ravel().tolist() for i in range(n - 1))
     joined = [*first, first[-1], second[0], *second, -1, *third, -1]
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel()
     F = np.stack((np.column_stack((c, a, d)), np.column_stack((d, a, b))), axis=1).reshape(-1, 3)
-    F = np.vstack(([[30, 29, 28]], F))  # a labelled face precedes the triangles of strips
+    F = np.vstack(([[30, 29, 28]], F))  # a face with a label precedes the triangles of the strips
     x, y = np.divmod(np.arange(n * m), m)
     V = np.column_stack((x, y, x * y)).astype(float)
     head = f"ply\nformat {form} 1.0\nelement vertex {n * m}\n"

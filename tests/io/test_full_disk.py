@@ -49,7 +49,7 @@ def words(name: str, mesh: Path, folder: Path) -> list[str]:
 
 @contextmanager
 def limited(size: int) -> Iterator[None]:
-    """Let no file of this process grow beyond a number of bytes."""
+    """Limit the size of all files that this process writes, in bytes."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
@@ -63,7 +63,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_old_file(name: str, mesh: Pa
     old = [tmp_path / f"x.{suffix}" for suffix in ("obj", "ply", "glb", "png")]
     for path in old:
         path.write_text("old")
-    # more than the OBJ takes, and less than the picture, where there are both
+    # large enough for an OBJ file, too small for a picture
     with limited(60_000 if "and" in name else 4096):
         process = run(*words(name, mesh, tmp_path))
     assert process.returncode == 2

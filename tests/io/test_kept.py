@@ -1,4 +1,4 @@
-"""Every cell of docs/kept.md is true, and the page has all cells.
+"""Every cell of docs/kept.md is correct, and the page lists all cells.
 
 Run as a script, this file writes the tables of the page.
 """

@@ -43,7 +43,7 @@ def read_looks(path: Path) -> dict[str, tuple[float, ...]]:
 
 
 def write_painted_box(folder: Path) -> Path:
-    """Write a box with two materials and its library."""
+    """Write a box with two materials and its material library."""
     (folder / "box.mtl").write_text(MTL)
     (folder / "box.obj").write_text(OBJ)
     return folder / "box.obj"
@@ -62,7 +62,6 @@ def test_materials_survive_obj_to_gltf_and_back(tmp_path: Path, suffix: str) -> 
     for name, values in given.items():
         np.testing.assert_allclose(there[name], values, atol=1e-6)
         np.testing.assert_allclose(back[name], values, atol=1e-5)
-    # each face keeps its material
     names, of = read_file(tmp_path / "back.obj").extras.materials
     known, wanted = before.extras.materials
     assert [names[k] for k in of] == [known[k] for k in wanted]
@@ -184,7 +183,7 @@ def test_3mf_has_texture_coordinates_parts_and_unit(tmp_path: Path) -> None:
     pytest.importorskip("networkx")
     opened = trimesh.load_scene(tmp_path / "out.3mf", process=False)
     assert sum(len(mesh.faces) for mesh in opened.geometry.values()) == len(split.F)
-    scene(tmp_path / "in.glb")  # glTF is in metres
+    scene(tmp_path / "in.glb")  # lengths in glTF are in metres
     before, after = unwrapped(tmp_path / "in.glb", tmp_path / "scene.3mf")
     assert after.extras.units == "meter"
     assert np.ptp(after.V) == pytest.approx(np.ptp(before.V), rel=1e-6)
@@ -213,7 +212,7 @@ def test_flat_cortices_are_written_for_freesurfer(tmp_path: Path) -> None:
     assert (faces == F).all()
     np.testing.assert_allclose(points[:, :2], uv, atol=1e-5 * np.ptp(uv))
     assert not points[:, 2].any()
-    # FreeSurfer's read_patch expects one row per vertex
+    # the layout that FreeSurfer's read_patch expects: one row per vertex
     write_file(tmp_path / "lh.patch.flat", mesh, uv)
     data = (tmp_path / "lh.patch.flat").read_bytes()
     version, n = np.frombuffer(data, ">i4", 2)

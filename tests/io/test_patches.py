@@ -31,7 +31,7 @@ def read_rows(path: Path) -> np.ndarray:
 
 
 def write_ball_patch(folder: Path, stays: np.ndarray, border: np.ndarray | None = None) -> Path:
-    """Write a patch of the ball next to its surface, with positions in space."""
+    """Write a patch of the ball and its surface; the patch has other positions than the surface."""
     V, F = make_ball()
     freesurfer.write_geometry(folder / "lh.fiducial", V, F)
     path = folder / "lh.full.patch.3d"
@@ -45,10 +45,12 @@ def test_a_patch_keeps_the_numbers_and_flags_of_its_vertices_from_file_to_flat_f
     V, F = make_ball()
     stays = V[:, 2] < 20
     border = np.zeros(len(V), dtype=bool)
-    border[igl.boundary_loop(F[stays[F].all(axis=1)])[::2]] = True  # differs from the default border
+    # a border that differs from the default one
+    border[igl.boundary_loop(F[stays[F].all(axis=1)])[::2]] = True
     mesh = read_file(write_ball_patch(tmp_path, stays, border))
     assert len(mesh.V) == len(V)
-    np.testing.assert_allclose(mesh.V, V, atol=1e-4)  # positions of the surface, not of the patch
+    # the positions come from the surface, not from the patch
+    np.testing.assert_allclose(mesh.V, V, atol=1e-4)
     assert {tuple(face) for face in mesh.F.tolist()} == {tuple(f) for f in F[stays[F].all(axis=1)].tolist()}
     with pytest.warns(MeshWarning, match="belong to no face"):
         uv = flatten(mesh.V, mesh.F, method="isometric").uv
@@ -71,7 +73,7 @@ def test_a_patch_needs_a_surface_found_by_name_or_passed(tmp_path: Path) -> None
     given = read_file(path, surface=tmp_path / "lh.mine")
     for name, scale in (("smoothwm", 0.9), ("pial", 1.1)):
         freesurfer.write_geometry(tmp_path / f"lh.{name}", V * scale, F)
-    between = read_file(path)  # the mean of both surfaces
+    between = read_file(path)  # without a fiducial surface, the mean of smoothwm and pial
     np.testing.assert_allclose(between.V, given.V, atol=1e-4)
     with pytest.raises(ValueError, match="leave out the surface"):
         read_file(tmp_path / "lh.mine", surface=tmp_path / "lh.pial")
@@ -82,16 +84,16 @@ def test_a_patch_needs_a_surface_found_by_name_or_passed(tmp_path: Path) -> None
 
 def test_pieces_crumbs_pinched_borders_and_closed_slits_are_said(tmp_path) -> None:
     V, F = make_ball()
-    stays = (V[:, 2] < 20) | (V[:, 2] > 30)  # an additional cap
+    stays = (V[:, 2] < 20) | (V[:, 2] > 30)  # a second piece: a cap
     neighbours = igl.adjacency_list(F)
     lowest = int(V[:, 2].argmin())
     ring = set(neighbours[lowest])
     second = {far for near in ring for far in neighbours[near]} - ring - {lowest}
-    stays[list(ring)] = False  # isolates a vertex
+    stays[list(ring)] = False  # isolates the lowest vertex
     beyond = next(  # a vertex with a single neighbour in the second ring
         far for near in second for far in neighbours[near] if len(second.intersection(neighbours[far])) == 1
     )
-    stays[beyond] = False  # a second hole, separated by one vertex
+    stays[beyond] = False  # a second hole that touches the first one at a vertex
     border = np.zeros(len(V), dtype=bool)
     inside = int(np.argmin(np.linalg.norm(V - [50, 0, 0], axis=1)))
     border[[inside, neighbours[inside][0]]] = True
@@ -108,7 +110,7 @@ def test_pieces_crumbs_pinched_borders_and_closed_slits_are_said(tmp_path) -> No
     assert str(inside) in text
     result = flatten(*igl.remove_unreferenced(mesh.V, mesh.triangles)[:2])
     assert result.outcome.good
-    assert len(result.holes) == 1  # both holes share a vertex and form one
+    assert len(result.holes) == 1  # both holes share a vertex and form a single hole
 
 
 @pytest.mark.parametrize("damage", ["short", "zero", "twice", "nan", "other"])

@@ -1,4 +1,4 @@
-"""Coordinates of surveys and of tiny bodies keep their digits, or a warning reports the rounding error."""
+"""Coordinates far from the origin and of tiny bodies keep their digits, or a warning reports the rounding."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PACKAGES = {".3mf": "lib3mf", ".vtp": "pyvista"}
 
 
 def round_trip(path: Path, positions: np.ndarray) -> np.ndarray:
-    """Write and read a mesh, and return the positions at the corners."""
+    """Write and read a mesh; return the positions at the corners of its triangles."""
     if path.suffix in PACKAGES:
         pytest.importorskip(PACKAGES[path.suffix])
     with warnings.catch_warnings():
@@ -36,9 +36,10 @@ def test_a_body_far_from_the_origin_keeps_its_shape_and_place(suffix: str, tmp_p
         for size in (1.0, 1e3):
             given = size * V[F] + origin
             if suffix == ".3mf" and np.abs(given).max() > 1e9:
-                continue  # translations in 3MF have six digits
+                continue  # 3MF writes translations with six digits
             found = round_trip(tmp_path / f"a{suffix}", size * V + origin)
-            # accurate to single precision of the size, up to a shift by the rounded translation in 3MF
+            # compare in single precision relative to the size, up to a shift by the rounded translation in
+            # 3MF
             shift = (found - given).mean(axis=(0, 1))
             assert np.abs(found - given - shift).max() < 2e-5 * size
             assert np.abs(shift).max() <= 1e-7 * np.abs(origin).max() * (suffix == ".3mf") + 1e-6 * size

@@ -59,7 +59,7 @@ def test_glb_keeps_both_sets_with_images_and_tangents(
     sides = triangles[:, 1:] - triangles[:, :1]
     assert (np.abs(np.linalg.det(sides)) > 0.01).all()
     assert len(get_array(after, primitive["attributes"]["POSITION"])) >= 4
-    # conversely, new first texture coordinates keep the second ones
+    # new first texture coordinates keep the second ones as well
     assert main(["unwrap", str(out), "-o", str(tmp_path / "again.glb"), "--quiet"]) == 0
     again = read_file(tmp_path / "again.glb")
     assert (get_corner_values(again, "TEXCOORD_1") == second).all()
@@ -83,7 +83,7 @@ def test_both_sets_are_written_to_other_formats(suffix: str, tmp_path: Path) -> 
     mesh = read_file(tmp_path / "in.obj")
     TC = np.random.default_rng(0).random((12, 2))
     FTC = np.arange(12).reshape(-1, 3)
-    with pytest.warns(match="does not keep"):  # materials are lost
+    with pytest.warns(match="does not keep"):  # the format loses materials
         write_file(tmp_path / f"out{suffix}", mesh, TC, FTC, texcoord=1)
     after = read_file(tmp_path / f"out{suffix}")
     assert np.allclose(after.TC[after.FTC], mesh.TC[mesh.FTC], atol=1e-6)
@@ -93,7 +93,8 @@ def test_both_sets_are_written_to_other_formats(suffix: str, tmp_path: Path) -> 
         tables = after.extras.source
         assert isinstance(tables, PlyTables)
         second = tables.tables["face"]["texcoord1"].values.reshape(-1, 2)
-        write_file(tmp_path / "again.ply", after, TC[::-1], FTC)  # unknown properties are kept
+        # second texture coordinates are unknown properties, which are kept
+        write_file(tmp_path / "again.ply", after, TC[::-1], FTC)
         again = read_file(tmp_path / "again.ply").extras.source
         assert (again.tables["face"]["texcoord1"].values.reshape(-1, 2) == second).all()
     assert np.allclose(second, TC, atol=1e-6)
@@ -143,7 +144,7 @@ def test_obj_gets_a_second_file_with_a_warning(tmp_path: Path, capsys: pytest.Ca
     assert (first.V == second.V).all()
     assert (first.F == second.F).all()
     assert not np.allclose(first.TC[first.FTC], second.TC[second.FTC])
-    assert main(words) == 2  # the second file exists
+    assert main(words) == 2  # the second output file already exists
     assert main([*words, "--force"]) == 0
 
 

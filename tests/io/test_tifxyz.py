@@ -67,7 +67,7 @@ def test_points_without_positive_z_are_missing(folder: Path) -> None:
 @pytest.mark.parametrize("channels", [None, -1, 0])
 def test_any_low_value_of_a_finer_mask_removes_its_point(folder: Path, channels: int | None) -> None:
     mask = np.full((12, 27), 255, dtype=np.uint8)
-    mask[3, 5] = 254  # point (1, 1)
+    mask[3, 5] = 254  # lies in the cell of point (1, 1)
     image = mask if channels is None else np.stack((mask, 0 * mask, mask), axis=channels)
     planar = (
         {}

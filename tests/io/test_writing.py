@@ -31,16 +31,16 @@ def test_files_written_by_igl_are_read(tmp_path, suffix: str) -> None:
     path = tmp_path / f"mesh.{suffix}"
     igl.write_triangle_mesh(str(path), V, F)
     positions, faces = read_mesh(path)
-    assert len(positions) == len(V)  # corners of STL are welded
+    assert len(positions) == len(V)  # the three corners of each STL triangle are welded
     assert np.allclose(positions[faces], V[F], atol=1e-5)
-    # linabf(V, F) with the same numbering, up to the precision of the format
+    # both meshes have the same numbering, and positions in the precision of the format
     ours, theirs = linabf(V, F, rtol=1e-10), linabf(positions, faces, rtol=1e-10)
     assert np.allclose(theirs[faces], ours[F], atol=1e-3)
 
 
 def test_obj_stores_the_map_exactly(tmp_path) -> None:
     V, F = load("bumps")
-    V = np.vstack((V, [9, 9, 9]))  # an unreferenced vertex gets no vt
+    V = np.vstack((V, [9, 9, 9]))  # the unreferenced vertex gets no line vt
     uv = np.vstack((linabf(V[:-1], F), [np.nan, np.nan]))
     path = tmp_path / "flat.obj"
     write_obj(path, V, F, uv)
@@ -91,7 +91,7 @@ def test_files_that_are_not_meshes_are_refused(tmp_path, name: str, text: str) -
 
 
 def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
-    """As in glTF, two materials share a name, one has none, and one has the name of the default material."""
+    """Two materials share a name, one has no name, and one has the name of the default material."""
     V, F = igl.icosahedron()
     names = ("red", "red", "", "two\nlines", "end\\", "igl_linabf", "a # b", "a")
     of = np.array([*range(len(names)), *[-1] * (len(F) - len(names))])

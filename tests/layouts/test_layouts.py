@@ -1,4 +1,4 @@
-"""Layouts: from angles to coordinates."""
+"""Layouts compute a map from the angles of its triangles."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
     V, F = load(name)
     angles = linabf_angles(V, F, iterations=12, tol=1e-12)
     maps = [layout(F, angles, method=method) for method in METHODS]
-    # greedy accumulates rounding errors over the longest path, relative to the smallest triangle
+    # greedy layout accumulates rounding errors along its longest path, relative to the smallest triangle
     for uv, tolerance in zip(maps[1:], (1e-6, 1e-5), strict=True):
         assert best_fit_distance(uv, maps[0]) <= tolerance
     assert np.allclose(layout(F, angles), maps[0])
@@ -37,7 +37,7 @@ def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
     assert result.report.iterations == 0
     corners = V[:, :2][F[0]], result.uv[F[0]]
     lengths = [np.linalg.norm(c - np.roll(c, 1, axis=0), axis=1) for c in corners]
-    assert np.allclose(*lengths, rtol=1e-6)  # in the units of the mesh
+    assert np.allclose(*lengths, rtol=1e-6)  # the map has the units of the mesh
 
 
 def test_map_without_pins_has_the_area_of_the_surface_and_lies_centred() -> None:
@@ -57,12 +57,12 @@ def test_map_without_pins_has_its_principal_axes_along_x_and_y(name: str, method
     xx, xy, yy = second_moments(uv, F)
     assert abs(xy) <= 1e-9 * (xx + yy)
     assert xx >= yy
-    # the direction of x has a positive third moment (of the triangle centres)
+    # the third moment of the triangle centres along x is positive
     assert igl.doublearea(uv, F) @ uv[F].mean(axis=1)[:, 0] ** 3 > 0
 
 
 def second_moments(uv: np.ndarray, F: np.ndarray) -> tuple[float, float, float]:
-    """Integrate x x, x y and y y over the map, exactly by the midpoints of the triangle sides."""
+    """Return the integrals of x x, x y and y y over the map, exact by the midpoint rule for triangles."""
     middle = (uv[F] + uv[np.roll(F, 1, axis=1)]) / 2
     weight = np.abs(igl.doublearea(uv, F)) / 6
     xx, xy, yy = (
@@ -80,7 +80,7 @@ def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_fa
     i, j = find_far_points(points)
     apart = abs(arc[i] - arc[j])
     assert abs(apart / length.sum() - 0.5) <= length.max() / length.sum()
-    # no other pair half the loop apart is farther by more than an edge
+    # pins farther apart at half a loop's distance exist only within the length of an edge
     around = np.abs(arc[:, None] - arc)
     half = np.abs(around - length.sum() / 2) <= length.min() / 2
     distance = np.linalg.norm(points[:, None] - points, axis=2)

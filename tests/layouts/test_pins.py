@@ -1,4 +1,4 @@
-"""Pins: any number of pins, met if possible, and otherwise reported."""
+"""Any number of pins is met if possible; otherwise, the pins are reported."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_pins_out_of_reach_are_told() -> None:
     free = flatten(V, F, method="isometric").uv
     b = np.array([*F[400], *some_vertices(V, 6)])
     bc = free[b]
-    bc[:2] = bc[1::-1]  # a reversed triangle
+    bc[:2] = bc[1::-1]  # swapping two pins reverses a triangle
     held, isometric = flatten(V, F, b, bc, method="linabf"), flatten(V, F, b, bc, method="isometric")
     assert held.outcome is Outcome.FLIPPED
     assert "pins may require" in held.message

@@ -34,7 +34,7 @@ def grid(side: int) -> sparse.csc_array:
 
 
 def bordered(side: int) -> sparse.csc_array:
-    """Return the matrix of a grid with one dense row."""
+    """Return the matrix of a grid with one dense row and column."""
     A = sparse.lil_array(grid(side))
     A[side, :] = A[:, side] = 0.01
     A[side, side] = 100.0
@@ -49,7 +49,7 @@ def analysed(kind, lower: sparse.csc_array, block: int = 1):
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 40, 900])
 def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
     rng = np.random.default_rng(n)
-    for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # including forests
+    for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # the sparsest graphs are forests
         A = random(n, density, rng)
         lower = lower_of(A)
         factor = analysed(kind, lower).factor(lower.data)
@@ -62,7 +62,7 @@ def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
 
 @pytest.mark.parametrize("A", [bordered(30), sparse.block_diag([grid(12)] * 30), grid(160)])
 def test_large_factors_agree_with_cholmod(A) -> None:
-    """The matrices have a dense row, many components, or a size at which threads share the work."""
+    """The matrices have a dense row, many components, or a size that several threads share."""
     lower, rng = lower_of(A), np.random.default_rng(0)
     own, *other = (analysed(kind, lower).factor(lower.data) for kind in KINDS)
     for sides in SIDES:
@@ -75,7 +75,7 @@ def test_large_factors_agree_with_cholmod(A) -> None:
 
 @pytest.mark.parametrize("A", [grid(30), bordered(30), sparse.block_diag([grid(12)] * 30)])
 def test_sparse_right_hand_sides_give_columns_of_the_inverse(A) -> None:
-    """The right-hand side is zero in most supernodes; its entry can be in any column of a supernode."""
+    """The right-hand side is nonzero in a single entry, which can be in any column of a supernode."""
     n, lower, by_scipy = A.shape[0], lower_of(A), linalg.splu(sparse.csc_array(A))
     factor, rng = analysed(Cholesky, lower).factor(lower.data), np.random.default_rng(0)
     for width in (1, 2, 3, 7):
@@ -83,7 +83,7 @@ def test_sparse_right_hand_sides_give_columns_of_the_inverse(A) -> None:
             sides = np.zeros((n, width))
             sides[at, np.arange(width)] = 1.0
             assert np.allclose(factor.solve(sides), by_scipy.solve(sides), rtol=1e-9, atol=1e-13)
-    single = np.arange(n) == n // 2  # products with this entry cancel
+    single = np.arange(n) == n // 2  # a right-hand side with two entries, whose products cancel
     assert np.allclose(factor.solve(A @ single), single, atol=1e-12)
 
 
@@ -135,9 +135,11 @@ def test_indefinite_and_singular_matrices_are_rejected_with_their_row(
         assert np.allclose(full @ factor.solve(b), b)
         twice = analysis.factor(2 * good.data)
         assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
-        assert np.allclose(full @ factor.solve(b), b)  # the first factor is unchanged
+        # the second factorization does not change the first factor
+        assert np.allclose(full @ factor.solve(b), b)
         del twice
-        assert np.allclose(full @ analysis.factor(good.data).solve(b), b)  # in reused memory
+        # a factor that reuses the memory of a deleted factor
+        assert np.allclose(full @ analysis.factor(good.data).solve(b), b)
 
 
 def grids(sizes, rng):
@@ -215,7 +217,7 @@ def test_a_bad_pivot_is_named_by_its_row_wherever_it_is_in_a_supernode(n: int) -
 def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
     side: int, threads: str, monkeypatch
 ) -> None:
-    """All earlier pivots are positive, so that the bad pivot is above all subtrees."""
+    """All earlier pivots are positive, and the bad pivot is in the root front, above all subtrees."""
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
     least = 2 * (2.1 - 2 * np.cos(np.pi / (side + 1)))
     lower = lower_of(grid(side))
@@ -233,7 +235,7 @@ def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
 
 @pytest.mark.parametrize("shape", [(150, 150), (400, 400)])
 def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], monkeypatch) -> None:
-    """This includes factors whose largest fronts are shared by several threads."""
+    """The largest fronts of the second matrix are shared by several threads."""
     lower, made = lower_of(grid(shape[0])), []
     b = np.random.default_rng(0).normal(size=(lower.shape[0], 3))
     for threads in ("1", "2", "3"):
@@ -244,9 +246,9 @@ def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], mon
 
 def test_invalid_patterns_are_rejected() -> None:
     for indptr, indices in (
-        ([0, 1, 2], [0, 0]),  # the diagonal is missing
-        ([0, 2, 3], [1, 0, 1]),  # the diagonal is not first
-        ([0, 2, 3], [0, 2, 1]),  # the row is out of range
+        ([0, 1, 2], [0, 0]),  # the diagonal entry of the second column is missing
+        ([0, 2, 3], [1, 0, 1]),  # the diagonal entry is not the first of its column
+        ([0, 2, 3], [0, 2, 1]),  # a row index is out of range
         ([0, 3, 2], [0, 1, 1]),
         ([], []),
     ):

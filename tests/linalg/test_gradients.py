@@ -54,19 +54,19 @@ def solve(
 @pytest.mark.parametrize("rtol", [0.3, 1e-3, 1e-8])
 def test_each_block_has_the_iterates_and_steps_of_a_separate_system(rtol: float) -> None:
     A, M, b = systems()
-    b[0] = np.zeros_like(b[0])  # solved without a step
+    b[0] = np.zeros_like(b[0])  # the zero vector solves this block without a step
     found, steps, converged = solve(A, M, b, rtol)
     assert all(converged)
     for x, taken, *given in zip(found, steps, A, M, b, strict=True):
         expected, number = by_definition(*given, rtol)
         assert taken == number
         np.testing.assert_allclose(x, expected, rtol=1e-6, atol=1e-9)
-    assert len(set(steps)) > 2  # they converge at different times
+    assert len(set(steps)) > 2  # the blocks converge after different numbers of steps
 
 
 def test_the_first_step_has_to_reach_first_rtol_and_later_steps_rtol() -> None:
     A, M, b = systems()
-    M[1] = np.linalg.inv(A[1]) * 1.01  # converges in one step
+    M[1] = np.linalg.inv(A[1]) * 1.01  # an exact preconditioner, up to a factor: converges in one step
     _, plain, _ = solve(A, M, b, 0.5)
     _, asked, _ = solve(A, M, b, 0.5, first_rtol=1e-11)
     assert plain[1] == asked[1] == 1 and plain[4] == 1 < asked[4]
@@ -80,7 +80,7 @@ def test_blocks_that_do_not_converge_are_reported_and_do_not_affect_other_blocks
     _, short, converged = solve(A, M, b, 1e-9, most=3)
     assert short == [min(3, taken) for taken in steps]
     assert converged == [taken <= 3 for taken in steps]
-    A[1] = np.full_like(A[1], np.nan)  # the result of an overflow
+    A[1] = np.full_like(A[1], np.nan)  # as after an overflow
     found, steps, converged = solve(A, M, b, 1e-9)
     assert converged == [True, False, True, True, True] and steps[1] <= 1
     for k in (0, 2, 4):

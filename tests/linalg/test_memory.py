@@ -62,7 +62,7 @@ def test_a_mesh_that_does_not_fit_into_memory_is_rejected_with_an_estimate(bytes
     bytes_free(memory.BYTES_PER_FACE * len(F) - 1)
     with pytest.raises(MeshError, match=r"1,\d{3} faces take about .* GiB.*are free: decimate the mesh"):
         flatten(V, F)
-    # a least-squares layout always needs a factor
+    # the least-squares layout needs a factor in any case, so that the mesh does not fit
     bytes_free(memory.BYTES_PER_FACE * len(F) + 1)
     with pytest.raises(MeshError, match="decimate the mesh"):
         flatten(V, F, method=LinABF(layout="least-squares"))
@@ -119,4 +119,5 @@ def test_free_memory_is_limited_by_the_tightest_limit(
     ):
         (tmp_path / version).write_text(str(free + taken if limit == version else "max"))
         (tmp_path / used).write_text(str(taken))
-    assert memory.available() == pytest.approx(free, abs=2**24)  # the process may allocate memory in between
+    # the process may allocate or free memory in the meantime
+    assert memory.available() == pytest.approx(free, abs=2**24)

@@ -1,4 +1,4 @@
-"""Both interfaces of scikit-sparse factor the same matrices, whichever version is installed."""
+"""Both interfaces of scikit-sparse (before and since 0.5) factor the same matrices."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class CholmodWarning(Warning):
 
 
 class CholeskyFactor:
-    """A dense stand-in for the class of scikit-sparse 0.5, with the same methods and errors."""
+    """A dense stand-in for the class of scikit-sparse 0.5 with its methods and errors."""
 
     def __init__(self, A, *, lower: bool = True, order="default", sym_kind=None, supernodal_mode=None):
         assert lower and order == "amd" and supernodal_mode in ("simplicial", "supernodal")
         self.perm = np.arange(A.shape[0])[::-1].astype(np.int32)
-        A.data[:] = np.nan  # the real class may reorder the entries in place
+        A.data[:] = np.nan  # the real class may reorder the entries of A in place
         self.rcond = -1.0
 
     def copy(self) -> CholeskyFactor:
@@ -47,7 +47,7 @@ class CholeskyFactor:
         L = np.zeros_like(full)
         for k in range(len(full)):
             pivot = full[k, k] - L[k, :k] @ L[k, :k]
-            if pivot <= 0:  # NaN passes
+            if pivot <= 0:  # NaN passes this test, as in CHOLMOD
                 raise CholmodNotPositiveDefiniteError(f"Not positive definite (code 1) Failed at column {k}.")
             L[k, k] = np.sqrt(pivot)
             L[k + 1 :, k] = (full[k + 1 :, k] - L[k + 1 :, :k] @ L[k, :k]) / L[k, k]
@@ -96,7 +96,7 @@ def test_systems_are_solved_through_the_interface_of_0_5(
         b = np.random.default_rng(0).normal(size=(20, *sides))
         assert np.allclose(full @ first.solve(b), b)
         assert np.allclose(2 * full @ second.solve(b), b)
-    assert (values == lower.data).all()  # the caller's values are unchanged
+    assert (values == lower.data).all()  # factorization does not change the values of the caller
 
 
 @pytest.mark.parametrize("bad", [-3.0, 0.0, np.nan])

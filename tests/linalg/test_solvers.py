@@ -71,12 +71,12 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 
     monkeypatch.setattr(Cholesky, "__init__", counted_analysis)
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
-    monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # from where slivers are corrected for
+    monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # correct for slivers in systems of any size
     flatten(V, F)
-    # the Laplacian and the small system of slivers; a step and its chord step share both factors
+    # factors of the Laplacian and of the small system of slivers; a step shares them with its chord step
     n, slivers = analysed
     assert n > 50 * slivers
-    assert factored == [n, slivers, n]  # the last factor belongs to the layout
+    assert factored == [n, slivers, n]  # the layout has the last factor
     analysed.clear()
     factored.clear()
     result = flatten(V, F, method=LinABF(iterations=12))

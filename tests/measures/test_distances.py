@@ -20,8 +20,9 @@ def grid(n: int) -> tuple[np.ndarray, np.ndarray]:
 def test_an_unrolled_cylinder_has_no_error_and_a_scaled_map_the_error_of_its_scale() -> None:
     flat, F = grid(12)
     angle = 3 * flat[:, 0]
-    V = np.column_stack((np.cos(angle), np.sin(angle), 3 * flat[:, 1])) / 3  # rolled up, with edges as chords
-    # a chord of the circle is shorter than its arc
+    # the grid rolled up, with chords as edges
+    V = np.column_stack((np.cos(angle), np.sin(angle), 3 * flat[:, 1])) / 3
+    # the error is not zero, because a chord is shorter than its arc
     assert distance_error(V, F, flat[:, :2]) < 0.01
     for scale in (0.5, 1.25):
         assert distance_error(flat, F, scale * flat[:, :2] + 7) == pytest.approx(abs(scale - 1), rel=1e-9)
@@ -35,7 +36,7 @@ def test_neighbours_are_within_the_rings_and_distances_are_shortest_paths() -> N
     np.fill_diagonal(near, False)
     assert set(map(tuple, found.ends.T.tolist())) == set(map(tuple, np.argwhere(near).tolist()))
     none = np.zeros(0, dtype=np.int64)
-    for source in (0, 50, 199):  # by a search over the whole surface
+    for source in (0, 50, 199):  # compare with exact geodesics on the whole surface
         mine = found.ends[0] == source
         whole = igl.exact_geodesic(V, F, np.array([source]), none, found.ends[1][mine], none)
         assert (found.length[mine] >= whole - 1e-9).all()
@@ -60,7 +61,7 @@ def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.
     assert all(distance_error(V, F, scale * uv) > least for scale in (0.98, 0.999, 1.001, 1.02))
     assert distance_error(V, F, by_area) >= least
     assert least <= few < least + 1e-3
-    assert np.ptp(uv / by_area) < 1e-6 * abs(uv / by_area).max()  # the maps differ by a scale only
+    assert np.ptp(uv / by_area) < 1e-6 * abs(uv / by_area).max()  # the two maps differ only by a scale
 
 
 def test_quality_measures_distances_on_request() -> None:

@@ -19,7 +19,8 @@ from igl_linabf.surface import Submesh
 def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(0)
-    uv = flatten(V, F).uv @ rng.normal(size=(2, 2)) * 3  # sheared, so that no figure has its ideal value
+    # shear the map, so that no figure has its ideal value
+    uv = flatten(V, F).uv @ rng.normal(size=(2, 2)) * 3
     if np.median(igl.doublearea(uv, F)) < 0:
         uv = uv[:, ::-1]
     sigma = np.linalg.svd(jacobians(V, F, uv), compute_uv=False)
@@ -57,7 +58,8 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
     meshes = [(V, F, flatten(V, F).uv) for V, F in (bumps(60, 1), bumps(200, 2), load("bumps"))]
     flipped = meshes[1][2]
     near = meshes[1][1][7]
-    flipped[near[0]] = flipped[near[1:]].mean(axis=0) * 2 - flipped[near[0]]  # across the opposite side
+    # move a vertex across the opposite side, which flips a face
+    flipped[near[0]] = flipped[near[1:]].mean(axis=0) * 2 - flipped[near[0]]
     assert quality(*meshes[1][:2], flipped).flips
     surfaces = [(Submesh.checked(V, F), uv, quality(V, F, uv).overlaps) for V, F, uv in meshes]
     for together, (V, F, uv) in zip(measure_qualities(surfaces), meshes, strict=True):
@@ -72,7 +74,7 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
 def test_angles_and_flips_as_igl_counts_them(name: str) -> None:
     V, F = load(name)
     uv = flatten(V, F, method="lscm").uv
-    uv[F[7, 0]] = uv[F[7, 1:]].mean(axis=0) + 0.2 * (uv[F[7, 1:]].mean(axis=0) - uv[F[7, 0]])  # flip it
+    uv[F[7, 0]] = uv[F[7, 1:]].mean(axis=0) + 0.2 * (uv[F[7, 1:]].mean(axis=0) - uv[F[7, 0]])  # flips a face
     before, after = igl.internal_angles(V, F), igl.internal_angles(uv, F)
     q = quality(V, F, uv)
     assert np.isclose(q.angle_distortion, (((after - before) / before) ** 2).mean())
@@ -99,7 +101,8 @@ def test_overlaps_are_counted_within_charts_and_not_between_them() -> None:
     onto_each_other = np.vstack((V[:, :2], V[:, :2] + 0.1))
     assert quality(twice, both, onto_each_other).overlaps == 0
     assert len(overlaps(onto_each_other, both, between=True)) > len(F)
-    folded = V[:, :2] * [1, 1] - 2 * np.maximum(V[:, :1], 0) * [1, 0]  # right half onto left half
+    # fold the right half onto the left half
+    folded = V[:, :2] * [1, 1] - 2 * np.maximum(V[:, :1], 0) * [1, 0]
     assert quality(V, F, folded).overlaps == len(overlaps(folded, F)) > len(F) / 2
 
 
@@ -133,5 +136,6 @@ def test_quality_prints_as_a_table() -> None:
 
 def test_a_collapsed_triangle_counts_as_a_flip() -> None:
     V, F = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1.0, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
-    flat = np.array([[0, 0], [1, 0], [1, 1], [0.5, 0.5]])  # the last vertex is on the diagonal
+    # the last vertex lies on the diagonal, which collapses a triangle
+    flat = np.array([[0, 0], [1, 0], [1, 1], [0.5, 0.5]])
     assert quality(V, F, flat).flips == 1

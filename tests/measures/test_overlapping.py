@@ -15,7 +15,7 @@ from igl_linabf.surface import face_components
 
 
 def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a straight strip with four rows, and a map that winds it around a centre onto itself."""
+    """Return a straight strip of four rows, and a map that winds the strip around a centre onto itself."""
     t, h = np.meshgrid(np.linspace(0, 2 * np.pi * turns, n), np.linspace(0, 0.4, 5), indexing="ij")
     t, h = t.ravel(), h.ravel()
     i = (5 * np.arange(n - 1)[:, None] + np.arange(4)).ravel()
@@ -27,7 +27,7 @@ def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Return all pairs of triangles whose intersection has an area."""
+    """Return all pairs of triangles whose intersection has an area, by clipping polygons."""
     polygons = shapely.polygons(uv[F])
     i, j = np.triu_indices(len(F), 1)
     area = shapely.area(shapely.intersection(polygons[i], polygons[j]))
@@ -35,7 +35,7 @@ def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the charts after a cut."""
+    """Return the charts into which seams divide a surface."""
     V, F, _ = cut(V, F, seams)
     chart = face_components(F, len(V))
     return [igl.remove_unreferenced(V, F[chart == i])[:2] for i in range(chart.max() + 1)]
@@ -66,7 +66,7 @@ def test_pairs_where_the_ends_of_a_ring_meet_agree_with_clipping(turns: float) -
 
 @pytest.mark.parametrize("turns", [1.4, 2.3, 3.1])
 def test_no_pair_is_missed_where_a_wide_chart_winds_over_itself(turns: float) -> None:
-    """Includes pairs far from the boundary; compares with the search over all faces."""
+    """Many overlapping pairs are far from the boundary; the result equals a search over all faces."""
     angle, radius = np.linspace(0, 2 * np.pi * turns, int(60 * turns)), np.linspace(1, 4, 20)
     z = (np.exp(1j * angle)[:, None] * radius).ravel()
     corner = np.arange(len(z)).reshape(len(angle), 20)
@@ -80,7 +80,7 @@ def test_no_pair_is_missed_where_a_wide_chart_winds_over_itself(turns: float) ->
 
 def test_a_flipped_face_inside_a_sound_boundary_overlaps_its_neighbours() -> None:
     uv, F = igl.triangulated_grid(7, 7)
-    uv[24] += [0.4, 0.1]  # beyond its neighbours
+    uv[24] += [0.4, 0.1]  # moves the vertex beyond its neighbours
     pairs = overlaps(uv, F)
     assert len(pairs)
     assert np.array_equal(pairs, by_clipping(uv, F))
@@ -123,14 +123,14 @@ def test_touching_faces_do_not_overlap_and_charts_are_compared_on_request() -> N
 def test_overlaps_are_deeper_than_a_millionth_of_the_smaller_height(
     depth: float, counts: int, size: float
 ) -> None:
-    # two triangles of height 1; the apex of the lower one is inside the upper one by `depth`
+    # two triangles of height 1; the apex of the lower one is a distance of `depth` inside the upper one
     uv = size * np.array([[0, 0], [4, 0], [2, 1.0], [2, depth], [1, depth - 1], [3, depth - 1]])
     F = np.array([[0, 1, 2], [3, 4, 5]])
     assert len(overlaps(uv, F, between=True)) == counts
 
 
 def two_sheets() -> tuple[np.ndarray, np.ndarray]:
-    """Return two sheets of a plane that pass through each other along a slit.
+    """Return two planar sheets that pass through each other along a slit.
 
     No face is flipped, and the boundary loops do not cross. At the two ends of the slit, the angles sum to
     4 pi. Both boundary loops run counter-clockwise.
@@ -152,12 +152,14 @@ def two_sheets() -> tuple[np.ndarray, np.ndarray]:
         for sheet, (k, xy) in enumerate(zip((0, 49), sheets, strict=True))
         for i, p in enumerate(xy.astype(int).tolist(), k)
     }
-    for old, new in ((at[1, -1, 0], at[0, -1, 0]), (at[1, 1, 0], at[0, 1, 0])):  # share the ends of the slit
+    # both sheets share the ends of the slit
+    for old, new in ((at[1, -1, 0], at[0, -1, 0]), (at[1, 1, 0], at[0, 1, 0])):
         faces[1][faces[1] == old] = new
     middle = at[0, 0, 0], at[1, 0, 0]
     for F, mine, other in ((faces[0], *middle), (faces[1], *middle[::-1])):
         below = uv[F].mean(axis=1)[:, 1] < 0
-        F[below[:, None] & (mine == F)] = other  # faces below the slit continue in the other sheet
+        # below the slit, the faces of each sheet continue in the other sheet
+        F[below[:, None] & (mine == F)] = other
     return uv, np.concatenate(faces)
 
 
@@ -168,7 +170,7 @@ def test_two_sheets_through_each_other_overlap_although_their_loops_do_not_cross
     used = np.unique(F)
     assert len(used) == 49 + 25 - 2
     pairs = overlaps(uv, F)
-    assert len(pairs) >= 32  # every face of the smaller sheet overlaps
+    assert len(pairs) >= 32  # every face of the smaller sheet overlaps the larger one
     clipped = {tuple(pair) for pair in by_clipping(uv, F).tolist()}
     assert {tuple(pair) for pair in pairs.tolist()} == clipped
 
@@ -223,7 +225,7 @@ def test_invalid_pairs_are_rejected(pairs: list) -> None:
 
 
 def test_a_list_with_too_many_pairs_says_that_there_are_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Stacked triangles in two charts; either chart alone has more pairs than the limit."""
+    """Triangles are stacked in two charts, each of which has more pairs than the limit."""
     monkeypatch.setattr(overlapping, "MAX_PAIRS", 50)
     n = 20
     F = np.column_stack((np.zeros(n, dtype=np.int64), np.arange(1, 2 * n, 2), np.arange(2, 2 * n + 1, 2)))

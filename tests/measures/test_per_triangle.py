@@ -14,7 +14,8 @@ from igl_linabf import MeshError, distortion, linabf, quality
 @pytest.mark.parametrize("name", ["bumps", "cortex"])
 def test_each_triangle_by_finite_differences_and_igl(name: str) -> None:
     V, F = load(name)
-    uv = linabf(V, F) @ np.array([[3.0, 1.0], [0.5, 2.0]])  # sheared, so that no measure has its ideal value
+    # shear the map, so that no measure has its ideal value
+    uv = linabf(V, F) @ np.array([[3.0, 1.0], [0.5, 2.0]])
     sigma = np.linalg.svd(jacobians(V, F, uv), compute_uv=False)
     area, flat = igl.doublearea(V, F), igl.doublearea(uv, F)
     share = (flat / flat.sum()) / (area / area.sum())

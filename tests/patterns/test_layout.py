@@ -1,4 +1,4 @@
-"""Pieces are joined if they fit, keep their holes, stand upright with one grain, and use few pages."""
+"""Pieces of a pattern are joined if possible, keep their holes, stand upright, and use few pages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TURNED *= np.linalg.det(TURNED)
 
 
 def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Surface:
-    """Return an open prism of radius 1, or a frustum; without `whole`, one of its sides is missing."""
+    """Return an open prism or frustum of radius 1; without `whole`, one of its sides is missing."""
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
     V = np.concatenate((ring, ring * [top, top, 1] + [0, 0, height]))
@@ -33,7 +33,7 @@ def band(sides: int, height: float, top: float = 1.0, whole: bool = True) -> Sur
 
 
 def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
-    """Return a plate of squares of 10 mm, without the given squares."""
+    """Return a plate of n x m squares of 10 mm, without the squares in `holes`."""
     x, y = np.meshgrid(10.0 * np.arange(n + 1), 10.0 * np.arange(m + 1), indexing="ij")
     V = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
     cells = np.array([i * (m + 1) + j for i in range(n) for j in range(m) if (i, j) not in holes])
@@ -44,7 +44,7 @@ def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
 
 
 def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
-    """Return a thick plate, with walls along its rim and around its holes."""
+    """Return a closed plate of the given height, with walls along its rim and around its holes."""
     rim = igl.boundary_facets(F)[0]
     walls = np.concatenate((rim[:, [0, 1]], rim[:, [1, 0]]))
     third = np.concatenate((rim[:, 1], rim[:, 0])) + len(V)
@@ -89,7 +89,7 @@ def test_developable_surfaces_are_one_piece_with_true_lengths(tmp_path: Path, na
         outline = np.vstack((pattern.outlines[0], pattern.outlines[0][:1]))
         x, y = outline.T
         enclosed = (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() / 2
-        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # no overlaps
+        assert enclosed == pytest.approx(igl.doublearea(V, F).sum() / 2)  # equal areas exclude overlaps
 
 
 @pytest.mark.parametrize("single", [False, True])
@@ -110,13 +110,13 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
         )
         assert length == pytest.approx(2 * (130 + 90) + 40 * len(holes), rel=1e-6)
     pattern = made(tmp_path / "p.svg", thick(V, F, 2))
-    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # holes on both sides of the thick plate
+    assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # both sides of the plate have the holes
     assert pattern.error < 1e-6
 
 
 def test_a_tab_stays_joined_to_its_plate(tmp_path: Path) -> None:
     V, F = plate(set(), 12, 8)
-    edge = np.flatnonzero(V[:, 1] == 80)[[5, 6]]  # a tab of 10 mm, bent up, on a side of 120 mm
+    edge = np.flatnonzero(V[:, 1] == 80)[[5, 6]]  # a tab of 10 mm width, bent up, on a side of 120 mm
     tab = np.vstack((V, V[edge] + [0, 0, 30.0]))
     n = len(V)
     faces = np.vstack((F, [[edge[0], edge[1], n], [edge[1], n + 1, n]]))
@@ -125,7 +125,7 @@ def test_a_tab_stays_joined_to_its_plate(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("wide", [10.0, 2.5])
 def test_pieces_are_joined_along_the_longer_edge(tmp_path: Path, wide: float) -> None:
-    """Two walls in one piece stand on a floor and are joined to it along the longer of two edges."""
+    """Two walls that form one piece stand on a floor, and are joined to it along the longer of two edges."""
     V = np.array([[0, 0, 0], [wide, 0, 0], [wide, 4, 0], [0, 4, 0], [0, 0, 1], [wide, 0, 1], [wide, 4, 1.0]])
     F = [[0, 1, 2, 3], [1, 0, 4, 5], [2, 1, 5, 6]]
     atlas = unwrap(V, F, [[0, 1], [1, 2]], method="isometric", progress=False)
@@ -143,7 +143,7 @@ def test_given_seams_are_kept(tmp_path: Path) -> None:
     seams = np.column_stack((across[:-1], across[1:]))
     seams = seams[np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1) < 11]
     pattern = write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, seams[:4], progress=False))
-    assert len(pattern.outlines) == 1  # the slit from the rim to the hole
+    assert len(pattern.outlines) == 1  # a slit joins the hole to the rim, so that there is one outline
     V, F = band(5, 1.0)
     every = np.column_stack((np.arange(5), np.arange(5, 10)))
     assert write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, every, progress=False)).pieces == 5
@@ -164,7 +164,7 @@ def test_all_arrows_point_up(tmp_path: Path) -> None:
     ):
         assert np.ptp(line[:, 1]) == pytest.approx(
             height
-        )  # longer than around, so the arrow is along the axis
+        )  # the piece is longer than wide, so the arrow is along the axis
 
 
 def test_the_arrow_of_a_box_lies_along_its_edges(tmp_path: Path) -> None:
@@ -199,7 +199,8 @@ def test_a_rectangle_is_axis_aligned_and_uses_few_pages(tmp_path: Path, turn: np
 def test_pages_cover_a_whole_strip(tmp_path: Path, length: float) -> None:
     V = np.array([[0, 0, 0], [length, 0, 0], [length, 60, 0], [0, 60, 0.0]])
     made(tmp_path / "p.pdf", (V, np.array([[0, 1, 2], [0, 2, 3]])))
-    # a page of 297 mm shows 277 mm, and overlaps the next one by 10 mm; the strip starts at 10 mm
+    # the first page of 297 mm shows 277 mm, and each next page overlaps it by 10 mm; the strip starts at 10
+    # mm
     assert 277 + 267 * (pages(tmp_path / "p.pdf") - 1) >= 10 + length
 
 

@@ -1,4 +1,4 @@
-"""Patterns have true lengths, equal marks on both sides of each seam, and files that other programs read."""
+"""Patterns have true lengths, the same marks on both sides of a seam, and readable files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytest.importorskip("matplotlib")
 def sheet(
     n: int, m: int, radius: object, turn: float = 5.0, height: float = 200.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return quadrangles around an axis, open at one side, with a radius that depends on the height."""
+    """Return quadrangles around an axis, open along one line, with a radius that depends on the height."""
     a, z = np.meshgrid(np.linspace(0, 5, n), np.linspace(0, 200, m), indexing="ij")
     r = radius(z)
     V = np.stack((r * np.cos(a), r * np.sin(a), z), axis=-1).reshape(-1, 3)
@@ -53,7 +53,7 @@ def test_lengths_of_developable_surfaces_are_true(tmp_path: Path, name: str, met
     pattern = write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, method=method, progress=False))
     assert pattern.error < 1e-6
     assert all(abs(seam.change) < 1e-6 for seam in pattern.seams)
-    # the outline is as long as the boundary of the surface and both sides of its seams
+    # the length of the outline is that of the boundary of the surface and both sides of the seams
     split = unwrap(V, F, method=method, progress=False).report.split
     edges = igl.boundary_facets(split.F)[0]
     rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()
@@ -85,7 +85,7 @@ def read_svg(path: Path) -> tuple[ElementTree.Element, dict[str, list[np.ndarray
 
 
 def made_box(path: Path) -> Pattern:
-    """Write the net of a box: four sides in a row of 200 mm, with lid and bottom."""
+    """Write the net of a box: a row of four sides, 200 mm long, with lid and bottom."""
     V, F = box()
     seams = [[0, 4], [0, 1], [0, 2], [2, 3], [4, 5], [4, 6], [6, 7]]
     return write_pattern(path, V, F, unwrap(V, F, seams, progress=False))
@@ -103,11 +103,12 @@ def test_svg_has_the_outline_in_millimetres(tmp_path: Path) -> None:
     np.testing.assert_allclose(upright - upright[0], pattern.outlines[0] - pattern.outlines[0][0], atol=1e-6)
     ends = shapely.points([notch[1] for notch in lines["seam"]])
     assert len(ends) == 2 * len(pattern.seams)
-    assert shapely.contains(shapely.Polygon(outline), ends).all()  # notches are drawn into the piece
+    # notches start at the outline and end inside the piece
+    assert shapely.contains(shapely.Polygon(outline), ends).all()
     assert len(lines["fold"]) == len(pattern.folds) == 5
     texts = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
     for seam in pattern.seams:
-        assert texts.count(str(seam.number)) == 2  # on both sides
+        assert texts.count(str(seam.number)) == 2  # once on each side of the seam
     assert "100 mm" in texts
     bar = next(line for line in lines["text"] if np.ptp(line[:, 0]) > 1)
     assert np.ptp(bar[:, 0]) == 100
@@ -142,7 +143,7 @@ def test_both_sides_of_a_seam_are_measured_separately() -> None:
     flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
     V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
     (seam,) = build_pattern(V, faces, flat, "mm", 30.0, (0, 0, 1)).seams
-    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # scale of the map relative to the pattern
+    scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # the scale of the map relative to the pattern
     assert seam.length == 100
     assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
     assert seam.change == pytest.approx(-0.25 / scale)
@@ -172,7 +173,7 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     assert len(boxes) > 1
     free = (210 - 20 - 10) * (297 - 20 - 10)  # printed area of a page without its overlap
     assert len(boxes) >= pattern.size[0] * pattern.size[1] / free
-    # a small box is on one page, and its scale bar has the stated length
+    # the pattern of a small box takes one page, and its scale bar has the stated length
     made_box(tmp_path / "small.pdf")
     pdfium = pytest.importorskip("pypdfium2")
     page = pdfium.PdfDocument(tmp_path / "small.pdf")[0]
@@ -180,7 +181,7 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     image = np.asarray(page.render(scale=scale).to_pil().convert("L"))
     dark = image < 128
     rows = np.flatnonzero(dark.sum(axis=1) > 0.3 * dark.shape[1])
-    bar = np.ptp(np.flatnonzero(dark[rows[-1]]))  # the bar is below all pieces
+    bar = np.ptp(np.flatnonzero(dark[rows[-1]]))  # the scale bar is below all pieces
     assert bar * 25.4 / 72 / scale == pytest.approx(100, abs=0.5)
 
 
@@ -196,7 +197,7 @@ def test_the_command_draws_and_lists_the_seams(tmp_path: Path, capsys: pytest.Ca
     lines = ezdxf.readfile(out).modelspace().query('LWPOLYLINE[layer=="outline"]')
     step = [np.linalg.norm(np.diff(np.array([p[:2] for p in line]), axis=0), axis=1) for line in lines]
     edge = 10 * np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
-    assert np.allclose(np.concatenate(step), edge)  # an icosahedron is its net
+    assert np.allclose(np.concatenate(step), edge)  # no edge of an icosahedron changes its length
     assert main(["pattern", str(tmp_path / "ball.obj"), "-o", str(tmp_path / "ball.jpg")]) == 2
 
 
@@ -225,7 +226,7 @@ def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
     assert any(seam.twisted for seam in pattern.seams)
     edges = igl.boundary_facets(F)[0]
     rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()
-    # the outline consists of the boundary of the surface and of both sides of the seams
+    # the outline is the boundary of the surface and both sides of the seams
     flat = igl.boundary_facets(atlas.FTC)[0]
     around = V[atlas.origin[flat]]
     outline = np.linalg.norm(around[:, 0] - around[:, 1], axis=1).sum()
@@ -246,7 +247,7 @@ def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
     square = np.array([[0, 0, 0], [100, 0, 0], [100, 100, 0], [0, 100, 0.0]])
     strip = square * [4, 1, 1] + [200, 0, 0]
     F = np.array([[0, 1, 2], [0, 2, 3]])
-    # the square shrinks by half in x and grows by a tenth in y; the strip compensates the change of area
+    # the square shrinks by half in x and grows by a tenth in y; the strip makes up for the change of area
     flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
     made = build_pattern(np.vstack((square, strip)), np.vstack((F, F + 4)), flat, "mm", 30.0, (0, 0, 1))
     assert made.error == pytest.approx(0.5)

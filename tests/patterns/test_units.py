@@ -21,7 +21,7 @@ LENGTH = {"meter": 1000.0, "inch": 25.4, "centimeter": 10.0, "foot": 304.8, "mic
 
 
 def icosahedron(path: Path, unit: str | None) -> Path:
-    """Write an icosahedron whose edges are one unit long."""
+    """Write an icosahedron with edges of length one in the given unit."""
     pytest.importorskip("lib3mf" if path.suffix == ".3mf" else "numpy")
     side = np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
     mesh = MeshFile(V / side, Polygons.of(F), extras=Extras(units=unit))
@@ -30,7 +30,7 @@ def icosahedron(path: Path, unit: str | None) -> Path:
 
 
 def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
-    """Run the command, and return its JSON output."""
+    """Run the command `pattern`, and return its JSON output."""
     pytest.importorskip("svgwrite")
     assert main(["pattern", str(path), "-o", str(path.with_suffix(".svg")), "--json", *more]) == 0
     return json.loads(capsys.readouterr().out)
@@ -40,7 +40,7 @@ def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
 def test_a_pattern_has_the_unit_of_its_file(
     unit: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in a GLB are in metres
+    paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in GLB are in metres
     for name, edge in paths.items():
         path = icosahedron(tmp_path / name, unit)
         output = drawn(path, capsys)

@@ -42,14 +42,14 @@ def test_compare_shows_the_checkerboard_on_surface_and_map(picture) -> None:
     V, F = load("bumps")
     image = picture({"linABF": linabf(V, F)}, V, F, frequency=10)
     surface, flat = image[:, :400], image[:, 400:]
-    ours = flat[40:]  # below the caption
+    ours = flat[40:]  # without the caption
     light, dark = near(ours, LIGHT).mean(), near(ours, DARK).mean()
     assert 0.15 < light < 0.6
-    assert 0.7 < light / dark < 1.4  # a checkerboard is half and half
-    assert near(flat, "black").any()  # the boundary
+    assert 0.7 < light / dark < 1.4  # half of a checkerboard is light
+    assert near(flat, "black").any()  # the boundary of the map is drawn in black
     assert not near(image, WARNING).any()
     assert 7 <= squares(flat) <= 10
-    # the surface is shaded and not white
+    # the surface is shaded, and fills part of its panel
     assert 0.2 < (surface.astype(int).sum(axis=-1) < 720).mean() < 0.95
     assert np.unique(surface.reshape(-1, 3), axis=0).shape[0] > 100
 
@@ -82,7 +82,7 @@ def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
     plotter.show(screenshot=str(path))
     image = pixels(path).astype(int)
     first, second, third = np.split(image, 3)
-    assert np.abs(first[80:] - second[80:]).mean() < 1  # without the caption
+    assert np.abs(first[80:] - second[80:]).mean() < 1  # compare the rows without their captions
     assert np.abs(first[80:] - third[80:]).mean() > 1
     plotter.close()
 
@@ -123,7 +123,7 @@ def off_screen() -> pv.Plotter:
 
 
 def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a flat square, and a map that stretches its right half to twice the width."""
+    """Return a flat square, and a map that doubles the width of its right half."""
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)))
     V = np.column_stack((x, y, 0 * x))
     F = pv.PolyData(V).delaunay_2d().regular_faces.astype(np.int64)
@@ -141,7 +141,7 @@ def test_distortion_is_coloured_by_its_value_on_a_scale_around_zero(tmp_path) ->
         assert np.nanstd(left) < 1e-6
         assert np.nanstd(right) < 1e-6
         assert np.nanmean(left) < 0.01
-        # after scaling to the total area, areas change by 2/3 on the left and by 4/3 on the right
+        # relative to the total area, the left half of the map has 2/3 and the right half has 4/3 of its area
         expected = 1.0 if measure == "conformal" else 0.5 + 0.5 * np.log(4 / 3) / np.log(3 / 2)
         assert abs(np.nanmean(right) - expected) < 0.01
 
@@ -189,7 +189,7 @@ def test_flipped_triangles_are_red_in_distortion_too(tmp_path) -> None:
         plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), lighting=False)
         plotter.view_xy()
         assert near(shot(plotter, tmp_path / "map.png"), WARNING).sum() > 10
-    uv[:] = 0  # all faces collapse
+    uv[:] = 0  # collapse all faces
     plotter = plot_distortion(V, F, uv, "angle", plotter=off_screen(), lighting=False)
     plotter.view_xy()
     assert near(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
@@ -264,7 +264,8 @@ def test_pictures_follow_the_theme(tmp_path) -> None:
     plot_compare(V, F, {"linABF": linabf(V, F)}, screenshot=str(path), **options).close()
     image = pixels(path)
     assert near(image, theme.background.hex_rgb).mean() > 0.3
-    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100  # the caption is legible
+    # the caption has the font colour of the theme
+    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100
 
 
 def test_pictures_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
@@ -328,6 +329,6 @@ def test_cones_are_spheres_and_both_sides_of_a_seam_have_the_same_colour() -> No
     assert (in_map[0] == on_surface[0]).all() and (in_map[1] == 2 * on_surface[1]).all()
     start, end = sides.points[sides.lines.reshape(-1, 3)[:, 1:].T]
     length = np.linalg.norm(end - start, axis=1)
-    for colour in in_map[0]:  # both sides have the same length, edge by edge
+    for colour in in_map[0]:  # the two sides of each seam edge have the same length
         own = np.sort(length[(sides.cell_data["colour"] == colour).all(axis=1)])
         assert np.allclose(own[0::2], own[1::2], rtol=1e-6)

@@ -1,4 +1,4 @@
-"""The window, tested by key presses, clicks and pixels of an X server."""
+"""The window `igl-linabf view`, tested by key presses, clicks and pixels of an X server."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
 from igl_linabf.plot.drawn_seams import DrawnSeams
 
 SIZE = (1400, 830)
-SIDES = 700  # height of both sides, pixels; the sliders and the help are below
-PATIENCE = 300  # seconds to wait for a change of the window
+SIDES = 700  # height in pixels of the surface and the map; the sliders and the help are below
+PATIENCE = 300  # longest time in seconds to wait for a change of the window
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    """Name of a private X display."""
+    """Start a private X server, and yield the name of its display."""
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed")
     pytest.importorskip("Xlib", reason="python-xlib is not installed")
@@ -49,7 +49,7 @@ def server() -> Iterator[str]:
 
 
 class Window:
-    """A running `igl-linabf view`, operated like a user would."""
+    """A running `igl-linabf view` that is operated like a user would."""
 
     def __init__(self, display: str, mesh: Path, *options: str) -> None:
         from Xlib.display import Display
@@ -80,7 +80,7 @@ class Window:
         return np.frombuffer(data, np.uint8).reshape(form.height, form.width, 4)[..., 2::-1].astype(int)
 
     def until(self, holds: Callable[[np.ndarray], bool]) -> np.ndarray:
-        """Return the picture of the window as soon as it is stable and satisfies a condition."""
+        """Wait until the picture of the window is stable and satisfies a condition; return the picture."""
         end = time.monotonic() + PATIENCE
         last = self.image()
         while True:
@@ -103,7 +103,7 @@ class Window:
         self.display.sync()
 
     def drag(self, start: tuple[int, int], *way: tuple[int, int]) -> None:
-        """Press at a pixel of the window, move along a path, and release; without a path, click."""
+        """Press a mouse button at a pixel, move along a path, and release; without a path, click."""
         from Xlib import X
         from Xlib.ext import xtest
 
@@ -143,7 +143,7 @@ def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
 
 
 def marks(image: np.ndarray) -> list[np.ndarray | None]:
-    """Return the column and row of the marked point on the left and on the right."""
+    """Return column and row of the mark on the surface (left) and on the map (right), or None."""
     found = []
     for left in (0, SIZE[0] // 2):
         rows, columns = np.nonzero(near(image[:, left : left + SIZE[0] // 2], MARK, 30))
@@ -156,7 +156,7 @@ def flat(image: np.ndarray) -> np.ndarray:
 
 
 def coloured(image: np.ndarray) -> bool:
-    """Return True if the map shows a distortion; only its upper colours differ from the board's blue."""
+    """Return True if the map shows a distortion, in colours that differ from the blue of the checkerboard."""
     return bool((colours(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
 
 
@@ -178,14 +178,14 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     window.key("d")
     window.until(coloured)
     for _ in range(3):
-        window.key("d")  # conformal, stretch, area: from brown over white to green
+        window.key("d")  # conformal, stretch, area (brown over white to green)
     window.until(lambda image: np.isfinite(colours(flat(image)[300:400, 100:600], "BrBG")).mean() > 0.8)
     window.key("d")
     before = window.until(lambda image: squares(flat(image)) > 5)
     assert near(before[SIDES:], "black", 60).sum() > 500
     window.key("h")
     after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
-    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not cover the map
+    assert (after[:SIDES] == before[:SIDES]).all()  # hiding the help does not change the picture
     window.key("q")
     assert window.process.wait(timeout=PATIENCE) == 0
     assert window.process.stderr.read() == ""
@@ -194,11 +194,11 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
 @pytest.mark.slow
 def test_keys_change_the_method_and_flips_are_shown(opened) -> None:
     window = opened(*rings(40, crown))
-    assert not near(window.image(), WARNING).any()  # linABF
+    assert not near(window.image(), WARNING).any()  # the map of linABF has no flips
     window.key("m")
-    window.key("m")  # to ABF, then to igl.lscm
+    window.key("m")  # from linABF to ABF, then to igl.lscm, which flips triangles
     window.until(lambda image: near(image, WARNING).sum() > 100)
-    window.key("bracketright")  # linABF, one iteration
+    window.key("bracketright")  # linABF with one iteration has no flips
     window.until(lambda image: not near(image, WARNING).any())
 
 
@@ -209,7 +209,7 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window.drag(tuple(left))
     first = marks(window.until(both_marked))
     assert np.abs(first[0] - left).max() < 6
-    # a click on the marked point of the map marks the same point on the surface
+    # a click on the mark in the map marks the same point on the surface
     elsewhere = (SIZE[0] * 3 // 4 + 80, 300)
     window.drag(elsewhere)
     second = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - elsewhere).max() < 6))
@@ -217,13 +217,13 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window.drag(tuple(np.round(first[1]).astype(int)))
     back = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - first[1]).max() < 3))
     assert np.abs(back[0] - first[0]).max() < 6
-    # turning the surface neither moves the mark nor sets a new one
+    # rotating the surface neither moves the mark nor sets a new one
     before = window.image()
     window.drag((300, 400), (360, 405), (420, 410))
     turned = window.until(lambda im: (np.abs(im - before)[60:, :700].max(axis=2) > 60).mean() > 0.05)
     assert both_marked(turned)
     assert np.abs(marks(turned)[1] - back[1]).max() < 2
-    # the mark stays with another map
+    # changing the colours keeps the mark
     window.key("d")
     window.until(coloured)
     assert both_marked(window.image())
@@ -233,9 +233,9 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
 def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window = opened(*rings(40, crown))
     y = 772
-    window.drag((77, y), (55, y), (40, y))  # linABF to igl.lscm
+    window.drag((77, y), (55, y), (40, y))  # moves the slider of the method from linABF to igl.lscm
     window.until(lambda image: near(image, WARNING).sum() > 100)
-    window.drag((189, y), (205, y))  # changing the iterations selects linABF
+    window.drag((189, y), (205, y))  # moves the slider of the iterations, which selects linABF
     window.until(lambda image: not near(image, WARNING).any())
     assert not coloured(window.image())
     window.drag((469, y), (490, y))
@@ -254,7 +254,7 @@ def test_seams_are_drawn_by_clicks_and_undone(opened) -> None:
     one = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 20)
     window.drag((430, 330))
     two = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 300)
-    assert (flat(two) != flat(one)).any(axis=2).mean() > 0.05  # the map is updated
+    assert (flat(two) != flat(one)).any(axis=2).mean() > 0.05  # the map follows the drawn seam
     window.key("z")
     window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() < 300)
 

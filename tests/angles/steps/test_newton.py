@@ -25,7 +25,7 @@ from igl_linabf.flattening import Outcome
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 
-BENIGN = {  # largest difference in per cent between F/3nt of one linear step and of converged ABF
+BENIGN = {  # bound in per cent of the difference between F/3nt of one linear step and of converged ABF
     name: 5.0
     for name in ("bumps", "cortex", *DISKS)
     if name not in ("disk__flipfree_camelhead_small.obj", "disk__oded_cube_no_bottom.obj")
@@ -33,21 +33,22 @@ BENIGN = {  # largest difference in per cent between F/3nt of one linear step an
 
 
 def cone(height: float, radius: float = 0.25, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
-    """Return a cone on a round plate of `around` rings, with an angle deficit of about 5 at its tip."""
+    """Return a cone on a round plate of `around` rings; the angle deficit at its tip is about 5 radians."""
     from high_curvature import rings, spike
 
     return rings(around, lambda z: spike(np.abs(z), height, radius))
 
 
 def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
-    """Return the share of the objective's gradient outside the span of the constraints, metric alpha_0^2.
+    """Return how far angles are from a stationary point of ABF, 0 (stationary) to 1.
 
-    For angles at their lower bound, only a negative direction counts as explained.
+    This is the share of the objective's gradient outside the span of the constraint gradients, in the metric
+    alpha_0^2. Components that push an angle below its lower bound are left out.
     """
     mesh = planar_mesh(V, F)
     start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
     alpha = angles.ravel()
-    gradient = (alpha - start) / start  # times alpha_0
+    gradient = (alpha - start) / start  # the gradient of the objective, scaled by alpha_0
     rows = (
         interior_rows(build_constraints(mesh.topology), angles.T),
         triangle_rows(build_constraints(mesh.topology)),
@@ -90,8 +91,8 @@ def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(
     V, F = load(f"disk__igl_{name}")
     reached = quality(V, F, abf(V, F)).angle_distortion
     assert reached <= limit
-    assert reached <= blender  # ABF of Blender, from benchmarks/table1.py
-    # a single linear step already beats the other programs: converged ABF has to beat the step
+    assert reached <= blender  # F/3nt of Blender's ABF, measured by benchmarks/table1.py
+    # a single linear step already beats the other programs, so converged ABF has to beat that step
     step = quality(V, F, linabf(V, F, iterations=1)).angle_distortion
     assert reached < 0.9985 * step
 
@@ -111,10 +112,12 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     if name.startswith("closed"):
         V, F, _ = cut(V, F, find_seams(V, F))
     alpha = igl.internal_angles(V, F)
-    # compare target angles: rounding moves the angles of a map if its scale varies as in lion_o
+    # compare target angles, because the angles of a map with large changes of scale (lion_o) have rounding
+    # errors
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     made = [flatten(V, F, method=method) for method in ("abf", ABF(tol=1e-10))]
-    # relative to the angles of the surface, and to the estimate, whose change is minimised
+    # changes relative to the angles of the surface, and to the initial estimate, from which ABF minimises the
+    # change
     for start in (alpha, estimate):
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
         assert default == pytest.approx(exact, rel=5e-5, abs=1e-10)
@@ -128,7 +131,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     assert "held at a hundredth" in result.message
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert 0.9 * ANGLE_BOUND <= (result.angles / estimate).min() <= 1.01 * ANGLE_BOUND
-    assert ANGLE_BOUND == 0.01  # the hundredth in the message
+    assert ANGLE_BOUND == 0.01  # the message says "a hundredth"
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])

@@ -41,8 +41,8 @@ def build_topology(F: np.ndarray) -> Topology:
 
 
 def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
-    """Return connectivity, angles (3, #F), and sums that obey Gauss-Bonnet and are close to the surface's."""
-    if kind == "closed":  # a sphere with the cones of a cube
+    """Return connectivity, angles (3, #F), and sums close to the surface's that obey Gauss-Bonnet."""
+    if kind == "closed":  # a sphere with cones at the corners of an inscribed cube
         V, F = igl.upsample(*igl.icosahedron(), 3)
         V = V / np.linalg.norm(V, axis=1)[:, None]
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / np.sqrt(3)
@@ -87,7 +87,7 @@ def state_of(kind: str, solver: str = "auto") -> State:
 
 
 def dense(constraints: Constraints, system: System) -> np.ndarray:
-    """Return the rows of the constraints, (2 #rows, 3 #F), with errors numbered k #F + t."""
+    """Return the constraint rows, (2 #rows, 3 #F); angle k of face t is column k #F + t."""
     unit = np.eye(system.w.size).reshape(-1, *system.w.shape)
     return np.array([system.rows(e).ravel() for e in unit]).T
 
@@ -103,7 +103,7 @@ def test_the_rows_left_are_independent_and_the_sums_left_out_hold_with_the_other
     assert end.at.residual.largest <= 1e-10
     asked = ~np.isnan(constraints.sums)
     total = constraints.topology.sum_at_vertices(end.at.alpha)
-    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # also for omitted rows
+    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # the omitted rows hold as well
     assert np.abs(end.at.residual.log_ratio[constraints.topology.interior]).max() < 1e-8
 
 
@@ -139,13 +139,15 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
     state = state_of(kind)
     end = active_set(state, 1e-2, 1e-10, 12)
     assert end.at.residual.largest <= 1e-10 and len(end.steps) <= 8
-    assert np.mean([step.inner_steps for step in end.steps]) <= 12  # preconditioned by two Laplacians
+    # few inner steps, because two Laplacians precondition the system
+    assert np.mean([step.inner_steps for step in end.steps]) <= 12
     direct = active_set(state_of(kind, "direct"), 1e-2, 1e-10, 12)
-    assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3  # each step is solved to 1e-2
+    # conjugate gradients solve each step only to 1e-2
+    assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3
     for loop in end.problem.constraints.topology.holes:
         b = end.at.residual
         assert abs(b.turning[loop].sum() + 2 * np.pi) < 1e-8 and abs(b.log_ratio[loop].sum()) < 1e-8
-    if kind == "closed":  # the chord has to reach the sums as well
+    if kind == "closed":  # the chord step has to approach the sums as well
         chord = step_and_chord(state, 0.1, 1e-10).state
         assert [step.kind for step in chord.steps] == ["step", "chord"]
         assert chord.at.residual.largest < state.at.residual.largest / 3
@@ -153,7 +155,7 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_step_leaves_the_square_of_what_is_missing(kind: str) -> None:
-    """The rows are the derivatives of all residuals, so that convergence is quadratic."""
+    """Convergence is quadratic, because the rows are the derivatives of all residuals."""
     left = [step.residual for step in active_set(state_of(kind, "direct"), 1e-2, 1e-12, 12).steps]
     last = [(before, after) for before, after in pairwise(left[1:]) if before < 1e-2]
     assert last and all(after < max(30 * before**2, 1e-11) for before, after in last)
@@ -186,7 +188,7 @@ def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kin
 
 
 def with_free_loops(turning: float) -> State:
-    """Return a state with free loops and a path around a hole, whose turning may be prescribed."""
+    """Return a state with free loops and a path around a hole; if `turning` is NaN, it is free, too."""
     topology, alpha, sums = posed("part of a hole")
     (path,) = build_constraints(topology, sums).paths
     free = replace(topology, n_outer=len(topology.loops))
@@ -219,7 +221,7 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
     border = HolonomyConstraints(System(problem.constraints, alpha), b.holonomy.of_paths(1))
     assert border.rows.size == (
         1 if kind == "one hole" else 2
-    )  # the sums of the vertices determine the turning
+    )  # the sums at the vertices determine the turning
     e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
     gap = [residual(problem.constraints, alpha + d * e).holonomy.gap[-1] for d in (h, -h)]
     numeric = (gap[0] - gap[1]) / (2 * h)

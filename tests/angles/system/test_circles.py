@@ -23,13 +23,14 @@ def ratios(z: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("largest", [1.5, 3.0, 3.3, 4.5, 6.0])  # from pi on, the centre lies beyond that side
+# above pi, the centre is outside of the polygon
+@pytest.mark.parametrize("largest", [1.5, 3.0, 3.3, 4.5, 6.0])
 def test_the_angles_of_an_inscribed_polygon_follow_from_its_sides(seed: int, largest: float) -> None:
     z, centre = inscribed(seed, largest)
     np.testing.assert_allclose(central_angles(ratios(z)), centre, rtol=1e-9, atol=1e-9)
     inside = np.angle((np.roll(z, 1) - z) / (np.roll(z, -1) - z)) % (2 * np.pi)
     np.testing.assert_allclose(inscribed_sums(ratios(z), False), inside, rtol=1e-9, atol=1e-9)
-    # the mesh is to the left of a hole as well, so its loop is clockwise
+    # the loop of a hole is clockwise, because the mesh lies to its left
     back = np.conj(z)
     outside = np.angle((np.roll(back, 1) - back) / (np.roll(back, -1) - back)) % (2 * np.pi)
     np.testing.assert_allclose(inscribed_sums(ratios(back), True), outside, rtol=1e-9, atol=1e-9)
@@ -44,7 +45,7 @@ def test_sides_that_close_no_polygon_share_the_circle_by_their_lengths() -> None
 @pytest.mark.parametrize("wave", [1, 2, 3, 7])
 @pytest.mark.parametrize("hole", [False, True])
 def test_of_each_wave_the_sums_change_by_so_much_more_than_is_missing(wave: int, hole: bool) -> None:
-    """For the k-th wave of the scale, the sums change by k, and the sums of the circle by one."""
+    """If the scale varies in k waves, the angle sums change by k - 1 times the wave; at a hole, k + 1."""
     n = 200
     angle, side = 2 * np.pi * np.arange(n) / n, 2 * np.pi / n
     scale = 1e-3 * np.cos(wave * angle + 0.4)

@@ -30,7 +30,7 @@ SURFACES = ("bumps", "cortex", *DISKS)
 
 
 def step_from(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
-    """Return the errors of one step of the reduced system without safeguard."""
+    """Return the changes of the angles in one step of the reduced system without safeguard."""
     problem = AngleProblem(build_constraints(mesh.topology), alpha, Solvers(solver), safeguard=False)
     return linear_step(State(problem, problem.start), 1e-12, close=False).at.alpha - alpha
 
@@ -116,7 +116,7 @@ def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
     assert np.abs(sums[interior] - 2 * np.pi).max() <= 1e-8
     boundary = ~interior
     assert abs((np.pi - sums[boundary]).sum() - 2 * np.pi) <= 1e-8 * len(V)
-    # double-precision coordinates still determine the angles of triangles a millionth of the map wide
+    # exclude triangles below a millionth of the map, whose angles are not determined in double precision
     wide = np.ptp(result.uv[F], axis=1).max(axis=1) > 1e-6 * np.ptp(result.uv)
     assert np.abs(igl.internal_angles(result.uv, F) - angles)[wide].max() <= 1e-4
     assert (linabf_angles(V, F, iterations=12) == angles).all()

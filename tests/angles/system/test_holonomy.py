@@ -35,7 +35,7 @@ CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 @cache
 def converged(name: str) -> Flattening:
-    """Return the map after at most twelve iterations, which several tests share."""
+    """Return the map after at most twelve iterations, cached for several tests."""
     return flatten(*surface(name), method=LinABF(iterations=12))
 
 
@@ -97,7 +97,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
     exact = border.rows.times(e).reshape(-1, 2) @ [1, 1j]
-    # they differ if the loop does not close: by the change of its length, and by the starting vertex
+    # the rows neglect that the gap of an open loop depends on its length and on its starting vertex
     slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
     assert (slack < 0.3 * np.abs(exact)).any()
@@ -114,7 +114,7 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
 
 
 def bordered() -> Linearisation:
-    """Return the system of a wavy plate after the first step."""
+    """Return the linear system of a plate with holes after the first step, with the rows of the loops."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(build_constraints(mesh.topology), estimate, Solvers("auto"))

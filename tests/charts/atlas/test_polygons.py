@@ -1,4 +1,4 @@
-"""Polygons are split without flips and cut along their edges, and results have their shape."""
+"""Polygons are triangulated without flips, seams follow their edges, and results refer to polygons."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_triangles_of_a_simple_polygon_are_not_flipped(k: int, seed: int) -> Non
     assert len(areas) == k - 2
     assert areas.min() > -1e-12
     assert np.isclose(areas.sum(), whole)
-    assert set(triangles.F.ravel().tolist()) == set(range(k))  # each corner keeps a triangle
+    assert set(triangles.F.ravel().tolist()) == set(range(k))  # each corner is a corner of a triangle
 
 
 def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
@@ -69,7 +69,8 @@ def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
 @pytest.mark.parametrize(
     "F",
     [
-        [[0, 1, 2, 3], [0, 3, 2, 1]],  # two faces back to back share their diagonals
+        # two coincident faces of opposite orientation must not share a diagonal
+        [[0, 1, 2, 3], [0, 3, 2, 1]],
         [[0, 1, 2, 3], [0, 2, 4]],
         [[0, 1, 2, 3], [0, 2, 4, 5], [4, 2, 6]],
         [[0, 1, 2, 3, 7], [0, 7, 3, 2, 1]],
@@ -183,7 +184,7 @@ def test_invalid_faces_are_named() -> None:
     [
         *itertools.product((".obj", ".ply", ".vtp"), ("quads", "dual")),
         (".glb", "quads"),
-    ],  # glTF has fans only
+    ],  # glTF stores a polygon as a fan of triangles
 )
 def test_polygons_come_back_from_files(tmp_path: Path, suffix: str, name: str) -> None:
     V, F = {"quads": quads, "dual": dual}[name]()
@@ -222,7 +223,7 @@ def test_the_split_does_not_depend_on_the_scale_and_does_not_warn() -> None:
 
 @pytest.mark.parametrize("sides", [3, 4])
 def test_folds_of_the_map_are_seams(sides: int) -> None:
-    """Two halves of a sheet are mirror images in the same place of the map, and meet in the middle."""
+    """The map mirrors one half of a strip onto the other half."""
     columns = np.arange(-3.0, 4)
     V = np.array([[x, y, 0] for x in columns for y in (0.0, 1.0)])
     F = np.array([[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(6)])
@@ -233,7 +234,7 @@ def test_folds_of_the_map_are_seams(sides: int) -> None:
     mask = texture_seams(F, F, V, mirrored, sides=True)
     assert mask.sum() == 2
     assert len(unwrap(V, F, mask).charts) == 2
-    # flat maps, faces of mixed orientation, and maps without area have no seam there
+    # flat maps, faces of mixed orientation, and maps without area have no folds
     for map_ in (V[:, :2], -V[:, :2], mirrored * [[0, 1]]):
         assert len(texture_seams(F, F, V, map_)) == 0
     mixed = F.copy()

@@ -55,7 +55,7 @@ def cube(n: int, size: tuple[float, float, float] = (1, 1, 1)) -> Surface:
     x, y = (i.ravel() for i in np.meshgrid(even, even, indexing="ij"))
     square = np.array([[0, 0], [2, 0], [2, 2], [0, 2]])
     flat = [[(x + dx, y + dy) for dx, dy in (square[k], square[k - 3], (1, 1))] for k in range(4)]
-    uv = t[np.array(flat)].transpose(0, 3, 1, 2).reshape(-1, 2)  # three corners of each triangle
+    uv = t[np.array(flat)].transpose(0, 3, 1, 2).reshape(-1, 2)
     sides = []
     for axis in range(3):
         for sign in (-1, 1):
@@ -71,7 +71,7 @@ def corners_of(V: np.ndarray) -> np.ndarray:
 
 
 def angles_of(atlas: Atlas) -> np.ndarray:
-    """Return the target angles of all faces."""
+    """Return the target angles of all faces of an atlas."""
     angles = np.empty(atlas.FTC.shape)
     for chart in atlas.charts:
         angles[chart.faces] = chart.result.angles
@@ -79,7 +79,7 @@ def angles_of(atlas: Atlas) -> np.ndarray:
 
 
 def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
-    """Return both sides of each seam edge as complex vectors in the map, (2, #E)."""
+    """Return the two sides of each seam edge in the map as complex vectors, (2, #E)."""
     side = {}
     for t in range(len(F)):
         for k in range(3):
@@ -89,7 +89,7 @@ def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
 
 
 def free(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> Atlas:
-    """Return the map of the same seam with a free boundary."""
+    """Return the atlas along the same seams with a free boundary."""
     return unwrap(V, F, atlas.seams)
 
 
@@ -128,7 +128,7 @@ def test_a_periodic_texture_continues_across_quarter_seams(name: str) -> None:
     atlas = unwrap(V, F, cones=replace(given, period=period))
     assert atlas.good and not atlas.quality.flips
     assert atlas.report.seam_mismatch <= 1e-9
-    # a quarter turn and whole periods map one side of a seam edge to the other, at both ends
+    # at both ends of a seam edge, a quarter turn and whole periods map one side to the other
     at = {}
     for vertices, places in zip(F.tolist(), atlas.TC[atlas.FTC] @ [1, 1j], strict=True):
         at.update({(vertices[k - 1], vertices[k]): places[[k - 1, k]] for k in range(3)})
@@ -142,7 +142,7 @@ def test_a_periodic_texture_continues_across_quarter_seams(name: str) -> None:
     shift = (other - quarter[:, None] * one) / period
     assert np.abs(shift - np.round(shift)).max() <= 1e-9
     assert len(np.unique(np.round(shift))) > 2
-    # and the map changes little
+    # a map with a period is hardly more distorted than a map without one
     free = unwrap(V, F, cones=given, packing=Packing(margin=0.01))
     assert atlas.quality.angle_distortion <= 1.05 * free.quality.angle_distortion
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
@@ -157,7 +157,7 @@ def test_integers_are_nearest_under_the_form() -> None:
         off = (np.concatenate((even, find_nearest_integers(A.conj().T @ A, wanted)[None])) - wanted) @ A.T
         costs = (np.abs(off) ** 2).sum(axis=1)
         assert costs[-1] <= costs.min() + 1e-12
-    # for many numbers, far better than rounding each separately
+    # with 30 numbers, the result is far better than rounding each number separately
     A = rng.normal(size=(30, 30, 2)) @ [1, 1j]
     wanted = rng.uniform(-9, 9, (30, 2)) @ [1, 1j]
     q = find_nearest_integers(A.conj().T @ A, wanted)
@@ -232,7 +232,8 @@ def test_a_tube_without_interior_vertices_turns_by_quarters(method: str) -> None
     F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
     V = np.vstack((low, high))
     atlas = unwrap(V, F, method=method, cones=Cones("auto", angles="quarter", period=1 / 100))
-    assert atlas.good and not len(atlas.report.cones)  # a period needs quarter turns
+    # no cones, but the two sides of the seam differ by a quarter turn
+    assert atlas.good and not len(atlas.report.cones)
     assert atlas.report.seam_mismatch < 1e-8
 
 
@@ -325,7 +326,7 @@ def test_a_tube_closed_by_cones_keeps_its_length() -> None:
     row, z = F // around, atlas.TC[atlas.FTC] @ [1, 1j]
     length = np.abs(np.roll(z, -1, axis=1) - z)
     along = (row != np.roll(row, -1, axis=1)) & (F % around == np.roll(F, -1, axis=1) % around)
-    far = ((row > 12) & (row < rows - 12)).all(axis=1)[:, None]  # two radii away from the ends
+    far = ((row > 12) & (row < rows - 12)).all(axis=1)[:, None]  # edges farther than two radii from both ends
     assert length[far & along].mean() * around == pytest.approx(
         length[far & (row == np.roll(row, -1, axis=1))].mean() * around, rel=5e-3
     )
@@ -369,7 +370,7 @@ def test_converged_abf_with_cones() -> None:
 def test_a_long_horn_gets_a_cone_despite_its_narrow_angle() -> None:
     horn = pv.ParametricConicSpiral(u_res=40, v_res=40, w_res=40).triangulate().clean()
     V, F = np.asarray(horn.points, dtype=float), horn.regular_faces
-    atlas = unwrap(V, F, cones="auto")  # without a cone the L2 stretch is above 1e5
+    atlas = unwrap(V, F, cones="auto")  # without a cone, the L2 stretch is above 1e5
     assert atlas.good and 0 < len(atlas.report.cones) < 5
     assert atlas.quality.stretch_l2 < 1.5
 
@@ -387,7 +388,7 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
     V, F = load(name)
     cones = find_cones(V, F, 16)
     free, quarter = (unwrap(V, F, cones=Cones(cones, angles=how)).quality for how in (None, "quarter"))
-    # 14 times on 3holes, if the cones' angles are chosen for little stretch alone
+    # the ratio is 14 on 3holes if the angles of the cones are chosen only for little stretch
     assert quarter.angle_distortion < 5 * free.angle_distortion
     assert quarter.stretch_l2 < 1.1 * free.stretch_l2
 
@@ -403,12 +404,12 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     assert len(paths) == 2 and not impossible.any()
     missing = residual(build_constraints(surface.topology, paths=paths), alpha)
     assert max(np.abs(missing.wheel).max(), np.abs(missing.holonomy.gap.real).max()) < 1e-10
-    # far from flat, and from the angles of the surface
+    # the angles are far from flat, and far from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01
     assert np.abs(alpha - rescale_triangles(surface.topology, length, 0 * u)[0]).max() > 0.01
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # a one-sided surface is cut open
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # warns that a one-sided surface is cut open
 @pytest.mark.parametrize("asked", [{}, {"angles": "quarter"}, {"angles": "quarter", "period": 0.01}])
 @pytest.mark.parametrize("name", ["a one sided band", "a bottle without an inside", "a projective plane"])
 def test_one_sided_surfaces_can_have_cones(name: str, asked: dict[str, object]) -> None:
@@ -441,7 +442,7 @@ def test_a_torus_needs_no_cone() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # some spikes shrink
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # some spikes shrink in the map
 def test_all_of_many_limbs_get_cones() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 5)
     V /= np.linalg.norm(V, axis=1)[:, None]
@@ -452,12 +453,12 @@ def test_all_of_many_limbs_get_cones() -> None:
     V *= 1 + 1.5 * np.exp(-360 * away.min(axis=1, keepdims=True) ** 2)
     cones = find_cones(V, F)
     assert 120 < len(cones) < 400
-    assert (away[cones].min(axis=0) < 0.1).all()  # at each tip
+    assert (away[cones].min(axis=0) < 0.1).all()  # each tip has a cone nearby
     assert unwrap(V, F, cones=cones).quality.stretch_l2 < 10
 
 
 def sieve() -> Surface:
-    """Return a square plate with 4 x 4 square holes: genus 16."""
+    """Return a closed square plate with 4 x 4 square holes, of genus 16."""
     full = np.ones((9, 9, 1), dtype=bool)
     full[1::2, 1::2] = False
     return igl.upsample(*voxels(full), 1)
@@ -469,7 +470,7 @@ def test_few_quarter_cones_share_the_curvature_of_many_handles() -> None:
     assert atlas.quality.stretch_l2 < 3
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # warnings of intermediate steps
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # intermediate steps use fallbacks
 def test_infeasible_cones_are_refused_with_advice() -> None:
     with pytest.raises(MeshError, match=r"no map with the 16 cones .* was found: give more cones"):
         unwrap(*plate_with_holes(12), cones=Cones(16, angles="quarter"))
@@ -481,7 +482,8 @@ def test_diverging_quarter_cones_are_refused_before_other_steps_are_tried() -> N
         unwrap(*plate_with_holes(20), cones=Cones(20, angles="quarter"))
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # with the fewest cones
+# maps with the fewest cones may cause warnings
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")
 def test_cones_that_are_found_have_feasible_angles() -> None:
     V, F = sieve()
     assert igl.euler_characteristic(F) == 2 - 2 * 16

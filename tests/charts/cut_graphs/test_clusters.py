@@ -1,4 +1,4 @@
-"""Clusters preserve handles and holes, and seams found on clusters are as good as on the surface."""
+"""Clusters of vertices preserve handles and holes, and do not make seams worse."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def surface(name: str) -> Submesh:
 
 
 def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mesh subdivided until seams are found on clusters."""
+    """Return a mesh, subdivided until its seams are found on clusters of vertices."""
     V, F = load(name)
     while len(V) <= clusters.MAX_CLUSTERS:
         V, F = igl.upsample(V, F, 1)
@@ -69,7 +69,7 @@ def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
     assert piece.graph.build_topology(carried)[2]
     assert piece.graph.length_of(carried) <= smaller.coarse.graph.length_of(seam) * (
         1 + 1e-9
-    )  # paths within a cluster may overlap
+    )  # shorter if paths within a cluster overlap
     assert piece.graph.length_of(drawn) <= piece.graph.length_of(carried) * (1 + 1e-9)
     assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
         piece.graph.ends[drawn].ravel()
@@ -92,7 +92,8 @@ def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(n
     found = find_seams(V, F)
     F_cut = cut(V, F, found)[1]
     assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
-    moved = V * [-4, -4, 4]  # half a turn and an exact scale, because paths of equal length are common here
+    # rotate by 180 degrees and scale by 4, both without rounding errors, because many paths have equal length
+    moved = V * [-4, -4, 4]
     assert np.array_equal(find_seams(moved, F), found)
     small_V, small_F = igl.icosahedron()
     both = find_seams(np.concatenate((V, small_V + 2 * np.ptp(V))), np.concatenate((F, small_F + len(V))))
@@ -129,9 +130,10 @@ def test_two_arcs_between_adjacent_vertices_stay_apart() -> None:
 def level_set(
     function: Callable[..., np.ndarray], reach: float, points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest component of the zero set of a function in a cube, open at its sides."""
+    """Return the largest component of the zero set of a function in a cube, with a boundary on its sides."""
     grid = np.stack(np.meshgrid(*3 * [np.linspace(-reach, reach, points)], indexing="ij"), axis=-1)
-    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])  # x varies fastest
+    # marching cubes needs points whose x varies fastest
+    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])
     V, F, *_ = igl.marching_cubes(function(*grid.T), grid, *3 * [points], 0.0)
     V, F, *_ = clean(V, F)
     body = max(Submesh.checked(V, F).components(), key=lambda part: len(part.F))
@@ -144,7 +146,7 @@ def schwarz(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def bored(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return a plate with nine bores."""
+    """Return values that are negative inside a plate with nine bores."""
     bores = (0.12 - np.hypot(x - a, y - b) for a in (-0.5, 0, 0.5) for b in (-0.45, 0.05, 0.5))
     return np.maximum.reduce([np.abs(x) - 0.9, np.abs(y) - 0.8, np.abs(z) - 0.13, *bores])
 

@@ -1,4 +1,4 @@
-"""The expected stretch, by which seams are chosen before there is a map."""
+"""Estimate of the stretch of a map along given seams, from which seams are chosen."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_seams_for_the_isometric_method_lower_the_cost_of_its_map(name: str) -> 
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
 
     def cost(method: str) -> float:
-        """Return the cost of the isometric map, cut along the seams for a method."""
+        """Return the cost of the isometric map along the seams that are found for a method."""
         seams = find_seams(V, F, method=method)
         atlas = unwrap(V, F, seams, method="isometric")
         length = np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum() / size
@@ -63,7 +63,7 @@ def test_seams_for_the_isometric_method_lower_the_cost_of_its_map(name: str) -> 
 
 
 def bumpy(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
-    """Return a square with bumps of a sixth of its side."""
+    """Return a square with bumps as high as a sixth of its side."""
     x, y = (p.ravel() for p in np.meshgrid(*[np.linspace(0, 1, n)] * 2, indexing="ij"))
     height = np.random.default_rng(3).standard_normal((6, 6))
     z = 0.09 * zoom(height, n / 6, order=3).ravel()
@@ -77,7 +77,7 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
     whole, scale = expected(closed, boundary)
 
     def saved(leaf: int) -> float:
-        """Return the stretch that a path to a node saves, over its length."""
+        """Return how much a seam to a node reduces the stretch, divided by the length of the seam."""
         way = closed.graph.path_edges(before, [leaf])
         return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 

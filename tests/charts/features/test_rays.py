@@ -1,4 +1,4 @@
-"""`unwrap` and `pack` can reduce the share of charts that no ray from outside reaches."""
+"""`unwrap` and `pack` can shrink the charts that no ray from outside reaches."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def together(*surfaces: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.n
 
 
 def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
-    """Return the texel density of each component relative to the first, and the scales of the charts."""
+    """Return the scale of the charts of the first and the last face, after checking all texel densities."""
     atlas = unwrap(V, F, packing=Packing(unseen=0.25, **options))
     TC = atlas.flat
     texels = igl.doublearea(TC, atlas.FTC) / igl.doublearea(V, F)
@@ -42,13 +42,14 @@ def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
 def test_cavities_share_less_of_the_page(options) -> None:
     body = together(sphere(1.0), sphere(0.4, inward=True))
     assert scales(*body, **options).tolist() == [1.0, 0.25]
-    assert scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]  # turned inside out
+    # the surface turned inside out
+    assert scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]
 
 
 def test_visible_charts_keep_their_texels() -> None:
     assert scales(*together(sphere(1.0), sphere(0.4, 3.0))).tolist() == [1.0, 1.0]
     V, F = sphere(1.0)
-    bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the ball inside is visible through the opening
+    bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the inner ball is visible through the opening of the bowl
     assert scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
 
 
@@ -95,7 +96,7 @@ def test_maps_are_packed_with_less_for_cavities(scale: str, share: float) -> Non
 def test_a_stack_is_visible_if_one_of_its_charts_is() -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
     one = unwrap(*sphere(1.0))
-    shared = np.concatenate((one.FTC, one.FTC[:, ::-1]))  # ball and cavity have the same texels
+    shared = np.concatenate((one.FTC, one.FTC[:, ::-1]))  # ball and cavity share their texels
     assert not pack(V, F, one.TC, shared, Packing(unseen=0.25)).unseen.any()
     within = sphere(0.4, inward=True), sphere(0.3)
     V, F = together(sphere(1.0), *within)

@@ -19,7 +19,7 @@ FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
 
 
 def seen_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
-    """Return the length of the seams where the surface faces away from the direction."""
+    """Return the length of the seams on the side that faces away from direction `hide`."""
     a, b = V[seams.T]
     facing = igl.per_vertex_normals(V, F)[seams].mean(axis=1) @ hide
     return float(np.linalg.norm(a - b, axis=1)[facing < 0].sum())
@@ -70,7 +70,7 @@ def bust() -> tuple[np.ndarray, np.ndarray]:
     return igl.remove_unreferenced(V, F[V[F][:, :, 2].max(axis=1) > -1.2])[:2]
 
 
-FACES = {  # normals of the faces
+FACES = {  # directions in which the faces of the models look
     "disk__optcuts_david_o_f10000.obj": [1, 0, 1],
     "disk__igl_face.obj": [0, 0, 1],
     "disk__igl_lion.off": [0, 0, -1],
@@ -89,7 +89,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.72 * before
-        # the cost in L2 stretch; a longer seam may stretch less
+        # add the seam length in units of L2 stretch, because a longer seam may reduce the stretch
         longer = (found.seam_length - anywhere.seam_length) / size / TRADE
         assert found.quality.stretch_l2 - anywhere.quality.stretch_l2 + longer < 0.16
         assert found.seam_length < 1.5 * anywhere.seam_length

@@ -1,4 +1,4 @@
-"""Charts in the unit square are apart by the margin, at one scale, and not mirrored."""
+"""Packed charts keep their distance, have one scale, and are not mirrored."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MARGIN = 0.005
 
 
 def star(rng: np.random.Generator, size: float, thin: float = 1) -> Chart:
-    """Return a fan with arms and bays, turned and moved at random."""
+    """Return a star-shaped fan of triangles, rotated and moved at random."""
     around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     radius = 1 + 0.5 * np.cos(rng.integers(2, 6) * around) + 0.2 * np.cos(7 * around + rng.uniform(0, 6))
     rim = radius * (thin * np.cos(around) + 1j / thin * np.sin(around))
@@ -87,13 +87,14 @@ def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
         assert new.area == pytest.approx(after.sum() / 2, rel=1e-6, abs=rounding)
     everything = np.concatenate([new.uv for new in placed])
     assert everything.min() == pytest.approx(margin, abs=1e-12)
-    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)  # the chart fills the square's side
+    # the charts reach the far side of the unit square
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)
 
     step = 2e-3 if len(charts) > 30 else 5e-4
     new_charts = [(new.uv, F) for new, (_, F) in zip(placed, charts, strict=True)]
     samples = [boundary_samples(chart, step) for chart in new_charts]
     for i, mine in enumerate(samples[1:], 1):
-        # two points at the least distance have samples within half a step of them
+        # each point of a boundary has a sample within half a step
         near, _ = cKDTree(mine).query(np.concatenate(samples[:i]), distance_upper_bound=max(margin - step, 0))
         assert np.isinf(near).all()
     for i, chart in enumerate(new_charts):
@@ -125,7 +126,7 @@ def fill(charts: list[Chart]) -> float:
 
 def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
     pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
-    assert fill(pinwheel) > 0.99  # 9/16 without turns
+    assert fill(pinwheel) > 0.99  # 9/16 without rotation
 
 
 def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
@@ -143,19 +144,19 @@ def test_the_scale_is_searched_finely() -> None:
 
 
 def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) -> np.ndarray:
-    """Return the number of charts that meet the bilinear kernel of each texel, by page."""
+    """Return, for each page and texel, the number of charts that meet the bilinear kernel of the texel."""
     count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
     for new, (_, F) in zip(placed, charts, strict=True):
         texels = (
             new.uv - [new.page % 10, new.page // 10]
-        ) * resolution - 0.5  # the kernel with centre (i, j) is at (i, j)
+        ) * resolution - 0.5  # texel (i, j) has its centre at (i, j)
         shape = shapely.union_all(shapely.polygons(texels[F]))
         shapely.prepare(shape)
         low = np.maximum(np.floor(texels.min(axis=0)), 0)
         high = np.minimum(np.ceil(texels.max(axis=0)), resolution - 1)
         columns, rows = (np.arange(a, b + 1, dtype=int) for a, b in zip(low, high, strict=True))
         x, y = (part.ravel() for part in np.meshgrid(columns, rows))
-        reach = 1 - 1e-6  # the kernel vanishes at its end
+        reach = 1 - 1e-6  # leave out the border of the kernel, where the kernel vanishes
         met = shapely.intersects(shape, shapely.box(x - reach, y - reach, x + reach, y + reach))
         count[new.page, y[met], x[met]] += 1
     return count
@@ -171,7 +172,8 @@ def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> No
         footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max()
         > 1
     )
-    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # all but two on shelves
+    # only the two stars are not placed on shelves
+    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])
     assert footprints(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
 
 
@@ -192,7 +194,8 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
 
 
 def test_the_density_error_names_the_chart_that_does_not_fit_alone() -> None:
-    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]  # the second is oblique
+    # the second strip fits only obliquely
+    strips = [rectangle(w, h) for w, h in ((1, 1), (4.4, 0.1), (2, 2), (8, 0.1))]
     with pytest.raises(MeshError, match=r"\(chart 3 takes 320 x 4\)|\(chart 3 takes 4 x 320\)"):
         pack_charts(strips, Packing(resolution=160, texel_density=40))
     assert len(pack_charts(strips[:3], Packing(resolution=160, texel_density=40))) == 3
@@ -263,7 +266,7 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
     everything = np.concatenate([new.uv for new in placed])
     assert everything.min() == pytest.approx(margin, abs=1e-12)
     assert everything.max() == pytest.approx(1 - margin, abs=1e-5)
-    shapes = [shapely.polygons(new.uv[:-1]) for new in placed]  # the stars' rims
+    shapes = [shapely.polygons(new.uv[:-1]) for new in placed]  # boundaries of the stars
     tree = shapely.STRtree(shapes)
     near = tree.query(shapes, "dwithin", 0.999 * margin)
     assert (near[0] == near[1]).all()
@@ -305,7 +308,7 @@ def test_invalid_charts_are_refused() -> None:
 
 @pytest.mark.parametrize("others", [0, 45])
 def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> None:
-    # four long limbs on a hub: a bent cross, because planes are not cut; alone or beside small squares
+    # a hub with four long limbs (bent, because planes are not cut), alone or beside small squares
     V, F = igl.triangulated_grid(41, 41)
     V = np.column_stack((V * 40 - 20, np.square(V * 40 - 20).sum(axis=1) / 200))
     inside = (np.abs(V[F].mean(axis=1)[:, :2]) < 2).any(axis=1)
@@ -357,7 +360,7 @@ def test_trial_parts_equal_packed_parts() -> None:
                 assert outline.area == pytest.approx(other.area)
                 assert len(outline.start) == len(other.start)
                 extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
-                assert np.allclose(np.sort(extent), np.sort(size))  # it may be turned to another side
+                assert np.allclose(np.sort(extent), np.sort(size))  # the outline may lie along another side
     assert len(chart.groups(6).centre) < len(F) / 2
 
 
@@ -376,7 +379,8 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
     *_, charts = _prepare_charts(SETS["thin"][:4], PackingRequest.of(Packing(margin=MARGIN)))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
-    turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite turns are drawn once
+    # one mask serves two opposite directions
+    turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()
     for outline, by, masks in zip(
         charts.outlines, turns, rasterize_outlines(charts.outlines, turns, cells, gap), strict=True
     ):
@@ -396,7 +400,8 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:the mesh is repaired")
-@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])  # the first and the last are scaled first
+# the smallest and the largest surface are normalized first
+@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])
 def test_the_error_states_the_density_that_was_asked_for(size: float) -> None:
     V, F = igl.icosahedron()
     seams = find_seams(V, F)

@@ -48,7 +48,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
         assert shown <= hidden * (1 + 1e-9)
         assert (
             shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()
-        )  # otherwise a seam follows each long side
+        )  # only a long box has visible seams, along its long sides
 
 
 def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
@@ -91,7 +91,7 @@ def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
 
 def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
     V, F = box(8, 0.1, 2, 1)
-    plate = F[~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)]  # a disk of L2 stretch 6
+    plate = F[~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)]  # a disk whose map has an L2 stretch of 6
     leaf = np.array([[0, 0, 9.0], [1, 0, 9], [0, 1, 9]])
     V_all = np.vstack((V, *(leaf + 2.0 * k for k in range(12))))
     leaves = len(V) + np.arange(36).reshape(-1, 3)
@@ -119,7 +119,7 @@ def test_planes_keep_their_holes(keep_holes: bool) -> None:
 
 
 def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Return the surface moved and scaled, renumbered, and in single precision; and the scales."""
+    """Return a surface moved and scaled, renumbered, and in single precision, each with its scale."""
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -146,7 +146,8 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.001
-    assert 1 < len(atlas.charts) < 2 * 12 + 2  # two planes and twelve tubes, most of which are merged
+    # two planes and twelve tubes, most of which are merged with a plane
+    assert 1 < len(atlas.charts) < 2 * 12 + 2
     edges, _, sides = igl.edge_flaps(F)[:3]
     normal = igl.per_face_normals(V, F, np.zeros(3))
     bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
@@ -155,7 +156,7 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     assert not np.count_nonzero(degrees < 1)
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF does not work for long strips
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF fails on long strips
 @pytest.mark.parametrize("repair_overlaps", [False, True])
 @pytest.mark.parametrize("name", ROUNDED)
 def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
@@ -166,7 +167,8 @@ def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
     assert atlas.good
     assert not atlas.quality.overlaps
     assert atlas.quality.stretch_l2 < 1.005
-    assert atlas.quality.conformal_distortion < (1.08 if repair_overlaps else 1.03)  # moving parts shears
+    # moving parts of a map apart shears the map
+    assert atlas.quality.conformal_distortion < (1.08 if repair_overlaps else 1.03)
     area, normal = igl.doublearea(V, F), igl.per_face_normals(V, F, np.zeros(3))
     edges, _, sides = igl.edge_flaps(F)[:3]
     a, b = sides.T
@@ -213,7 +215,7 @@ def test_given_seams_are_extended(name: str) -> None:
 
 
 def ring(V: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Return the edges between the faces above and below the middle."""
+    """Return the edges between the faces above and below the median height."""
     above = V[F].mean(axis=1)[:, 2] > np.median(V[:, 2])
     sides = [np.sort(F[part][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) for part in (above, ~above)]
     upper, lower = ({tuple(pair) for pair in side.tolist()} for side in sides)
@@ -223,7 +225,8 @@ def ring(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 def test_a_net_is_the_shortest_tree_through_the_corners() -> None:
     V, F = box(1, 1, 2, 2)
     a, b = V[find_seams(V, F).T]
-    assert np.linalg.norm(a - b, axis=1).sum() == pytest.approx(8)  # six short edges and a long one
+    # the net cuts six short edges and a long one
+    assert np.linalg.norm(a - b, axis=1).sum() == pytest.approx(8)
     assert len(igl.boundary_loop_all(cut(V, F, find_seams(V, F))[1])) == 1
 
 

@@ -25,7 +25,7 @@ def test_overlapping_charts_are_split_along_short_seams() -> None:
     atlas = unwrap(V, F)
     assert atlas.report.n_splits == len(atlas.charts) - 1 >= 1
     assert atlas.good
-    assert 0 < atlas.seam_length < 2  # across the strip
+    assert 0 < atlas.seam_length < 2  # the seams run across the strip, not along it
     shapes = [shapely.union_all(shapely.polygons(atlas.TC[atlas.FTC[c.faces]])) for c in atlas.charts]
     assert shapely.union_all(shapes).area == pytest.approx(sum(s.area for s in shapes), rel=1e-9)
 
@@ -95,7 +95,7 @@ def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch:
     assert joined.quality.flips == joined.quality.overlaps == 0
     assert joined.quality.stretch_l2 < 1.01 * apart.quality.stretch_l2
     assert joined.seam_length < apart.seam_length
-    for chart in joined.charts:  # each map has its faces at their true size
+    for chart in joined.charts:  # the map of each chart has the area of its faces
         of_faces = V[joined.origin[joined.FTC[chart.faces]]]
         assert (of_faces == V[F[chart.faces]]).all()
         assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
@@ -103,7 +103,8 @@ def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch:
         )
 
 
-@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # double precision does not hold deer's map
+# the map of deer exceeds the range of double precision
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")
 def test_small_charts_are_merged_except_across_given_seams() -> None:
     V, F = load("stress__flipfree_deer.obj")
     mine = find_seams(V, F)

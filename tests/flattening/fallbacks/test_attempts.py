@@ -20,7 +20,7 @@ from igl_linabf.layouts import GAP, Layout, injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import normalize_placement, planar_mesh, signed_double_areas
 
-DEER = "stress__flipfree_deer.obj"  # its conformal map exceeds the range of double precision
+DEER = "stress__flipfree_deer.obj"  # the conformal map of deer exceeds the range of double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
 
 
@@ -60,7 +60,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
     lscm = quality(V, F, flatten(V, F, method="lscm").uv)
     assert lscm.flips > 500
     if name == DEER:
-        assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm has 0.33 with 692 flips
+        assert quality(V, F, sure.uv).angle_distortion < 0.25
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
     made = injective(mesh, nonsense, lambda z: normalize_placement(mesh.topology, z, mesh.area), Solvers())
     assert (signed_double_areas(made.z, mesh.topology.corner) > 0).all()
-    # the map depends on the start (benchmarks/claims.py starts), but is close to the best one
+    # the map depends on the starting map (see benchmarks/claims.py starts), but is close to the best map
     assert made.distortion < 30 * quality(mesh.V, mesh.faces, flatten(mesh.V, mesh.faces).uv).angle_distortion
 
 

@@ -18,7 +18,7 @@ V, F = igl.upsample(*igl.icosahedron(), 4)
 
 
 def shared_buffer(path: Path, primitives: int) -> None:
-    """Write a sphere whose primitives share one vertex buffer as CAD exporters write it."""
+    """Write a sphere whose primitives share one vertex buffer, like the files of CAD exporters."""
     parts = np.array_split(F.astype("<u4"), primitives)
     accessors = [{"bufferView": 0, "componentType": 5126, "count": len(V), "type": "VEC3"}]
     accessors += [
@@ -38,7 +38,7 @@ def test_primitives_of_a_shared_buffer_have_their_own_vertices(tmp_path: Path) -
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     size = (tmp_path / "in.glb").stat().st_size
-    assert peak < 50 * size  # with all vertices for each primitive: 360 times
+    assert peak < 50 * size  # 360 times if each primitive had all vertices
     assert mesh.V.shape == V.shape and (mesh.V[mesh.triangles] == V.astype("f4")[F]).all()
     text = read_file(tmp_path / "out.glb").extras.source.gltf.text
     counts = [
@@ -67,7 +67,7 @@ def test_materials_that_look_the_same_share_a_primitive_if_there_are_many(faces:
 
 
 def test_rounding_is_reported_once_where_a_texel_could_move(tmp_path: Path) -> None:
-    """Small parts of a large map are not rounded more than the map itself."""
+    """The small parts of a large map are rounded no more than the whole map."""
     shared_buffer(tmp_path / "in.glb", 100)
     mesh = read_file(tmp_path / "in.glb")
     atlas = unwrap(mesh.V, mesh.F)

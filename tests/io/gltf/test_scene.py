@@ -30,7 +30,7 @@ def test_an_obj_keeps_its_lines(tmp_path: Path) -> None:
     text = (tmp_path / "out.obj").read_text().splitlines()
     kept = [line for line in OBJ.splitlines() if line.split()[0] not in ("vt", "f", "l", "mtllib")]
     assert [line for line in text if line.split()[0] not in ("vt", "f", "l", "mtllib")] == kept
-    assert "mtllib in/box.mtl" in text  # relative to the new file
+    assert "mtllib in/box.mtl" in text  # the path is relative to the new file
     assert "l 1 5" in text
     assert [line.count("/") for line in text if line[0] == "f"] == [
         8,
@@ -39,7 +39,7 @@ def test_an_obj_keeps_its_lines(tmp_path: Path) -> None:
         4,
         4,
         4,
-    ]  # normals at the same corners
+    ]  # the same corners have normals
     assert np.allclose(corners(after), corners(before))
     assert after.parts == ("lid", "body")
     assert after.materials == ("red", "blue")
@@ -125,7 +125,7 @@ def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
         "ball",
     ]
     opened = trimesh.load_scene(tmp_path / "out.glb", process=False)
-    assert len(opened.graph.nodes_geometry) == 5  # two primitives in two nodes, and a ball
+    assert len(opened.graph.nodes_geometry) == 5  # two primitives in each of two nodes, and a ball
     assert opened.to_geometry().area == pytest.approx(4 * (2 * 9.574541 + 9 / 20 * 9.574541), rel=1e-3)
 
 
@@ -173,7 +173,7 @@ def test_a_gifti_cortex_is_flattened_to_gifti(tmp_path: Path) -> None:
     points, triangles = nibabel.load(out).darrays
     assert points.meta["GeometricType"] == "Flat"
     assert points.meta["AnatomicalStructurePrimary"] == "CortexLeft"
-    assert (triangles.data == F).all()  # unchanged vertex numbers, for data at vertices
+    assert (triangles.data == F).all()  # vertex numbers do not change, so that data at vertices remain valid
     assert np.allclose(
         points.data[:, :2], flatten(V.astype("f4"), F, progress=False).uv, rtol=1e-3, atol=1e-2
     )
@@ -184,7 +184,8 @@ def test_freesurfer_3mf_and_vtp_are_read(tmp_path: Path) -> None:
     freesurfer = pytest.importorskip("nibabel.freesurfer")
     V, F = igl.icosahedron()
     freesurfer.write_geometry(tmp_path / "lh.white", V, F)
-    freesurfer.write_geometry(tmp_path / "surface", V, F)  # detected by its first bytes, without a suffix
+    # a file without a suffix is detected by its first bytes
+    freesurfer.write_geometry(tmp_path / "surface", V, F)
     for name in ("lh.white", "surface"):
         positions, faces = read_mesh(tmp_path / name)
         assert np.allclose(positions, V, atol=1e-6)

@@ -1,4 +1,4 @@
-"""The isometric map: no flips, less energy than SLIM, and independence of the position of the surface."""
+"""The isometric map has no flips, has less energy than SLIM, and does not depend on position."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNCUT = ("crown", "limb", "holes__igl_halftunnel.off", "stress__optcuts_golf.obj
 
 
 def symmetric_dirichlet(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
-    """Return a quarter of the mean of s1^2 + s2^2 + s1^-2 + s2^-2 by igl, at the best scale."""
+    """Return a quarter of the mean of s1^2 + s2^2 + s1^-2 + s2^-2 at the best scale, computed with igl."""
     e1, e2, _ = igl.local_basis(V, F)
     gradient = (igl.grad(V, F) @ uv).reshape(3, len(F), 2)
     jacobian = np.stack([np.einsum("kfi,fk->fi", gradient, e) for e in (e1, e2)], axis=1)
@@ -29,7 +29,7 @@ def symmetric_dirichlet(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
 
 
 def by_slim(V: np.ndarray, F: np.ndarray, start: np.ndarray, iterations: int) -> np.ndarray:
-    """Return the map of igl's SLIM with the symmetric Dirichlet energy."""
+    """Return the map of igl's SLIM for the symmetric Dirichlet energy."""
     arrays = [np.asfortranarray(a) for a in (V, F.astype(np.int32), start)]
     nothing = np.zeros(0, dtype=np.int32), np.zeros((0, 2), order="F")
     energy = igl.MappingEnergyType.SYMMETRIC_DIRICHLET
@@ -42,7 +42,7 @@ def edge_lengths(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def stretched_start(mesh: Mesh) -> np.ndarray:
-    """Return an embedding in a circle, which is valid but far from an isometry."""
+    """Return an embedding in a circle, a valid start far from an isometry."""
     return next(on_circle(mesh.topology, Solvers()))
 
 
