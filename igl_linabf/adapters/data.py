@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pyvista
     import trimesh
 
-NON_SURFACE_CELLS = ("vertex", "line", "line3")  # meshio's cell types that are not surfaces
+NON_SURFACE_CELLS = ("vertex", "line", "line3")  # meshio cell types that are not surfaces
 IMAGE_FIELDS = (
     "image",
     "baseColorTexture",
@@ -27,11 +27,11 @@ IMAGE_FIELDS = (
     "metallicRoughnessTexture",
     "normalTexture",
     "occlusionTexture",
-)  # attributes of trimesh's materials
+)  # attributes of trimesh materials that hold images
 
 
 def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
-    """Raise if the numbers of points and faces differ from the numbers of rows of V and F."""
+    """Raise a `MeshError` unless V and F have the given numbers of points and faces."""
     sizes = np.shape(V)[0], np.shape(F)[0]
     if sizes != (points, faces):
         raise MeshError(
@@ -41,7 +41,7 @@ def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
 
 
 def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
-    """Return the mesh with all faces triangulated, and with the data of its faces."""
+    """Triangulate all faces of a mesh; the triangles get the data of their faces."""
     if mesh.n_strips:
         try:
             mesh = without_strips(mesh)
@@ -51,7 +51,7 @@ def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
 
 
 def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntArray) -> None:
-    """Copy normals, materials, colours and other data to a mesh whose vertices are copies of `vertex`."""
+    """Copy normals, materials, colours and other data to a mesh with copies of the vertices `vertex`."""
     mesh.vertex_normals = np.asarray(like.vertex_normals)[vertex]
     kind = like.visual.kind
     if kind == "texture":
@@ -69,7 +69,7 @@ def copy_trimesh_data(mesh: trimesh.Trimesh, like: trimesh.Trimesh, vertex: IntA
 
 
 def _copy_materials(mesh: trimesh.Trimesh, like: trimesh.Trimesh) -> None:
-    """Copy materials, without their images unless the texture coordinates are the same."""
+    """Copy materials; their images are copied only if the texture coordinates are unchanged."""
     old, new = like.visual, mesh.visual
     new.face_materials = None if old.face_materials is None else np.array(old.face_materials)
     same = old.uv is not None and np.array_equal(old.uv[like.faces], new.uv[mesh.faces])
@@ -83,7 +83,7 @@ def _copy_materials(mesh: trimesh.Trimesh, like: trimesh.Trimesh) -> None:
 
 
 def _copy_material(material: Any, with_images: bool) -> Any:
-    """Copy a material of trimesh."""
+    """Copy a trimesh material, with or without its images."""
     made = material.copy()
     for name in () if with_images else IMAGE_FIELDS:
         if getattr(made, name, None) is not None:
@@ -92,7 +92,7 @@ def _copy_material(material: Any, with_images: bool) -> Any:
 
 
 def _warn_of_images(count: int) -> None:
-    """Warn that images of old texture coordinates are left out."""
+    """Warn that `count` images are left out because they belong to old texture coordinates."""
     warnings.warn(
         f"{count} images of like were made for its old texture coordinates: they are left out; bake_texture "
         "moves images to new ones",
@@ -114,9 +114,9 @@ def copy_open3d_data(mesh: open3d.geometry.TriangleMesh, like: open3d.geometry.T
 def copy_meshio_sets(
     like: meshio.Mesh, blocks: list[int], vertex: IntArray
 ) -> tuple[dict[str, IntArray], dict[str, list[IntArray]]]:
-    """Return the sets of points and cells of a mesh for copies of its vertices and one block of triangles.
+    """Renumber the point sets and cell sets of a mesh whose vertices are duplicated and blocks are merged.
 
-    `blocks` are the blocks of triangles, and `vertex` is the vertex of each copy.
+    `blocks` are the numbers of the blocks of triangles, and `vertex` has the original vertex of each copy.
     """
     points = {name: np.flatnonzero(np.isin(vertex, rows)) for name, rows in like.point_sets.items()}
     start = np.cumsum([0, *(len(like.cells[i].data) for i in blocks)])

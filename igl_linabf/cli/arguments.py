@@ -1,4 +1,4 @@
-"""The descriptions of options and arguments, and the options that several commands share.
+"""Describe the options and arguments of commands, and define the options that several commands share.
 
 A command is a function. Its parameter `weight: Annotated[float, Option("weight of areas", "W")] = 1.5` is the
 option `--weight W`, and the type converts the text. A parameter without a default is an argument. A parameter
@@ -27,19 +27,19 @@ Command = Callable[..., int]
 
 @dataclass(frozen=True)
 class Option:
-    """The description of an option or argument."""
+    """The description of a command line option or argument."""
 
-    help: str  # the default is appended if the help does not mention it
+    help: str  # the default value is appended unless the text contains "default"
     metavar: str | None = None
-    parse: Callable[[str], Any] | None = None  # by default the first type of the parameter that fits
-    choices: Sequence[Any] = ()  # by default the words of a `Literal` type
+    parse: Callable[[str], Any] | None = None  # by default, try the types of the parameter in order
+    choices: Sequence[Any] = ()  # by default, the values of a `Literal` type
     nargs: int | Literal["+"] | None = None
-    flags: Sequence[str] = ()  # by default the name of the parameter
+    flags: Sequence[str] = ()  # by default, the name of the parameter
     required: bool = False
 
 
 def output_option(help: str) -> Option:
-    """Describe the required option -o."""
+    """Describe the required option `-o` of a command."""
     return Option(help, "OUT", flags=("-o", "--output"), required=True)
 
 
@@ -73,9 +73,9 @@ def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
 
 
 def bind(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters of a command, from the values of its options.
+    """Return the arguments with which to call a command, from the values of its options.
 
-    An optional dataclass is None if all its options have their default values.
+    A dataclass parameter that may be None is None if all its options have their default values.
     """
     bound = {}
     for name, parameter in signature(command).parameters.items():
@@ -105,14 +105,14 @@ def _options_of(command: Command) -> Iterator[tuple[str, Option, Any, Any]]:
 
 
 def _kinds(annotation: Any) -> list[Any]:
-    """Return the types of a value that is not None, or of the elements of a list."""
+    """Return the types that an annotation allows, without None; for a list, the type of its elements."""
     kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
     kinds = [kind for kind in kinds if kind is not NoneType]
     return [get_args(kind)[0] if get_origin(kind) is list else kind for kind in kinds]
 
 
 def _convert(text: str, name: str, kinds: Sequence[Any]) -> Any:
-    """Convert a text to the first type that accepts it; a `Literal` type accepts its words."""
+    """Convert a text to the first of the types that accepts it; a `Literal` type accepts its values."""
     for kind in kinds:
         if text in get_args(kind):
             return text
@@ -125,7 +125,7 @@ def _convert(text: str, name: str, kinds: Sequence[Any]) -> Any:
 
 
 def parse_texels(text: str) -> int | tuple[int, int]:
-    """Convert "1024", or a width and a height such as "2048x1024"."""
+    """Convert a text such as "1024" or "2048x1024" to a number of texels, or to a width and a height."""
     try:
         sides = tuple(int(word) for word in text.lower().split("x"))
     except ValueError:
@@ -153,12 +153,12 @@ def parse_axis(text: str) -> list[float]:
 
 
 def parse_axis_or(text: str, words: Sequence[str]) -> list[float] | str:
-    """Convert a direction; keep any of these words."""
+    """Convert a direction to a vector; return any of the given words unchanged."""
     return text if text in words else parse_axis(text)
 
 
 def build_method(name: str, **options: Any) -> Method:
-    """Return the method with the given options; None and "auto" stand for the defaults.
+    """Return the flattening method with the given options; None and "auto" stand for the defaults.
 
     Raises
     ------

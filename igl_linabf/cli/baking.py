@@ -1,4 +1,4 @@
-"""Textures that `igl-linabf unwrap --bake` writes."""
+"""Bake the textures that `igl-linabf unwrap --bake` writes."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,16 +23,16 @@ from ..io import (
 from ..surface import unit_vectors
 from ..textures import bake, bake_texture, check_image_memory
 
-BAKED_RESOLUTION = 2048  # default texels along the side of a baked texture
+BAKED_RESOLUTION = 2048  # default side length of a baked texture, in texels
 
-COLOUR_CHANNELS = 3  # of the images whose memory is estimated before the computation
+COLOUR_CHANNELS = 3  # assumed number of channels when the memory of images is estimated
 
 BakeName = Literal["colors", "texture", "normals", "position"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class BakedPacking(Packing):
-    """A packing of charts for a texture that is baked, which has a resolution by default."""
+    """The packing of charts for a baked texture, with a default resolution."""
 
     bake: BakeName | None = None
 
@@ -43,14 +43,14 @@ class BakedPacking(Packing):
 
 
 def list_image_kinds(kind: BakeName | None, mesh: MeshFile) -> list[str]:
-    """Return the kinds of images to write."""
+    """Return the kinds of image maps that `--bake` writes."""
     if kind == "texture":
         return [of.kind for look in mesh.extras.looks or () for of in look.maps]
     return [] if kind is None else [COLOUR]
 
 
 def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: int) -> None:
-    """Raise if the requested texture cannot be baked. Called before the computation."""
+    """Raise an error if the requested texture cannot be baked. Called before the computation."""
     kind = packing.bake
     if output.suffix.lower() not in WITH_IMAGES:
         known = " or ".join(WITH_IMAGES)
@@ -65,11 +65,11 @@ def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: 
         raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture to move")
     size = page_size(packing.resolution or BAKED_RESOLUTION)
     kinds = set(list_image_kinds(kind, mesh))
-    check_image_memory(size, max(len(kinds), 1), COLOUR_CHANNELS)  # one page, as the least that is written
+    check_image_memory(size, max(len(kinds), 1), COLOUR_CHANNELS)  # at least one page is written
 
 
 def bake_images(packing: BakedPacking, mesh: MeshFile, atlas: Atlas, output: Path) -> Any:
-    """Return the image (values from 0 to 1) or one image per page; for textures, a dictionary by kind."""
+    """Return the baked image or a list with one image per page; for `--bake texture`, by kind in a dict."""
     if packing.bake is None:
         return None
     if packing.bake == "texture":
@@ -82,7 +82,7 @@ def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, outpu
     V, triangles = mesh.V, mesh.triangles
     if kind == "colors":
         colours = corner_colours(mesh)
-        assert colours is not None  # checked before
+        assert colours is not None  # by `check_baking`
         return bake(V, mesh.F, atlas, colours[mesh.split.place], resolution)
     if kind == "normals":
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
@@ -96,15 +96,15 @@ def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, outpu
 
 
 def _rebake_textures(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path) -> dict[str, Any]:
-    """Return the images of the materials, baked for the new map."""
+    """Return the images of the materials, baked for the new texture coordinates."""
     maps = image_maps(mesh)
     if not maps:
         raise MeshError(
             f"{mesh.path} has no images on its texture coordinates that can be moved, such as in materials "
             "in OBJ or glTF: bake colors or normals"
         )
-    assert mesh.extras.materials is not None  # they hold the images
-    assert mesh.TC is not None  # checked before
+    assert mesh.extras.materials is not None  # because image maps belong to materials
+    assert mesh.TC is not None  # by `check_baking`
     made: dict[str, Any] = {}
     V, directions = object_space(mesh, output)
     for kind, images in maps.items():

@@ -1,4 +1,4 @@
-"""The command `igl-linabf batch`."""
+"""Define the command `igl-linabf batch`."""
 
 from typing import Annotated, Literal
 

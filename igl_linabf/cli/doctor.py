@@ -1,4 +1,4 @@
-"""The command `igl-linabf doctor`, and the versions of packages."""
+"""Define the command `igl-linabf doctor`, which prints the versions of packages."""
 
 import platform
 from importlib import metadata
@@ -20,7 +20,7 @@ EXTRAS = {  # optional packages, explained in docs/install.md
 
 
 def print_versions() -> ExitCode:
-    """Print the installed packages and the libraries of the solvers."""
+    """Print the versions of packages, and the libraries that the linear solvers use."""
     print(f"igl-linabf {version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}")
     for name in NEEDED:
         print(f"  {name} {version(name)}")

@@ -1,4 +1,4 @@
-"""The commands `igl-linabf flatten`, `compare`, `cortex` and `scroll`."""
+"""Define the commands `igl-linabf flatten`, `compare`, `cortex` and `scroll`."""
 
 import os
 import sys
@@ -91,7 +91,7 @@ def flatten_mesh(
     options = {"iterations": iterations, "layout": layout, "solver": solver, "guarantee": guarantee}
     chosen = build_method(method, **options, weight=weight)
     in_lengths = fit == "lengths"
-    if units is None:  # flat surfaces have the size of the mesh
+    if units is None:  # a map written as a surface has the size of the mesh
         units = "mesh" if in_lengths or lies_flat(job.target) else "square"
     if in_lengths and units == "square":
         raise ValueError("--fit lengths sets a scale in the mesh's units: give --units mesh, too")
@@ -99,7 +99,7 @@ def flatten_mesh(
     check_companion_files(job, mesh)
     V, F = mesh.V, mesh.triangles
     with progress_part("flattening", PROGRESS["computing"]), warnings.catch_warnings():
-        if isinstance(mesh.extras.source, Patch):  # a patch leaves vertices out on purpose
+        if isinstance(mesh.extras.source, Patch):  # vertices outside the patch belong to no face
             warnings.filterwarnings("ignore", "vertices .* belong to no face", MeshWarning)
         result = flatten(V, F, method=chosen, fit=fit, outer=outer, boundary=boundary, corners=corners, up=up)
         uv = unit_square(result.uv) if units == "square" else result.uv
@@ -278,7 +278,7 @@ def flatten_scroll(
 
 @contextmanager
 def _writing_scroll(path: Path, flat: FlatSegment, obj: Path | None, force: bool) -> Iterator[None]:
-    """Write the files under temporary names; they are renamed if the block succeeds."""
+    """Write a flat segment under temporary names, and rename its files when the `with` block succeeds."""
     with ExitStack() as stack:
         if obj is not None:
             stack.enter_context(write_atomically(obj, as_mesh_file(flat.V, flat.F), flat.uv, None))

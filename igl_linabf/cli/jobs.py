@@ -25,14 +25,14 @@ from ..io import (
 )
 from .arguments import ALLOW_OUTSIDE, Command, Option, bind, output_option
 
-STDIO = Path("-")  # stands for standard input or output
+STDIO = Path("-")  # the path that stands for standard input or output
 
 # Shares of the progress bar at the end of each step; a picture may be drawn after the map is written.
 PROGRESS = {"reading": 0.1, "computing": 0.8, "baking": 0.9, "writing": 0.9}
 
 
 class ExitCode(IntEnum):
-    """Exit codes: all maps are valid, some are not, or an error occurred."""
+    """Exit codes: all maps are valid, some maps are not valid, or an error occurred."""
 
     GOOD = 0
     NOT_VALID = 1
@@ -43,24 +43,24 @@ class ExitCode(IntEnum):
 class Job:
     """One run of a command: the mesh it reads, the files it writes, and how it reports."""
 
-    given: list[str] | str  # names of meshes, or the name of the only mesh, in the command line
+    given: list[str] | str  # mesh names in the command line, or a single name
     output: Path | None = None  # file to write, if any
     picture: Path | None = None
-    format: str = "obj"  # of standard output
-    force: bool = False  # replace existing files that `output` does not name
+    format: str = "obj"  # format of the standard output
+    force: bool = False  # replace existing files other than `output`
     json: bool = False  # print figures instead of tables
     quiet: bool = False  # print nothing
-    allow_outside: bool = False  # follow references out of the folder of the mesh
+    allow_outside: bool = False  # follow references to files outside the folder of the mesh
     mesh: Path = STDIO  # file to read
-    title: str = ""  # name of the mesh in messages
-    prefix: str = ""  # beginning of messages about one of several meshes
-    on_commit: Callable[[], object] = lambda: None  # called before the files get their final names
+    title: str = ""  # name of the mesh for messages
+    prefix: str = ""  # text before a message if there are several meshes
+    on_commit: Callable[[], object] = lambda: None  # called before temporary files are renamed
 
-    suffixes: ClassVar[Sequence[str]] = SUFFIXES  # of the output
+    suffixes: ClassVar[Sequence[str]] = SUFFIXES  # allowed suffixes of `output`
 
     @property
     def target(self) -> Path:
-        """The output file; for standard output, a file name of the same format."""
+        """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
 
     def read(self, surface: Path | None = None, partial: bool = False) -> MeshFile:
@@ -133,14 +133,14 @@ def _plan_jobs(job: Job) -> list[Job]:
             prefix = f"{title}: " if len(names) > 1 else ""
             own: dict[str, Any] = {"mesh": Path(name), "output": output, "picture": picture}
             jobs.append(replace(job, title=title, prefix=prefix, **own))
-        jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]  # Ctrl-C stays enabled
+        jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]  # a commit disables Ctrl-C
     paths = (path for one in jobs for path in (one.output, one.picture))
     check_free((path for path in paths if path is not None and path != job.output), job.force)
     return jobs
 
 
 def _run_job(command: Command, job: Job) -> int:
-    """Run a command on one mesh, after a check that its files can be written."""
+    """Check that the output files of a job can be written, and run the command."""
     for path, suffixes in ((job.output, job.suffixes), (job.picture, (".png",))):
         if path is None or path == STDIO:
             continue
@@ -151,7 +151,7 @@ def _run_job(command: Command, job: Job) -> int:
     if job.picture:
         from .. import plot  # noqa: F401  # raises with instructions if pyvista is missing
     with contextlib.ExitStack() as stack:
-        if not isinstance(job.given, str):  # a single bar, which ends before anything is printed
+        if not isinstance(job.given, str):  # one progress bar, which ends before anything is printed
             stack.enter_context(show_progress(False if job.quiet or job.json else None))
         mesh = stack.enter_context(_spool_standard_input()) if job.mesh == STDIO else job.mesh
         return command(replace(job, mesh=mesh))
@@ -188,7 +188,7 @@ def _give_up_stdout() -> None:
 def check_companion_files(
     job: Job, mesh: MeshFile, kinds: Sequence[str] = (), pages: int = 1, second: bool = False
 ) -> None:
-    """Raise if a file beside the output exists already, or is also the picture of this run.
+    """Raise an error if a file beside the output exists, or is also the picture of this run.
 
     Called before the computation. `kinds` are the images to write; `second` means second texture coordinates.
     """
@@ -214,7 +214,7 @@ def _expand_patterns(given: Sequence[str]) -> list[str]:
 
 
 def _choose_paths(given: Path | None, names: Sequence[str], suffix: str) -> Sequence[Path | None]:
-    """Return the output file of each mesh: the given one, or one named after the mesh in a given folder."""
+    """Return the output file of each mesh: the given file, or one with its name in a given folder."""
     if given is None or not given.is_dir():
         if given is None or len(names) == 1:
             return [given] * len(names)
@@ -232,7 +232,7 @@ def _choose_paths(given: Path | None, names: Sequence[str], suffix: str) -> Sequ
 
 @contextlib.contextmanager
 def _spool_standard_input() -> Iterator[Path]:
-    """Write standard input to a temporary file, with a suffix detected from the data."""
+    """Yield a temporary file with the data of standard input, and a suffix detected from the data."""
     data = sys.stdin.buffer.read()
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
         path = Path(folder) / f"standard_input{detect_suffix(data)}"

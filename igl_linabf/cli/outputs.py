@@ -1,4 +1,4 @@
-"""Output of a command: files are checked before the computation, and renamed only after all are written."""
+"""Write the output of a command: print its results, and rename its files after all of them are written."""
 
 import contextlib
 import json
@@ -22,22 +22,22 @@ from ..errors import MeshWarning, printable, stack_level
 from ..io import replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
-OMITTED_FIELDS = {"FTC", "split", "outlines", "sides"}  # fields of results that JSON leaves out
-INDEX_FIELDS = {"flipped", "repaired", "first"}  # arrays that JSON includes
-JSON_KEYS = {"n_splits": "splits", "distortion_increase": "cost"}  # fields that have another key in JSON
+OMITTED_FIELDS = {"FTC", "split", "outlines", "sides"}  # fields of results that are left out of JSON
+INDEX_FIELDS = {"flipped", "repaired", "first"}  # arrays that are included in JSON
+JSON_KEYS = {"n_splits": "splits", "distortion_increase": "cost"}  # fields with a different key in JSON
 
 
 def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
     """Return a function that writes a mesh file.
 
-    On standard output, names of other files are relative to the current folder.
+    If the mesh is written to standard output, its references to files are relative to the current folder.
     """
     folder = Path.cwd() if job.output == STDIO else None
     return partial(write_atomically, force=job.force, folder=folder)
 
 
 def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
-    """Print the troubles of a written map, and return the exit code."""
+    """Print the problems of a map that has been written, and return the exit code."""
     for message in troubles:
         print(f"igl-linabf: {printable(job.prefix + message)}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
@@ -85,7 +85,7 @@ def write_outputs(
 
 
 def _write_to_bytes(job: Job, write: Callable[[str | Path], AbstractContextManager[None]]) -> bytes:
-    """Return the bytes for standard output, in the requested format."""
+    """Return the bytes of a file in the format requested for standard output."""
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
         path = Path(folder) / job.target
         with write(path):

@@ -1,4 +1,4 @@
-"""The command line parser, the entry point `main`, and completion in shells."""
+"""Define the command line parser, the entry point `main`, and shell completion."""
 
 import argparse
 import contextlib
@@ -39,14 +39,14 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports errors in one line, like all errors of the command."""
+    """An argument parser that reports errors in one line, like other errors of `igl-linabf`."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(ExitCode.ERROR, f"igl-linabf: {printable(message)} (see {self.prog} --help)\n")
 
 
 class Help(argparse.HelpFormatter):
-    """A formatter that wraps all text except the examples."""
+    """A formatter of help texts that wraps all text except the examples."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return text if text.startswith(EXAMPLES) else super()._fill_text(text, width, indent)
@@ -78,7 +78,7 @@ def command_parser() -> Parser:
 
 
 def read_docstring(command: Command) -> tuple[str, str, list[str]]:
-    """Return the line in the list of commands, the description, and the examples from a docstring."""
+    """Return the summary, the description and the examples from the docstring of a command."""
     description, _, examples = (inspect.getdoc(command) or "").partition("\n\nExamples\n--------\n")
     summary = description.partition("\n")[0].rstrip(".")
     return summary[:1].lower() + summary[1:], description, examples.splitlines()
@@ -87,7 +87,7 @@ def read_docstring(command: Command) -> tuple[str, str, list[str]]:
 def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], object] = lambda: None) -> int:
     """Run the command and return its exit code: 0, or 1 for a map with flipped triangles, or 2 for an error.
 
-    `on_commit` is called after everything is printed and written, before the files get their final names.
+    `on_commit` is called after all output is printed and written, before temporary files are renamed.
     """
     options = vars(command_parser().parse_args(arguments))
     command = COMMANDS[options.pop("command")]
@@ -105,6 +105,6 @@ def _print_warnings_on_one_line() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         for internal in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
-            warnings.simplefilter("ignore", internal)  # Python ignores them by default
+            warnings.simplefilter("ignore", internal)  # Python's default, too
         warnings.showwarning = show
         yield

@@ -1,4 +1,4 @@
-"""The command `igl-linabf pattern`."""
+"""Define the command `igl-linabf pattern`."""
 
 import warnings
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ UNITS_NOTES = {
 
 @dataclass(frozen=True)
 class PatternJob(Job):
-    """A job that writes SVG by default."""
+    """A job of the command `pattern`, which writes SVG by default."""
 
     format: str = "svg"
 
@@ -61,7 +61,7 @@ def draw_pattern(
     """
     mesh = job.read()
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
-        warnings.simplefilter("ignore", OutcomeWarning)  # reported below
+        warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
         atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=trade), method=method)
     unit, given_by = _find_units(units, mesh)
     pattern = build_pattern(mesh.V, mesh.F, atlas, unit, crease, grain or parse_axis("z"), up)

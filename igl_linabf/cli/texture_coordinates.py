@@ -1,4 +1,4 @@
-"""The commands `igl-linabf check` and `igl-linabf pack`, for the texture coordinates of a mesh."""
+"""Define the commands `igl-linabf check` and `pack`, for the texture coordinates of a mesh."""
 
 import warnings
 from functools import partial
@@ -86,7 +86,7 @@ def pack_charts(
 
 
 def _read_mesh_with_coordinates(job: Job, partial: bool = False) -> tuple[MeshFile, FloatArray, Faces]:
-    """Read a mesh and its texture coordinates; with `partial`, corners without coordinates are -1."""
+    """Read a mesh and its texture coordinates; with `partial`, some corners may have the index -1."""
     mesh = job.read(partial=partial)
     if mesh.TC is None or mesh.FTC is None:
         where = "" if partial else " at all corners"

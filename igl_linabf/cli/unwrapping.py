@@ -1,4 +1,4 @@
-"""The command `igl-linabf unwrap`."""
+"""Define the command `igl-linabf unwrap`."""
 
 import warnings
 from dataclasses import replace
@@ -109,7 +109,7 @@ def unwrap_mesh(
     if keep_materials:
         charts = replace(charts or ChartOptions(), labels=_material_labels(mesh, given_cones))
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
-        warnings.simplefilter("ignore", OutcomeWarning)  # reported below
+        warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
         atlas = unwrap(
             mesh.V,
             mesh.F,
@@ -127,7 +127,7 @@ def unwrap_mesh(
         image = bake_images(packing, mesh, atlas, job.target)
     TC = (
         atlas.flat / atlas.report.scale if lies_flat(job.target) else atlas.TC
-    )  # flat surfaces have the mesh's size
+    )  # a map written as a surface has the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)
@@ -136,7 +136,7 @@ def unwrap_mesh(
 
 
 def _read_seams(seams: Literal["auto", "uv"] | Path, mesh: MeshFile) -> Any:
-    """Return the given seam edges, from texture coordinates or a file; None if seams are found."""
+    """Return the seam edges from texture coordinates or a file; None for automatic seams."""
     if seams == "auto":
         return None
     if seams != "uv":
@@ -147,7 +147,7 @@ def _read_seams(seams: Literal["auto", "uv"] | Path, mesh: MeshFile) -> Any:
 
 
 def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
-    """Return the cones; files name their vertices, or their angles in degrees."""
+    """Return the cones, whose vertices, and angles in degrees, may be read from files."""
     if cones is None:
         if angles is not None or period is not None:
             raise ValueError("--cone-angles and --period need cones: give --cones, too")
@@ -161,7 +161,7 @@ def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
 
 
 def _material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
-    """Return the material of each face."""
+    """Return the material of each face as a chart label."""
     if mesh.extras.materials is None:
         raise MeshError(f"{mesh.path} has no materials: leave out --keep-materials")
     if cones is not None:
@@ -174,7 +174,7 @@ def _material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
 def _read_rows(path: Path, kind: type, what: str) -> Any:
     """Read the rows of a text file; an empty file gives shape (0, 2)."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # NumPy warns of an empty file
+        warnings.simplefilter("ignore")  # NumPy warns about an empty file
         try:
             table: Any = np.loadtxt(path, dtype=kind, ndmin=2, encoding="utf-8-sig")
         except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The command `igl-linabf view`."""
+"""Define the command `igl-linabf view`."""
 
 from functools import partial
 from typing import Annotated
@@ -44,7 +44,7 @@ def view_mesh(
         view, V, F, method=method, boundary=boundary, cones=cones, measure=measure, frequency=frequency
     )
     if job.picture is None:
-        draw(title=f"igl_linabf: {job.mesh.name}", save_as=job.mesh.stem)  # in the current folder
+        draw(title=f"igl_linabf: {job.mesh.name}", save_as=job.mesh.stem)  # saves to the current folder
     else:
         with replacing(job.picture) as temporary:
             draw(off_screen=True, screenshot=temporary)

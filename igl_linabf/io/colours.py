@@ -14,13 +14,16 @@ from .mesh_file import MeshFile
 from .pictures import decode_image
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # endings of the names of direction maps in glTF
+DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # glTF textures that store directions
 BUMP_KEYWORDS = ("bump", "map_bump")  # MTL's keywords for height maps
-UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # red, green, blue and alpha that leave a colour unchanged
+UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # RGBA multiplier that leaves a colour unchanged
 
 
 def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
-    """Return the colours at the corners (#C, 3 or 4) that corners, faces or vertices have, not materials."""
+    """Return the stored colours of corners, faces or vertices, at the corners (#C, 3 or 4); None without any.
+
+    The colours of materials are ignored.
+    """
     extras, polygons = mesh.extras, mesh.polygons
     if extras.corner_colours is not None:
         return extras.corner_colours
@@ -30,11 +33,11 @@ def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
 
 
 def corner_colours(mesh: MeshFile) -> FloatArray | None:
-    """Return the colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None if there are none.
+    """Return the colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None without colours.
 
-    In glTF and 3MF, vertex colours are multiplied by material colours, proportional to light. In other
-    formats the colours of corners, faces or vertices take precedence, and material colours are used only
-    without them. There is a fourth column if any colour is transparent.
+    In glTF and 3MF, vertex colours are multiplied by material colours in linear RGB. In other formats,
+    material colours are used only if corners, faces and vertices have no colours. A fourth column, alpha, is
+    returned if any colour is transparent.
     """
     extras, polygons = mesh.extras, mesh.polygons
     n, looks, stored = len(polygons.corners), extras.looks or (), get_stored_colours(mesh)
@@ -49,7 +52,7 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
         for look in looks
     ]
     if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
-        # faces without a material have the index -1, the last row
+        # index -1 of faces without a material selects the last row, UNIT_FACTOR
         factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][polygons.owner]
         colours = np.column_stack(
             (
@@ -61,10 +64,10 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
 
 
 def compute_corner_normals(mesh: MeshFile) -> FloatArray:
-    """Return the normals at the corners of the triangles, (#T, 3, 3), as viewers of the file derive them.
+    """Return the normals at the corners of the triangles, (#T, 3, 3), as a viewer of the file computes them.
 
-    If the file stores no normals, these are face normals in glTF, as it specifies, and vertex normals in
-    all other formats.
+    For a file without normals, these are face normals if it is glTF, as the glTF specification requires, and
+    vertex normals in all other formats.
     """
     V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
     if stored is not None and mesh.extras.normal is not None:
@@ -145,8 +148,8 @@ def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:
 def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
     """Return True if images of this kind store directions in the tangent space of their map.
 
-    By its specification, MTL's bump maps are grey height maps. However, many programs write normal maps
-    there.
+    According to the MTL specification, bump maps are grey height maps. However, many programs store normal
+    maps under the keyword of bump maps.
     """
     if kind.lower() in BUMP_KEYWORDS:
         pixels = [image.pixels for image in images if image is not None]

@@ -143,7 +143,7 @@ def read_file(
     if (found.texture < 0).all() or (is_partial and not partial):
         return replace(mesh, TC=None, texture=None)
     if is_partial:
-        mesh = replace(mesh, texture=np.maximum(found.texture, -1))  # -2: before the first row
+        mesh = replace(mesh, texture=np.maximum(found.texture, -1))  # -2 marks an index before the first row
     return mesh
 
 
@@ -159,7 +159,7 @@ def write_file(
 ) -> None:
     """Write a mesh from `read_file` with new texture coordinates; the suffix selects the format.
 
-    Materials from another format are written to an MTL file next to an OBJ file, with the same name.
+    For an OBJ file, materials from another format are written to an MTL file of the same name next to it.
 
     Parameters
     ----------
@@ -305,9 +305,9 @@ def write_mesh(
     OBJ has separate indices for positions and texture coordinates. Therefore the surface stays connected
     along seams, and numbers are written exactly. PLY stores texture coordinates at vertices (`s`, `t`), or
     as lists at the triangles (`texcoord`) if there are seams. GLB stores them at vertices only; therefore a
-    vertex is written once for each of its texture coordinates. The same holds for polygons with seams in
-    PLY. Texture coordinates in PLY and all numbers in GLB are **32-bit floats** with seven digits; positions
-    in PLY are doubles. In GLB v is flipped, as glTF requires; readers undo this.
+    vertex is written once for each of its texture coordinates. In PLY, vertices of polygons along seams are
+    duplicated, too. Texture coordinates in PLY and all numbers in GLB are **32-bit floats** with seven
+    digits; positions in PLY are doubles. In GLB v is flipped, as glTF requires; readers flip it back.
 
     Parameters
     ----------

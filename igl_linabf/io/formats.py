@@ -82,7 +82,7 @@ PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".vtp": parse_vtp,
     **dict.fromkeys(FREESURFER_SUFFIXES, parse_freesurfer),
 }
-FREESURFER_MAGIC = b"\xff\xff"  # the third byte states whether the faces are triangles
+FREESURFER_MAGIC = b"\xff\xff"  # first bytes of a FreeSurfer surface; the third tells triangles from quads
 PATCH_SUFFIXES = (".3d", ".flat")  # FreeSurfer patches
 SUFFIX_OF_MAGIC = {
     PATCH_MAGIC: ".3d",
@@ -130,7 +130,7 @@ def normalize_suffix(path: str | os.PathLike[str]) -> str:
 
 
 def lies_flat(path: str | os.PathLike[str]) -> bool:
-    """Return True if files of this name store the flat map as a surface, which therefore has a size."""
+    """Return True if the file format stores the flat map as the surface itself, so that its size matters."""
     return normalize_suffix(path) in FLAT
 
 
@@ -263,7 +263,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
     if suffix == ".3mf" and mesh.images is not None:
-        pass  # the image shows them
+        pass  # the image shows the materials
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif mesh.images is not None and mesh.images.moved:
@@ -301,7 +301,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
 
 
 def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
-    """Return the frames of the objects of a file to be written, relative to the space of V.
+    """Return the linear maps from the spaces of the objects in a written file to the space of V.
 
     Returns
     -------
@@ -317,7 +317,7 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
 
 
 def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
-    """Return vertices, and normals at triangle corners (#T, 3, 3), in the object spaces of a written file.
+    """Return V, and normals at triangle corners (#T, 3, 3), in the object spaces of a written file.
 
     Translations are ignored. An object mirrored by its node is reflected through a point, which matches the
     orientation of its faces.
@@ -358,7 +358,7 @@ def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
 def list_companion_files(
     path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
 ) -> tuple[Path, ...]:
-    """Return the paths of the files written next to the file itself, with images of these kinds and pages."""
+    """Return the paths of the files that are written next to an OBJ file: MTL file, images, second map."""
     if path.suffix.lower() != ".obj":
         return ()
     images = [file for kind in kinds for file in image_paths(path, kind, pages)]
@@ -372,7 +372,7 @@ def second_map_path(path: Path) -> Path:
 
 
 def check_free(paths: Iterable[Path], force: bool) -> None:
-    """Raise `FileExistsError` if one of the files exists and must not be replaced."""
+    """Raise `FileExistsError` if any of the files exists, unless `force` is set."""
     for path in paths:
         if os.path.lexists(path) and not force:
             message = (
@@ -394,7 +394,7 @@ def write_atomically(
     folder: Path | None = None,
     texcoord: int = 0,
 ) -> Iterator[None]:
-    """Write under temporary names; the files are renamed to their final names when the block succeeds.
+    """Write files under temporary names, and rename the files when the `with` block succeeds.
 
     References to other files are relative to `folder`, by default the folder of `path`.
     """
@@ -429,7 +429,7 @@ def write_atomically(
             second = second_map_path(path)
             _warn_of_second_map(second)
             first = replace(prepared, TC=prepared.first[0], texture=prepared.first[1], first=None)
-            with warnings.catch_warnings():  # images still match the first texture coordinates
+            with warnings.catch_warnings():  # no warning: images still match the first texture coordinates
                 warnings.filterwarnings("ignore", ".* images of its materials were made", MeshWarning)
                 WRITERS[suffix](stack.enter_context(replacing(second)), replace(prepared, first=None), named)
                 WRITERS[suffix](temporary, first, named)
@@ -448,7 +448,7 @@ def _warn_of_second_map(second: Path) -> None:
 
 
 def encode_images(image: ImageArgument) -> Images | None:
-    """Encode images as PNG: one image, one for each page, or a dict by kind that replaces old images."""
+    """Encode images as PNG: a single image, one image per page, or a dict of images by kind of map."""
     if image is None:
         return None
     if isinstance(image, Mapping):
@@ -464,7 +464,7 @@ def _encode_pages(image: Any) -> tuple[bytes, ...]:
 
 
 def _select_images(images: Images | None, suffix: str) -> Images | None:
-    """Return the images that the format can store, and warn of all others."""
+    """Return the images that the format can store, and warn of images that it cannot store."""
     if images is None:
         return None
     if suffix == ".3mf" and images.pages > 1:

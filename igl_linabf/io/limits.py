@@ -1,24 +1,24 @@
-"""Limits in proportion to a file, which keep a small file from taking much memory."""
+"""Limit memory in proportion to the size of a file, so that a small file cannot exhaust the memory."""
 
 import re
 import zlib
 
 from .parsing import Damaged
 
-EXPANSION = 200  # bytes that a byte of a file may become; XML of meshes is compressed up to 50 times
-ALWAYS_ALLOWED = 2**26  # bytes that any file may become
-ZLIB_OR_GZIP = zlib.MAX_WBITS | 32  # the format is detected
-CHUNK = 2**16  # bytes that are decompressed at once
+EXPANSION = 200  # allowed bytes of memory per byte of a file; XML of meshes is compressed at most 50-fold
+ALWAYS_ALLOWED = 2**26  # bytes of memory that are allowed for any file
+ZLIB_OR_GZIP = zlib.MAX_WBITS | 32  # makes zlib detect the format
+CHUNK = 2**16  # number of bytes to decompress at a time
 ENTITY_PATTERN = re.compile(rb"<!ENTITY")
 
 
 def largest_expansion(size: int) -> int:
-    """Return the largest number of bytes that a file of `size` bytes may become."""
+    """Return the number of bytes of memory that the contents of a file of `size` bytes may occupy."""
     return max(ALWAYS_ALLOWED, EXPANSION * size)
 
 
 def check_expansion(wanted: int, size: int, what: str) -> None:
-    """Raise `Damaged` if `wanted` bytes, which `what` announces, are out of proportion to the file."""
+    """Raise `Damaged` if `what` needs `wanted` bytes, out of proportion to a file of `size` bytes."""
     if wanted > largest_expansion(size):
         raise Damaged(
             f"{what} would take {wanted:,} bytes, out of proportion to the {size:,} bytes of the file"
@@ -31,7 +31,7 @@ def inflate(data: bytes, limit: int, what: str) -> bytes:
     Raises
     ------
     Damaged
-        The data are damaged, or longer; `what` names them.
+        The data are damaged or longer than `limit`; `what` is their name in the message.
     """
     found, decoder = bytearray(), zlib.decompressobj(ZLIB_OR_GZIP)
     try:
@@ -40,7 +40,7 @@ def inflate(data: bytes, limit: int, what: str) -> bytes:
             if len(found) > limit:
                 raise Damaged(f"{what} has more than {limit:,} bytes after decompression")
             data = decoder.unconsumed_tail
-            if decoder.eof and (data := decoder.unused_data):  # several members follow each other
+            if decoder.eof and (data := decoder.unused_data):  # a gzip file may have several members
                 decoder = zlib.decompressobj(ZLIB_OR_GZIP)
     except zlib.error as error:
         raise Damaged(f"{what} cannot be decompressed ({error})") from None
@@ -50,6 +50,6 @@ def inflate(data: bytes, limit: int, what: str) -> bytes:
 
 
 def refuse_entities(data: bytes) -> None:
-    """Raise `Damaged` if XML declares entities, which may expand to any size or name other files."""
-    if ENTITY_PATTERN.search(data.replace(b"\0", b"")):  # also in UTF-16
+    """Raise `Damaged` if XML declares entities, which may expand to any size or include other files."""
+    if ENTITY_PATTERN.search(data.replace(b"\0", b"")):  # zero bytes are removed to search UTF-16, too
         raise Damaged("its XML declares entities, which mesh files do not need: remove the declaration")

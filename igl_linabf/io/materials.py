@@ -19,9 +19,9 @@ SRGB = {
     "end of line": 0.0031308,
     "scale": 1.055,
     "power": 2.4,
-}  # transfer function of IEC 61966-2-1
-DEFAULT_MATERIAL = "igl_linabf"  # name of the material for faces without one
-TEXTURE_SUFFIX = "Texture"  # ending of glTF's names for image maps
+}  # parameters of the sRGB transfer function, IEC 61966-2-1
+DEFAULT_MATERIAL = "igl_linabf"  # name of the material that is written for faces without a material
+TEXTURE_SUFFIX = "Texture"  # suffix of glTF's names of image maps
 COLOUR = "baseColorTexture"  # glTF's name for the colour map; maps unknown to glTF keep their MTL keyword
 MTL_KEYWORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
 KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # MTL keywords with a counterpart in glTF
@@ -30,7 +30,7 @@ IMAGE_PATTERN = re.compile(r"(map_|bump|disp|decal|refl|norm)\w*(\s|$)", re.IGNO
 
 
 class Colour(NamedTuple):
-    """A colour with red, green and blue from 0 to 1."""
+    """An RGB colour with components from 0 to 1."""
 
     red: float
     green: float
@@ -47,7 +47,7 @@ class ImageMap:
     Attributes
     ----------
     kind : str
-        glTF's name, such as "baseColorTexture", or the MTL keyword of maps that glTF does not have.
+        glTF's name, such as "baseColorTexture", or the MTL keyword of a map that glTF does not define.
     read : callable
         Returns the bytes of the image file.
     image : str
@@ -90,9 +90,9 @@ class Material:
     lines : tuple of str
         The lines of the material in its MTL file.
     factor : (red, green, blue, alpha) or None
-        Multiplies vertex and image colours, proportional to light, in glTF and 3MF; otherwise None.
+        In glTF and 3MF, the multiplier of vertex and image colours in linear RGB; otherwise None.
     page : int
-        The page of the new images for which this material is a copy.
+        The page of the new images that this material uses.
     """
 
     colour: Colour = WHITE
@@ -108,12 +108,12 @@ class Material:
 
 
 def quantise_colours(colours: FloatArray) -> NDArray[np.uint8]:
-    """Convert colours from the range 0 to 1 to bytes."""
+    """Convert colour components from the range 0 to 1 to bytes."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
 
 
 def encode_srgb(light: FloatArray) -> FloatArray:
-    """Convert colours proportional to light to sRGB."""
+    """Convert linear RGB colours to sRGB."""
     rgb = np.clip(light, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = scale * rgb ** (1 / power) - (scale - 1)
@@ -121,7 +121,7 @@ def encode_srgb(light: FloatArray) -> FloatArray:
 
 
 def decode_srgb(colours: FloatArray) -> FloatArray:
-    """Convert sRGB colours to values proportional to light, as glTF stores them."""
+    """Convert sRGB colours to linear RGB, as stored in glTF."""
     rgb = np.clip(colours, 0, 1)
     slope, end, scale, power = SRGB.values()
     curve = ((rgb + scale - 1) / scale) ** power
@@ -175,10 +175,10 @@ def has_image(line: str) -> bool:
 def format_library(
     materials: Mapping[str, Material], images: Mapping[str, Sequence[str]] | None = None, moved: bool = False
 ) -> str:
-    """Return the text of an MTL file that refers to the given images, one for each page.
+    """Return the text of an MTL file that refers to the given images, by kind of map and page.
 
-    With `moved`, the images replace the images of the materials. Otherwise the image of kind COLOUR becomes
-    the texture of all materials.
+    With `moved`, the given images replace the images of the materials. Otherwise the image of kind COLOUR
+    becomes the texture of all materials.
     """
     text = ["# igl_linabf"]
     for name, look in materials.items():
@@ -199,7 +199,7 @@ def format_library(
                 for image_map in look.maps
                 if image_map.kind in images
             )
-        elif images is not None:  # the image replaces the colour
+        elif images is not None:  # the image replaces the diffuse colour
             body = tuple(line for line in body if line.split()[0] != "Kd")
             body = (*body, "Kd 1 1 1", f"map_Kd {images[COLOUR][look.page]}")
         text += body
@@ -207,7 +207,7 @@ def format_library(
 
 
 def _format_wrap(image_map: ImageMap, pages: int) -> list[str]:
-    """Return the MTL option that clamps an image; pages beyond the first lie beyond the unit square."""
+    """Return the MTL option that clamps an image; none for several pages, which leave the unit square."""
     return ["-clamp", "on"] if image_map.wrap == ("clamp", "clamp") and pages == 1 else []
 
 
@@ -235,7 +235,7 @@ def parse_gltf_material(material: Mapping[str, Any]) -> Material:
 
 
 def find_keys_unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
-    """Return the MTL keywords of the materials that glTF has no counterpart for, except for images."""
+    """Return the MTL keywords of the materials without a counterpart in glTF, except for image keywords."""
     keys = {line.split()[0]: None for look in looks for line in look.lines if not has_image(line)}
     return [key for key in keys if key not in KEYS_IN_GLTF]
 
@@ -245,7 +245,7 @@ REPLACED_HINT = "the baked image replaces them"
 
 
 def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
-    """Warn of images for the old texture coordinates, and state the remedy."""
+    """Warn that `count` images were made for the old texture coordinates, and state the remedy."""
     if count:
         warnings.warn(
             f"{count} images of its materials were made for the old texture coordinates: {remedy}",
@@ -255,12 +255,12 @@ def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
 
 
 def count_unmovable(looks: Sequence[Material]) -> int:
-    """Return the number of materials with images of which none can be moved."""
+    """Return the number of materials that have images, but no image that can be moved."""
     return sum(look.images and not look.maps for look in looks)
 
 
 def warn_of_lost_images(count: int) -> None:
-    """Warn of images for the old texture coordinates that the new library does not include."""
+    """Warn that the new MTL file omits the images of `count` materials, made for the old coordinates."""
     if count:
         warnings.warn(
             f"the images of {count} materials were made for the old texture coordinates: the new library "

@@ -30,7 +30,7 @@ UNIT_SYMBOLS: dict[str, Unit] = {
 
 @dataclass(frozen=True, eq=False)
 class Images:
-    """PNG files for the new texture coordinates.
+    """Images for the new texture coordinates, as PNG files.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Images:
 
     @property
     def pages(self) -> int:
-        """The number of pages."""
+        """The number of pages of the atlas."""
         return max(map(len, self.maps.values()), default=1)
 
 
@@ -89,7 +89,7 @@ class MeshFile:
 
     @property
     def folder(self) -> Folder | None:
-        """The folder for the references of the file."""
+        """The folder to which references in the file are relative; None if no file was read."""
         return None if self.path is None else Folder(self.path.parent, self.allow_outside)
 
     @property
@@ -104,12 +104,12 @@ class MeshFile:
 
     @cached_property
     def split(self) -> Triangles:
-        """The triangles of the faces."""
+        """The faces split into triangles."""
         return self.polygons.split(self.V)
 
     @property
     def triangles(self) -> IntArray:
-        """The vertices of the triangles of the faces, (#T, 3)."""
+        """The vertices of the faces' triangles, (#T, 3)."""
         return self.split.F
 
     @property
@@ -175,12 +175,12 @@ class MeshFile:
 
 
 def at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
-    """Return values at the corners of the faces as rows of the triangles of the faces."""
+    """Convert values at the corners of the faces, (#C,), to values at the corners of triangles, (#T, 3)."""
     return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.split.place]
 
 
 def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:
-    """Raise if faces refer to rows that are missing or not finite."""
+    """Raise a `MeshError` if faces refer to rows that are missing or not finite."""
     outside = index.outside(len(rows))
     if len(outside):
         first = index.corners[index.owner == outside[0]].tolist()

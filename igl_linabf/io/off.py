@@ -23,16 +23,14 @@ from .parsing import (
 )
 
 FACE_PROPERTIES = (Property("corners", "i4", "i4"),)
-MAX_CORNER_COUNT_DIGITS = (
-    9  # digits of a face's number of corners; Python rejects numbers of thousands of digits
-)
+MAX_CORNER_COUNT_DIGITS = 9  # digits of a face's corner count; Python refuses to convert thousands of digits
 INVALID_FACE = "is not a face: it needs a number of corners, at least 3, and this number of vertex indices"
 INVALID_VERTEX = "is not a vertex: it needs three numbers"
 DEFAULT_FACE_COLOUR = 170 / 255  # Geomview's grey for faces without a colour
 
 
 class VertexData(NamedTuple):
-    """The values that follow the positions in vertex lines."""
+    """The values after the positions in the vertex lines of an OFF file."""
 
     normals: FloatArray | None
     colours: FloatArray | None
@@ -43,13 +41,13 @@ class VertexData(NamedTuple):
 def parse_off(data: bytes) -> MeshFile:
     """Parse the mesh from the bytes of an OFF file."""
     rows, line_numbers = split_rows(data, b"#")
-    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some files omit the space
+    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # OFF without a space
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST|C|N)*OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
     if head[1:] == [b"BINARY"]:
         raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
-    first = 1 if len(head) == 1 else 0  # the counts may be on the first line, after OFF
+    first = 1 if len(head) == 1 else 0  # counts may follow OFF on the first line
     words = rows[first].split()[1 - first :][:2] if first < len(rows) else []
     counts = parse_indices(words, 2)
     if not counts:
@@ -89,14 +87,14 @@ def parse_off(data: bytes) -> MeshFile:
 
 
 def _parse_vertices(rows: list[bytes], line_numbers: list[int], head: bytes) -> tuple[FloatArray, VertexData]:
-    """Return positions and the normals, colours and texture coordinates that the header declares."""
+    """Return the positions, and the normals, colours and texture coordinates that the header declares."""
     width = len(rows[0].split()) if rows else 3
     has_normals, has_colours, has_texture = (key in head.replace(b"OFF", b"") for key in (b"N", b"C", b"ST"))
-    colour_width = width - 3 * (1 + has_normals) - 2 * has_texture  # components of a colour
+    colour_width = width - 3 * (1 + has_normals) - 2 * has_texture  # components per colour
     is_consistent = colour_width in (3, 4) if has_colours else colour_width == 0
     numbers = np.empty((0, 0))
     if is_consistent and width > 3:
-        with suppress(Damaged):  # ignore the values unless all vertices have them
+        with suppress(Damaged):  # ignore extra values unless all vertices have them
             numbers = _parse_columns(rows, line_numbers, width)
     if not numbers.size:
         return _parse_columns(rows, line_numbers, 3), VertexData(None, None, None, unknown=width > 3)
@@ -122,7 +120,7 @@ def _scale_to_unit(colours: FloatArray) -> FloatArray:
 
 
 def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
-    """Return the colours after the corners of faces, and whether any other values follow the corners."""
+    """Return the colours at the ends of face lines, and whether any line ends with other values."""
     blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
     if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # number of words
         return None, False
@@ -136,7 +134,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
         if len(values) in (3, 4):
             colour[:] = values if len(values) == 4 else [*values, np.inf]
         else:
-            other |= bool(values)  # for example an index into a colour map
+            other |= bool(values)  # such as an index into a colour map
     given = colours[~np.isnan(colours[:, 0])]
     if not len(given):
         return None, other
@@ -151,7 +149,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
 def _regroup_words(
     rows: list[bytes], line_numbers: list[int], n: int, m: int
 ) -> tuple[list[bytes], list[int]]:
-    """Return one row per vertex and face if words are spread over several lines; otherwise the rows."""
+    """Return one row per vertex and per face, even if a vertex or a face spans several lines of the file."""
     words = [(word, line) for row, line in zip(rows, line_numbers, strict=True) for word in row.split()]
     if len(words) < 3 * n + m:
         return rows, line_numbers

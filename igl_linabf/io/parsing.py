@@ -43,19 +43,19 @@ def triangulate_strips(corners: IntArray, strip: IntArray) -> tuple[IntArray, In
 
 
 SPACE = ord(" ")
-MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # any number with this many digits fits 64 bits
+MAX_INDEX_DIGITS = len(str(np.iinfo(np.int64).max)) - 1  # all numbers of this many digits fit into 64 bits
 
 
 class Damaged(Exception):  # noqa: N818  # internal; callers that know the file name raise MeshError instead
-    """Raised if a file violates its format; the message names the place."""
+    """Raised if a file violates its format; the message names the damaged line or element."""
 
 
-FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and the index of each face's name, or -1
+FaceLabels = tuple[tuple[str, ...], IntArray]  # names, and for each face the index of its name, or -1
 
 
 @dataclass(frozen=True, eq=False)
 class Extras:
-    """The contents of a file other than the mesh and its texture coordinates; None if absent.
+    """The contents of a file other than the mesh and its texture coordinates; absent contents are None.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Extras:
     unshared : tuple of str
         Descriptions, for warnings, of contents that no other format can store, such as "the elements camera".
     source : object
-        Data for the format's own writer.
+        Data from which the writer of the same format reproduces the file.
     """
 
     colours: FloatArray | None = None
@@ -86,7 +86,7 @@ class Extras:
     normal: IntArray | None = None
     parts: FaceLabels | None = None
     materials: FaceLabels | None = None
-    looks: tuple[Any, ...] | None = None  # Any avoids a circular import of Material
+    looks: tuple[Any, ...] | None = None  # not Material, to avoid a circular import
     units: str | None = None
     comments: tuple[str, ...] = ()
     unshared: tuple[str, ...] = ()
@@ -97,7 +97,7 @@ NO_EXTRAS = Extras()
 
 
 class Property(NamedTuple):
-    """A column of a table that holds a number or a list of numbers in each row.
+    """The declaration of a table column, which has a number or a list of numbers in each row.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class Column:
         return len(self.values if self.sizes is None else self.sizes)
 
     def take(self, rows: IntArray) -> Column:
-        """Return the column of these rows."""
+        """Return a column with the given rows only."""
         if self.sizes is None:
             return Column(self.values[rows])
         sizes = self.sizes[rows]
@@ -141,7 +141,7 @@ Table = dict[str, Column]
 
 
 def convert_to_utf8(data: bytes) -> bytes:
-    """Convert text to UTF-8 without a byte order mark, from UTF-8 or UTF-16 with one."""
+    """Remove the byte order mark of UTF-8 text, or convert UTF-16 text with a byte order mark to UTF-8."""
     if not data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return data.removeprefix(codecs.BOM_UTF8)
     try:
@@ -156,17 +156,17 @@ def decode_utf8(data: bytes) -> str:
 
 
 def encode_utf8(text: str) -> bytes:
-    """Return the bytes from which `decode_utf8` made the text."""
+    """Encode text as UTF-8; surrogates from `decode_utf8` become the original invalid bytes."""
     return text.encode("utf-8", "surrogateescape")
 
 
 def parse_name(line: bytes) -> bytes:
-    """Return the name after a keyword, including spaces and `#`."""
+    """Return the rest of a line after its keyword, as a name that may include spaces and `#`."""
     return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
 def raise_damage(line: int, text: bytes, what: str) -> NoReturn:
-    """Raise `Damaged` for a line; `what` describes the problem."""
+    """Raise `Damaged` for a line, by its number and text; `what` describes the problem."""
     raise Damaged(f"line {line}, {quote_line(text)}, {what}")
 
 
@@ -177,17 +177,17 @@ def quote_line(text: bytes, limit: int = 40) -> str:
 
 
 def parse_numbers(words: Sequence[bytes], count: int) -> list[float]:
-    """Return the words as `count` numbers; an empty list if they are not."""
+    """Convert words to `count` numbers; return an empty list if this is impossible."""
     try:
         values = list(map(float, words))
     except ValueError:
         return []
-    # Python accepts 1_000, but no mesh format does
+    # Python accepts 1_000 as a number, but no mesh format does
     return values if len(values) == count and b"_" not in b"".join(words) else []
 
 
 def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
-    """Return the words as `count` non-negative integers; an empty list if they are not."""
+    """Convert words to `count` non-negative integers; return an empty list if this is impossible."""
     text = b"".join(words)
     if len(words) != count or not text.isdigit() or max(map(len, words)) > MAX_INDEX_DIGITS:
         return []
@@ -195,13 +195,13 @@ def parse_indices(words: Sequence[bytes], count: int) -> list[int]:
 
 
 def parse_integers(words: Sequence[bytes], count: int) -> list[int]:
-    """Return the words as `count` integers; an empty list if they are not."""
+    """Convert words to `count` integers; return an empty list if this is impossible."""
     unsigned = [word.removeprefix(b"-") for word in words]
     return list(map(int, words)) if all(unsigned) and parse_indices(unsigned, count) else []
 
 
 def split_rows(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
-    """Return the non-empty lines without comments, and their line numbers, counted from 1."""
+    """Split text into non-empty lines without comments; return them and their line numbers from 1."""
     lines = data.splitlines()
     if comment and comment in data:
         lines = [text.partition(comment)[0] for text in lines]

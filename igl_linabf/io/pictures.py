@@ -15,9 +15,9 @@ from ..errors import MemoryLimitError, MeshError
 from ..linalg import fits
 
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
-PIXEL_BYTES = 40  # memory for a pixel while an image is read
-VALUES_AT_ONCE = 1 << 22  # number of values that are converted at once, which bounds the memory
-CHANNELS = {1: "L", 2: "LA", 3: "RGB", 4: "RGBA"}  # Pillow's modes
+PIXEL_BYTES = 40  # memory per pixel while an image is read
+VALUES_AT_ONCE = 1 << 22  # number of values to convert at a time, to bound the memory
+CHANNELS = {1: "L", 2: "LA", 3: "RGB", 4: "RGBA"}  # Pillow modes by number of channels
 
 
 def make_image(image: ArrayLike) -> Any:

@@ -16,7 +16,7 @@ REMEDY = "move the file into it, or allow the reference by --allow-outside (in P
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder to which references are relative.
+    """A folder to which references in a file are relative.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Folder:
     root: Path | None = None
 
     def find(self, name: str) -> Path | None:
-        """Return the file that a reference points to, or None; backslashes are allowed.
+        """Return the file that a reference points to, or None; the reference may contain backslashes.
 
         Raises
         ------
@@ -47,7 +47,7 @@ class Folder:
         return file
 
     def has(self, name: str) -> bool:
-        """Return True if a reference points to a file, and may be followed."""
+        """Return True if a reference points to an existing file, and may be followed."""
         return self._look_up(name)[0] is not None
 
     def is_left_by(self, name: str) -> bool:
@@ -55,7 +55,7 @@ class Folder:
         return not self._look_up(name)[1]
 
     def inner(self, path: Path) -> "Folder":
-        """Return the folder of a file that was found by a reference; its references have the same limit."""
+        """Return the folder `path` of a file that was found by a reference, with the same root folder."""
         return Folder(path, self.allow_outside, self.root or self.path)
 
     def relocate(self, name: str, new: Path) -> str:
@@ -66,10 +66,10 @@ class Folder:
         target, _ = self._look_up(name)
         if target is None or Path(name).is_absolute() or self.path.resolve() == new.resolve():
             return name
-        target = target.parent.resolve() / target.name  # symbolic links between folders
+        target = target.parent.resolve() / target.name  # folder names may be symbolic links
         try:
             return os.path.relpath(target, new.resolve()).replace(os.sep, "/")
-        except ValueError:  # on another drive
+        except ValueError:  # the folders are on different drives
             return target.as_posix()
 
     def _look_up(self, name: str) -> tuple[Path | None, bool]:
@@ -98,5 +98,5 @@ class Folder:
 def _is_within(path: str, folder: str) -> bool:
     try:
         return os.path.commonpath((path, folder)) == os.path.normpath(folder)
-    except ValueError:  # on another drive
+    except ValueError:  # the paths are on different drives
         return False

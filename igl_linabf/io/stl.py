@@ -22,10 +22,10 @@ from .parsing import (
     raise_damage,
 )
 
-COLOUR_TAG = b"COLOR="  # precedes Magics' body colour in the title: red, green, blue and alpha in a byte each
-MATERIAL_TAG = b"MATERIAL="  # precedes Magics' material in the title
-COLOUR_FLAG = 0x8000  # bit of the attribute bytes that states whether a triangle has its own colour
-MAX_LEVEL = 31  # largest value of a colour's component in the attribute bytes
+COLOUR_TAG = b"COLOR="  # precedes the body colour that Magics writes into the title: 4 bytes RGBA
+MATERIAL_TAG = b"MATERIAL="  # precedes the material that Magics writes into the title
+COLOUR_FLAG = 0x8000  # attribute bit that indicates whether a triangle has its own colour
+MAX_LEVEL = 31  # largest value of a colour component, which has five attribute bits
 TRIANGLE_DTYPE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
 HEADER_DTYPE = np.dtype([("title", "S80"), ("triangles", "<u4")])
 
@@ -44,7 +44,7 @@ def parse_stl(data: bytes) -> MeshFile:
                 stacklevel=stack_level(),
             )
         table = np.frombuffer(data, TRIANGLE_DTYPE, declared, header_size)
-        with np.errstate(invalid="ignore"):  # signalling NaN
+        with np.errstate(invalid="ignore"):  # converting a signalling NaN would warn
             V = table["corner"].astype(np.float64).reshape(-1, 3)
         extras = _parse_binary_extras(data[: header_size - 4], table["more"])
     elif (text := convert_to_utf8(data)).lstrip()[:5].lower() == b"solid":
@@ -92,7 +92,7 @@ def _parse_binary_extras(title: bytes, attributes: NDArray[np.uint16]) -> Extras
 
 
 def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
-    """Return the corners, and the names of the solids if any has a name."""
+    """Return the triangle corners of a text STL file, and the names of its solids if any has a name."""
     V: list[float] = []
     names, starts = list[str](), list[int]()
     inside, line, words = False, 0, [b""]

@@ -12,8 +12,8 @@ from ..charts import UDIM_ROW
 from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
-MAX_OFFSET = 8  # largest coordinate, in extents of the mesh, up to which it is written without a translation
-# rounding error, relative to the extent, above which a warning is issued; for TC half a texel of 16,384
+MAX_OFFSET = 8  # a mesh with larger coordinates, in units of its extent, is written with a translation
+# rounding errors, relative to the extent, above which a warning is issued; TC: half a texel of 16,384
 ROUNDING_TOLERANCES = {"V": 1e-6, "TC": 0.5 / 16384}
 
 
@@ -50,8 +50,8 @@ def split_vertices(
 ) -> SplitVertices:
     """Split vertices such that each corner has one index for position, texture coordinates and more.
 
-    Only the corners in `corner` are included. Optional data are normals and `colours`, the colours at all
-    corners (#C, 3 or 4).
+    Only the corners in `corner` are included. Normals and `colours`, the colours at all corners (#C, 3 or 4),
+    are optional.
     """
     assert mesh.TC is not None and mesh.texture is not None
     indices = {"vertex": mesh.polygons.corners[corner], "texture": mesh.texture[corner]}
@@ -105,7 +105,7 @@ def split_with_stable_indices(mesh: MeshFile, normals: bool = False) -> SplitVer
 def find_unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     """Return the distinct tuples of several indices, one array per index, and the tuple at each position."""
     key = indices[0]
-    for index in indices[1:]:  # compress the keys after each step to avoid overflow
+    for index in indices[1:]:  # compress the keys after each index to avoid overflow
         key = key * (int(index.max(initial=0)) + 1) + index
         if index is not indices[-1]:
             _, key = np.unique(key, return_inverse=True)
@@ -114,7 +114,7 @@ def find_unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
 
 
 def find_face_pages(mesh: MeshFile) -> IntArray:
-    """Return the page (UDIM tile) of each face, (#F,), which contains the mean of its corners."""
+    """Return the page (UDIM tile) of each face, (#F,): the tile that contains the mean of its corners."""
     assert mesh.TC is not None and mesh.texture is not None
     middle = np.zeros((len(mesh.polygons), 2))
     np.add.at(middle, mesh.polygons.owner, mesh.TC[mesh.texture])
@@ -130,7 +130,7 @@ class SplitTriangles(NamedTuple):
     V, TC : (#P, 3) and (#P, 2) float64
     F : (#T, 3) int64
     vertex : (#P,) int64
-        The original vertex of each row.
+        The original vertex of each row of `V`.
     """
 
     V: FloatArray
@@ -140,7 +140,7 @@ class SplitTriangles(NamedTuple):
 
 
 def split_at_seams(mesh: MeshFile) -> SplitTriangles:
-    """Return triangles over the distinct pairs of position and texture coordinates at the corners."""
+    """Split the mesh into triangles with one vertex for each pair of position and texture coordinates."""
     split = split_vertices(mesh)
     return SplitTriangles(mesh.V[split.vertex], split.TC, split.corners[mesh.split.place], split.vertex)
 
@@ -160,7 +160,7 @@ def make_flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | 
 
 
 def choose_origin(V: FloatArray) -> FloatArray:
-    """Return an origin (3,) for accurate single-precision coordinates (n, 3); 0 if no shift is needed."""
+    """Return an origin (3,) from which V, (n, 3), is accurate in single precision; 0 if V itself is."""
     low, high = V.min(axis=0), V.max(axis=0)
     middle, extent = low / 2 + high / 2, (high - low).max()
     if not np.abs(V).max() > MAX_OFFSET * extent or not np.isfinite(extent):
@@ -169,7 +169,7 @@ def choose_origin(V: FloatArray) -> FloatArray:
 
 
 def warn_about_rounding(rows: FloatArray, rounded: NDArray[Any], name: str) -> None:
-    """Warn if rounding changes coordinates by more than a tolerance relative to their extent."""
+    """Warn if rounding has changed coordinates by more than the tolerance for this array."""
     warn_of_error(find_rounding_error(rows, rounded), name)
 
 
@@ -199,7 +199,7 @@ def to_single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
 
 
 def round_to_single(rows: FloatArray, name: str) -> NDArray[np.float32]:
-    """Convert rows to single precision without a warning."""
+    """Convert rows to single precision without a warning; raise a `MeshError` for too large numbers."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
         raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it or write OBJ")
     return rows.astype("<f4")

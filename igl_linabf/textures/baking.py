@@ -16,8 +16,8 @@ from ..linalg import available, fits, gigabytes
 from ..surface import vertex_array
 from .texels import Rows, Size, Texels, covered, find_boundary_texels, find_nearest_known
 
-STRIP_TEXELS = 1 << 20  # number of texels that are painted at once
-BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # memory of an image, and of masks beside it
+STRIP_TEXELS = 1 << 20  # number of texels to paint at a time, to bound the memory
+BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # memory of the image, and of masks per texel
 
 Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 
@@ -34,8 +34,8 @@ def bake(
 ) -> FloatArray:
     """Bake values on a surface into an image of its atlas.
 
-    Each texel gets the value at the point of the surface that its centre represents. The texels around a
-    chart that a bilinear lookup may use get the value at the nearest point of the chart's boundary.
+    Each texel gets the value at the point of the surface to which its centre corresponds. The texels around
+    a chart that a bilinear lookup may use get the value at the nearest point of the chart's boundary.
 
     Parameters
     ----------
@@ -97,18 +97,18 @@ def bake(
 
     images = [paint_page(page, size, padding, background, values_at) for page in list_pages(atlas, size)]
     image = images[0] if len(images) == 1 else np.stack(images)
-    # scalars, not arrays of length 1
+    # scalar values give an image without a channel axis
     alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
     return image[..., 0] if alone else image
 
 
 def check_padding(padding: int) -> int:
-    """Check the width of the border around charts.
+    """Check the width of the border around charts, in texels.
 
     Raises
     ------
     ValueError
-        It is not a non-negative integer.
+        The width is not a non-negative integer.
     """
     if not is_number(padding, 0, whole=True):
         raise ValueError(f"padding is {padding!r}: give a number of texels, from 0 on")
@@ -116,7 +116,7 @@ def check_padding(padding: int) -> int:
 
 
 def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
-    """Convert the vertices to an array.
+    """Convert the vertices to an array, and check that the atlas belongs to them.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
 
 
 def check_image_memory(size: Size, number: int, channels: int) -> None:
-    """Raise a `MemoryLimitError` if images of this size do not fit."""
+    """Raise a `MemoryLimitError` if `number` images of this size do not fit into memory."""
     texels = size[0] * size[1]
     wanted = BYTES_PER_VALUE * texels * channels * (number + (number > 1)) + BYTES_PER_TEXEL * texels
     if not fits(wanted):
@@ -143,16 +143,16 @@ def check_image_memory(size: Size, number: int, channels: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Page:
-    """The triangles of a page.
+    """The triangles of an atlas on one of its pages.
 
     Attributes
     ----------
     faces : (#T,) int64
         Rows of the triangles of the atlas.
     triangles : (#T, 3, 2) float64
-        Their corners in texels.
+        Corners of the triangles, in texels.
     F : (#T, 3) int64
-        Their rows of texture coordinates.
+        Rows of texture coordinates at the corners.
     """
 
     faces: IntArray
@@ -161,7 +161,7 @@ class Page:
 
 
 def list_pages(atlas: Atlas, size: Size) -> Iterator[Page]:
-    """Yield the pages of an atlas."""
+    """Yield the triangles of each page of an atlas."""
     triangles, chart = atlas.triangles, atlas.chart
     if atlas.report.split is not None:
         chart = chart[atlas.report.split.face]
@@ -181,10 +181,10 @@ def paint_page(
     background: float,
     values_at: Callable[[IntArray, Texels], tuple[FloatArray, IntArray]],
 ) -> FloatArray:
-    """Return the image of a page, (height, width, k), painted in strips, which bounds the memory.
+    """Return the image of a page, (height, width, k), painted in strips to bound the memory.
 
-    `values_at(faces, texels)` returns the values of texels, (#P, k), and their indices; the faces of texels
-    index the rows `faces`. Values grow into free texels around them.
+    `values_at(faces, texels)` returns the values (#P, k) and the indices of texels; `texels.face` is an index
+    into `faces`. Known texels are copied into the free texels within a distance of `padding`.
     """
     width, height = size
     image, is_known = np.empty((0, 0)), np.zeros((height, width), dtype=bool)
@@ -220,7 +220,7 @@ def _strips(height: int, width: int) -> Iterator[Rows]:
 def _get_corner_values(
     values: Values, positions: FloatArray, atlas: Atlas, triangles: IntArray
 ) -> tuple[FloatArray, Callable[[FloatArray], ArrayLike] | None]:
-    """Return values at the corners of triangles, (#T, 3, k), or positions and a function of points."""
+    """Return values at the corners of triangles, (#T, 3, k), and None; or positions and their function."""
     if callable(values):
         return positions[atlas.origin[triangles]], values
     given = _to_numbers(values, "values are not")
@@ -248,7 +248,7 @@ def _to_numbers(values: ArrayLike, what: str) -> FloatArray:
 
 
 def _call_function(function: Callable[[FloatArray], ArrayLike], points: FloatArray) -> FloatArray:
-    """Call the function, and check the shape of its values."""
+    """Call a user's function of points, and check the shape of its values."""
     made = _to_numbers(function(points), "the function does not return")
     if made.ndim not in (1, 2) or len(made) != len(points):
         raise MeshError(
@@ -258,7 +258,7 @@ def _call_function(function: Callable[[FloatArray], ArrayLike], points: FloatArr
 
 
 def _rasterise(page: Page, size: Size) -> Iterator[Texels]:
-    """Yield the texels whose centres are in triangles, or that a bilinear lookup may use, in strips."""
+    """Yield, in strips, the texels whose centres are in triangles or that a bilinear lookup may use."""
     F, triangles = page.F, page.triangles
     tail, head = F, F[:, [1, 2, 0]]
     n = int(F.max(initial=0)) + 1

@@ -1,4 +1,4 @@
-"""Lookups in images at texture coordinates."""
+"""Look up values of images at texture coordinates."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,7 +12,7 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """An image, and its continuation beyond the borders.
+    """An image, and how it continues beyond its borders.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Picture:
     matrix : ((3,), (3,)) of float
         Affine map from texture coordinates (u, v, 1), with v pointing up, to image coordinates.
     nearest : bool
-        Whether a lookup returns the nearest pixel, such as for pixel art, instead of interpolating.
+        Whether a lookup returns the nearest pixel instead of interpolating, for example for pixel art.
     """
 
     pixels: FloatArray
@@ -34,7 +34,7 @@ class Picture:
     def at(self, uv: FloatArray) -> FloatArray:
         """Return values (n, k) at texture coordinates (n, 2), with v pointing up, by bilinear interpolation.
 
-        With `nearest`, they are the values of the nearest pixels.
+        With the attribute `nearest`, return the values of the nearest pixels instead.
         """
         rows, columns = self.pixels.shape[:2]
         u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
@@ -52,7 +52,7 @@ class Picture:
 
 
 def _wrap_indices(index: FloatArray, n: int, wrap: Wrap) -> IntArray:
-    """Wrap indices of pixels into the image."""
+    """Map pixel indices outside an image of `n` rows or columns to indices inside it."""
     if wrap == "clamp":
         index = np.clip(index, 0, n - 1)
     if wrap == "mirror":

@@ -1,4 +1,4 @@
-"""Tangent frames of maps (mikktspace), the coordinate systems of normal maps."""
+"""Compute tangent frames of texture maps (mikktspace), the coordinate systems of normal maps."""
 
 from typing import NamedTuple
 
@@ -45,7 +45,7 @@ def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArr
 
 
 def change_frames(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
-    """Convert directions (n, 3) from old to new frames; keep directions whose frames are degenerate."""
+    """Convert directions (n, 3) from old to new tangent frames; if a frame is degenerate, do not convert."""
     tangent, bitangent, normal = new
     there = np.einsum("nk,knd->nd", directions, np.stack(old))
     volume = _dot(np.cross(tangent, bitangent), normal)
@@ -58,7 +58,7 @@ def change_frames(directions: FloatArray, old: Frames, new: Frames) -> FloatArra
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the dot product of each pair of rows."""
+    """Return the dot product of each row of `a` with the same row of `b`."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
@@ -68,7 +68,7 @@ def _project_to_tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
 
 
 def _compute_angles(points: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return the angles at the corners of triangles, (#T, 3), after projection along the normals."""
+    """Return the corner angles of triangles, (#T, 3), after projection along the normals."""
     ahead, back = (
         unit_vectors(_project_to_tangent(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1)
     )

@@ -13,22 +13,22 @@ import scipy
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import NEXT, PREV, index_and_rank
 
-ROUNDING = 1e-9  # enlargement of triangles in texels, which closes gaps between neighbours
+ROUNDING = 1e-9  # in texels; triangles are enlarged to close gaps between neighbours
 
 Size = tuple[int, int]  # width and height
-Rows = tuple[int, int]  # the first row of a strip of a page, and the end of its rows
+Rows = tuple[int, int]  # range of rows of a page: first row, and end (exclusive)
 
 
 class Source(IntEnum):
-    """Markers in an array of source texels, for texels without a source."""
+    """Markers for texels without a source in an array of source texels."""
 
-    FREE = -1  # not reached yet
-    OUTSIDE = -2  # outside the page
+    FREE = -1  # a texel without a value so far
+    OUTSIDE = -2  # a texel outside the page
 
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """A set of texels, and the point of the surface that each texel shows.
+    """A set of texels, and the point of the surface to which each texel corresponds.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Texels:
     weights: FloatArray
 
     def values(self, corners: FloatArray) -> FloatArray:
-        """Interpolate values at the corners, (#F, 3, k)."""
+        """Interpolate values (#F, 3, k) from the corners of faces to the texels."""
         made = self.weights[:, :1] * corners[self.face, 0]
         for k in (1, 2):
             made += self.weights[:, k : k + 1] * corners[self.face, k]
@@ -52,7 +52,7 @@ class Texels:
 
 
 def covered(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
-    """Return the texels whose centres lie in triangles (#F, 3, 2); later triangles take precedence.
+    """Return the texels whose centres lie in triangles (#F, 3, 2); the last of overlapping triangles wins.
 
     If `rows` is given, only the texels in these rows are returned.
     """
@@ -68,7 +68,7 @@ def covered(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texe
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (row - y[face, k]) / rise[face]
         slack = ROUNDING / np.maximum(np.abs(rise), ROUNDING)[face]
-        meets = (t >= -slack) & (t <= 1 + slack)  # horizontal sides are covered by their neighbours
+        meets = (t >= -slack) & (t <= 1 + slack)  # the other two sides bound the row of a horizontal side
         at = x[face, k] + np.clip(np.where(meets, t, 0.0), 0, 1) * (x[:, NEXT[k]] - x[:, k])[face]
         np.minimum(left, np.where(meets, at, np.inf), out=left)
         np.maximum(right, np.where(meets, at, -np.inf), out=right)
@@ -91,17 +91,17 @@ def covered(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texe
 def _compute_barycentric(
     x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, at_y: IntArray
 ) -> FloatArray:
-    """Return the barycentric coordinates of points in triangles."""
+    """Return the barycentric coordinates of points (`at_x`, `at_y`) in the triangles `face`."""
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
     safe = np.where(area == 0, 1.0, area)
     weights = np.empty((len(face), 3))
     for k in (1, 2):
-        # height above the side opposite to corner k, over the height of the corner
+        # distance from the side opposite to corner k, divided by the distance of corner k from this side
         i, j = NEXT[k], PREV[k]
         across, up = -(y[:, j] - y[:, i]) / safe, (x[:, j] - x[:, i]) / safe
         weights[:, k] = across[face] * (at_x - x[face, i]) + up[face] * (at_y - y[face, i])
     weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
-    # clip, because centres on a side may lie outside by rounding; triangles without area may have any weights
+    # clip rounding errors of centres on a side; degenerate triangles may get any weights
     np.clip(weights, 0, 1, out=weights)
     weights /= weights.sum(axis=1, keepdims=True)
     return weights
@@ -109,7 +109,7 @@ def _compute_barycentric(
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
-    """Texels near sides, at a distance of less than 1 in x and in y.
+    """Texels near sides of triangles, at a distance of less than 1 in x and in y.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ def near_sides(start: FloatArray, end: FloatArray, size: Size, rows: Rows | None
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
     offset, direction = start[side] - centre, (end - start)[side]
-    # the minimum of max(|x|, |y|) on a side is at an end, or where x = 0, y = 0 or |x| = |y|
+    # max(|x|, |y|) is minimal at an end of the side, or where x = 0, y = 0 or |x| = |y|
     reach = np.minimum(np.abs(offset).max(axis=1), np.abs(offset + direction).max(axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
         for axis in ([1, 0], [0, 1], [1, 1], [1, -1]):
@@ -156,10 +156,10 @@ def near_sides(start: FloatArray, end: FloatArray, size: Size, rows: Rows | None
 def find_boundary_texels(
     triangles: FloatArray, sides: tuple[IntArray, IntArray], size: Size, rows: Rows
 ) -> Texels:
-    """Return the texels near sides k to k + 1 of faces, each with the nearest point of the nearest side."""
+    """Return the texels near given sides (k, k + 1) of triangles, each with its nearest point on a side."""
     face, k = sides
     near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size, rows)
-    order = np.argsort(-near.distance, kind="stable")  # the nearest comes last and takes precedence
+    order = np.argsort(-near.distance, kind="stable")  # the nearest side is written last
     first = rows[0] * size[0]
     latest = np.full((rows[1] - rows[0]) * size[0], -1, dtype=np.int64)
     latest[near.index[order] - first] = order
@@ -175,7 +175,7 @@ def find_boundary_texels(
 
 
 def find_nearest_known(is_known: BoolArray, steps: int) -> tuple[IntArray, IntArray]:
-    """Return the texels within a number of steps of known texels, and a near known texel for each.
+    """Return the texels that can be reached from known texels in `steps` steps, and the known texel for each.
 
     `is_known` is a mask of texels, (#rows, #columns).
     """

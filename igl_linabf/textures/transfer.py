@@ -35,8 +35,8 @@ def bake_texture(
     """Transfer images from old texture coordinates to an atlas.
 
     Each texel gets the value of the old image at the corresponding point of the surface, by bilinear
-    interpolation, or of the nearest pixel if the `Picture` says so. Texels around a chart are filled as in
-    `bake`.
+    interpolation, or from the nearest pixel if the `Picture` has `nearest=True`. Texels around a chart are
+    filled as in `bake`.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def bake_texture(
     label = _get_labels(labels, len(uv), len(pictures), atlas)
     frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
     widths = {picture.pixels.shape[2] for picture in pictures if picture is not None}
-    channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, and alpha
+    channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, plus alpha
     check_image_memory(size, atlas.pages, channels)
 
     def values_at(mine: IntArray, shown: Texels) -> tuple[FloatArray, IntArray]:
@@ -114,9 +114,9 @@ def bake_texture(
 def _look_up(
     picture: Picture, texels: Texels, uv: FloatArray, frames: tuple[Frames, Frames] | None, channels: int
 ) -> FloatArray:
-    """Look up an old image at the points that texels show, and convert it to the number of channels."""
+    """Look up an old image at the surface points of texels, and convert it to the number of channels."""
     found = picture.at(texels.values(uv))
-    if found.shape[1] < 3 <= channels:  # grey, with or without alpha
+    if found.shape[1] < 3 <= channels:  # a grey image, with or without alpha
         found = np.column_stack((np.repeat(found[:, :1], 3, axis=1), found[:, 1:]))
     missing = channels - found.shape[1]
     found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
@@ -150,7 +150,7 @@ def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> Float
 
 
 def _convert_images(images: Any) -> list[Picture | None]:
-    """Convert images to a list of pictures."""
+    """Convert the argument `images` of `bake_texture` to a list of pictures."""
     given = [images] if isinstance(images, Picture | np.ndarray) else list(images)
     made = []
     for i, image in enumerate(given):
@@ -167,7 +167,7 @@ def _convert_images(images: Any) -> list[Picture | None]:
 
 
 def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:
-    """Return the index of the image of each triangle, or -1."""
+    """Return, for each triangle, the index of its image, or -1."""
     if labels is None:
         if number > 1:
             raise MeshError(

@@ -26,7 +26,7 @@ from .optional_packages import call_reader, import_optional, make_checked_mesh_f
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
-TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # of FreeSurfer's triangle surfaces; two lines of text follow
+TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # FreeSurfer's triangle surfaces; two lines of text follow
 GZIP_MAGIC, ZLIB_MAGIC = b"\x1f\x8b", b"\x78"
 GIFTI_DATA_PATTERN = re.compile(rb"<Data[^>A]*>")
 GIFTI_ARRAY_PATTERN = re.compile(rb"<DataArray([^>]*)>")
@@ -36,7 +36,7 @@ VOLUME = "the volume that it was made from"
 
 @dataclass(frozen=True, eq=False)
 class GiftiFile:
-    """The nibabel image of a GIFTI file, and the contents that a new GIFTI file keeps."""
+    """The nibabel image of a GIFTI file, and descriptions of its contents that a new GIFTI file keeps."""
 
     image: Any
     kept: tuple[str, ...] = (METADATA, LABELS, ARRAYS)
@@ -94,7 +94,7 @@ def _check_gifti(path: Path) -> None:
     for start in (found.end() for found in GIFTI_DATA_PATTERN.finditer(data)):
         text = data[start : data.find(b"<", start)].strip()
         if text[:1].isalpha():  # base64 of zlib data; a number begins uncompressed text
-            with suppress(binascii.Error):  # nibabel reports them
+            with suppress(binascii.Error):  # nibabel reports invalid base64
                 packed = base64.b64decode(text)
                 if packed[:1] == ZLIB_MAGIC:
                     limit -= len(inflate(packed, limit, "an array"))
@@ -104,7 +104,7 @@ def _check_gifti(path: Path) -> None:
 
 
 def _get_other_arrays(image: Any) -> list[Any]:
-    """Return the arrays other than points and triangles."""
+    """Return the data arrays of a GIFTI image, except for points and triangles."""
     names = import_optional("nibabel.nifti1").intent_codes.niistring
     return [array for array in image.darrays if names[array.intent] not in (POINTS, TRIANGLES)]
 
@@ -125,7 +125,7 @@ def _read_point_colours(image: Any, n: int) -> FloatArray | None:
 
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the flat map as a surface, the usual form of flat cortices."""
+    """Write a GIFTI file whose surface is the flat map, as is usual for flat cortices."""
     gifti = import_optional("nibabel.gifti")
     points, triangles, vertex = make_flat_surface(mesh)
     of_points, of_triangles = {"GeometricType": "Flat"}, dict[str, str]()
@@ -150,7 +150,10 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
-    """Return arrays of n vertices at the written vertices; None for `vertex` means unchanged vertices."""
+    """Return the arrays that have n rows, one per vertex, with the rows in `vertex` only.
+
+    If `vertex` is None, the vertices have not changed, and all arrays are returned.
+    """
     if vertex is None:
         return arrays
     selected = []
@@ -191,7 +194,7 @@ def _check_counts(data: bytes) -> None:
         start = _find_counts(data)
         n, m = (int.from_bytes(data[start + k : start + k + 4], "big") for k in (0, 4))
         needed = start + 8 + 12 * (n + m)
-    else:  # faces of four vertices, with positions of two or four bytes
+    else:  # a quad surface: four vertices per face, coordinates of two or four bytes
         n, m = (int.from_bytes(data[k : k + 3], "big") for k in (3, 6))
         needed = 9 + 3 * n * (2 if data.startswith(b"\xff\xff\xff") else 4) + 12 * m
     if needed > len(data):
@@ -199,7 +202,7 @@ def _check_counts(data: bytes) -> None:
 
 
 def _find_counts(data: bytes) -> int:
-    """Return the byte after the two lines of text at the start of a triangle surface."""
+    """Return the byte offset of the counts in a triangle surface, which follow two lines of text."""
     first = data.find(b"\n", len(TRIANGLE_FILE_MAGIC))
     second = data.find(b"\n", first + 1)
     if first < 0 or second < 0:
@@ -208,10 +211,10 @@ def _find_counts(data: bytes) -> int:
 
 
 def _read_trailer(data: bytes, size: int) -> bytes:
-    """Return the bytes after the vertices and faces, which take `size` bytes."""
+    """Return the bytes of a triangle surface after its vertices and faces, which occupy `size` bytes."""
     if not data.startswith(TRIANGLE_FILE_MAGIC):
         return b""
-    return data[_find_counts(data) + 8 + size :]  # skip the numbers of vertices and faces
+    return data[_find_counts(data) + 8 + size :]  # 8 bytes: the counts of vertices and faces
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -220,6 +223,6 @@ def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     trailer = mesh.extras.source.trailer if isinstance(mesh.extras.source, FreeSurferFile) else b""
     counts = np.array([len(points), len(triangles)], ">i4")
     parts = (counts, to_single_precision(points, "TC").astype(">f4"), triangles.astype(">i4"))
-    # not nibabel's function, which leaves out rows on a full disk
+    # nibabel's writer is not used, because it omits rows without an error if the disk is full
     data = b"".join((TRIANGLE_FILE_MAGIC, b"igl_linabf\n\n", *(part.tobytes() for part in parts), trailer))
     Path(temporary).write_bytes(data)

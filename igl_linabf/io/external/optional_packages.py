@@ -24,7 +24,7 @@ def import_optional(
 
 
 def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
-    """Call a reader of another package without warnings, and raise `Damaged` for any exception."""
+    """Call a third-party reader, suppress its warnings, and convert its exceptions to `Damaged`."""
     if isinstance(given, Path):
         given.open("rb").close()  # raise OSError for a file that cannot be opened
         given = str(given)
@@ -34,12 +34,12 @@ def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
             return read(given)
     except (MemoryError, Damaged):
         raise
-    except Exception as error:  # packages raise exceptions of their own
+    except Exception as error:  # third-party packages define their own exceptions
         raise Damaged(f"{type(error).__name__}: {error}") from None
 
 
 def make_checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
-    """Return the mesh from another package; raise `Damaged` if faces refer to missing vertices."""
+    """Return a mesh that another package has read; raise `Damaged` if faces refer to missing vertices."""
     outside = polygons.outside(len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} refer to vertices outside 0..{len(V) - 1}")

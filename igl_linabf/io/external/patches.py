@@ -17,10 +17,10 @@ from ..mesh_file import MeshFile
 from ..parsing import Damaged
 from ..vertex_splits import split_vertices, to_single_precision
 
-PATCH_MAGIC = b"\xff" * 4  # version -1; surface files begin with other bytes
+PATCH_MAGIC = b"\xff" * 4  # the integer -1; surface files begin with other bytes
 ROW_DTYPE = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
 
-# Surfaces of a cortex, or pairs to be averaged, by preference: midway between white matter and pial surface.
+# Surface files whose mean lies midway between white matter and pial surface, or close to it; best first.
 SURFACE_NAMES = (
     ("fiducial",),
     ("midthickness",),
@@ -46,7 +46,7 @@ class Patch:
 
 
 def find_companion_surfaces(folder: Path, hemisphere: str) -> list[Path]:
-    """Return the existing files, one or two, whose mean is the surface of a hemisphere, "lh" or "rh"."""
+    """Return the best available surface of a hemisphere, "lh" or "rh": one file, or two files to average."""
     for names in SURFACE_NAMES:
         paths = [folder / f"{hemisphere}.{name}" for name in names]
         if all(path.is_file() for path in paths):
@@ -55,7 +55,7 @@ def find_companion_surfaces(folder: Path, hemisphere: str) -> list[Path]:
 
 
 def mean_surface(meshes: list[MeshFile]) -> MeshFile:
-    """Return the first surface, with vertices averaged over all surfaces."""
+    """Return the first surface with its vertex positions averaged over all surfaces."""
     first = meshes[0]
     for mesh in meshes[1:]:
         if mesh.V.shape != first.V.shape or not np.array_equal(mesh.polygons.corners, first.polygons.corners):
@@ -67,7 +67,7 @@ def mean_surface(meshes: list[MeshFile]) -> MeshFile:
 
 
 def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
-    """Read the largest piece of a patch as a part of its surface; vertices keep their numbers.
+    """Read the largest piece of a patch as a part of its surface; vertices keep the surface's numbers.
 
     Faces are included if all three vertices are in the patch. The positions of a flat patch become texture
     coordinates.
@@ -132,11 +132,10 @@ def _read_rows(data: bytes) -> NDArray[Any]:
 
 
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write a flat patch: the vertices with a position in the plane, with their numbers on the surface.
+    """Write a flat patch: the number of each vertex on the surface, and its position in the plane.
 
-    Numbers count from 1, and are negative at the border. The border is the border of the patch that was
-    read, or otherwise the boundary of the surface. The triangles are not stored, because the surface has
-    them.
+    Numbers count from 1, and are negative for border vertices: those of the patch that was read, or otherwise
+    the boundary vertices of the surface. The triangles are not stored, because the surface file has them.
     """
     split = split_vertices(mesh)
     vertex, times = np.unique(split.vertex, return_counts=True)

@@ -24,8 +24,8 @@ FORMAT = "tifxyz"
 META = "meta.json"
 AXES = ("x", "y", "z")
 MASK = "mask"
-KEPT = 255  # smallest value of the mask at points that are kept
-MISSING = -1.0  # coordinates of missing points in files
+KEPT = 255  # points with a smaller value in the mask image are removed
+MISSING = -1.0  # coordinate value that marks a missing point in a file
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _check_scale(scale: Any, where: str) -> tuple[float, float]:
 
 
 def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
-    """Read an image, or the first channel of its first page."""
+    """Read a TIFF image; with `first_channel`, read only the first channel of its first page."""
     tifffile = import_optional("tifffile", HOW_TO_GET)
 
     def read(name: str) -> Any:
@@ -165,7 +165,7 @@ def _read_coordinate(path: Path) -> FloatArray:
 
 
 def _read_mask(path: Path, size: tuple[int, int]) -> BoolArray:
-    """Return the points that the mask keeps; each must be kept at all of its pixels."""
+    """Return True for each grid point whose pixels in the mask image all have at least the value `KEPT`."""
     image = _read_image(path, first_channel=True)
     rows, columns = size
     if image.ndim != 2 or image.shape[0] % rows or image.shape[1] % columns or not image.size:
@@ -217,7 +217,7 @@ def write_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool 
 
 @contextmanager
 def writing_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool = False) -> Iterator[None]:
-    """Write a segment under a temporary name; the folder is renamed if the block succeeds."""
+    """Write a segment to a temporary folder, and rename the folder when the `with` block succeeds."""
     tifffile = import_optional("tifffile", HOW_TO_GET)
     target = Path(path)
     points = _round_points(segment)

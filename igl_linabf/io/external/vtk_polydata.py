@@ -14,14 +14,14 @@ from ..vertex_splits import split_vertices
 from .optional_packages import call_reader, import_optional, make_checked_mesh_file
 from .vtk_sizes import check_announced_sizes
 
-# VTK's numbers of attributes (scalars, vectors, normals, ..., tangents), and the number of attributes.
+# VTK's codes of three attributes, and the total number of attributes.
 NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
 NEW_TEXTURE = "Texture Coordinates"
 
 
 @dataclass(frozen=True, eq=False)
 class VtpFile:
-    """The pyvista mesh of a VTP file, and the contents that a new VTP file keeps."""
+    """The pyvista mesh of a VTP file, and descriptions of its contents that a new VTP file keeps."""
 
     mesh: Any
     kept: tuple[str, ...]
@@ -65,7 +65,8 @@ def parse_vtp(path: Path) -> MeshFile:
 def _read_polydata(data: bytes) -> Any:
     """Parse a VTK file; raise the first error that VTK reports, because VTK itself continues after errors.
 
-    VTK opens a file twice, which may have been replaced in between, and so gets the bytes.
+    VTK gets the bytes instead of a path, because it would open the file twice, and another process may
+    replace the file in between.
     """
     pyvista, readers = (import_optional(name) for name in ("pyvista", "vtkmodules.vtkIOXML"))
     with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(send_to_logging=False) as caught:
@@ -117,7 +118,7 @@ def without_strips(mesh: Any) -> Any:
 
 
 def _describe_arrays(mesh: Any) -> str:
-    """Return a description, for warnings, of the arrays without a special meaning."""
+    """Describe, for warnings, the arrays other than normals, tangents, colours and texture coordinates."""
     points = mesh.GetPointData()
     known = {
         _get_attribute_name(points, NORMALS),
@@ -131,7 +132,7 @@ def _describe_arrays(mesh: Any) -> str:
 
 
 def _get_attribute_name(data: Any, attribute: int) -> str | None:
-    """Return the name of VTK's array for this attribute."""
+    """Return the name of the array that VTK uses for an attribute, or None."""
     array = data.GetAbstractAttribute(attribute)
     return None if array is None else str(array.GetName())
 
@@ -151,13 +152,13 @@ def _find_colour_array(arrays: Any) -> str | None:
 
 
 def _read_colours(arrays: Any, first: int, count: int) -> FloatArray | None:
-    """Return the colours of `count` rows from row `first` on."""
+    """Return `count` colours, starting at row `first` of the colour array; None without this array."""
     name = _find_colour_array(arrays)
     return None if name is None else np.asarray(arrays[name], dtype=np.float64)[first : first + count] / 255
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write polygons with texture coordinates at the points, and all other arrays of a file that was read."""
+    """Write polygons with texture coordinates at the points, and with all other arrays of a mesh from VTP."""
     pyvista, source, extras = import_optional("pyvista"), mesh.extras.source, mesh.extras
     split = split_vertices(mesh, normals=not isinstance(source, VtpFile))
     rows = split.vertex
@@ -180,7 +181,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     writer = import_optional("vtkmodules.vtkIOXML").vtkXMLPolyDataWriter()
     writer.SetInputData(written)
     writer.SetDataModeToBinary()
-    writer.SetWriteToOutputString(True)  # VTK does not report a full disk
+    writer.SetWriteToOutputString(True)  # VTK's file writer does not report a full disk
     writer.Write()
     Path(temporary).write_bytes(writer.GetOutputString().encode())
 
@@ -190,7 +191,7 @@ def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
 
     The old texture coordinates and the tangents derived from them are not copied.
     """
-    first = given.n_verts + given.n_lines  # cells of points and lines precede polygons
+    first = given.n_verts + given.n_lines  # VTK numbers cells of points and lines before polygons
     points = given.GetPointData()
     replaced = {_get_texture_name(points), _get_attribute_name(points, TANGENTS)}
     for name, values in given.point_data.items():

@@ -9,17 +9,17 @@ from typing import Literal
 from ..limits import check_expansion, refuse_entities
 from ..parsing import Damaged
 
-VALUE_BYTES = 8  # of the largest type of numbers
+VALUE_BYTES = 8  # size of VTK's largest number type
 COUNT_PATTERN = re.compile(rb"""NumberOf(?:Points|Verts|Lines|Strips|Polys|Tuples)\s*=\s*["'](\d+)["']""")
 WIDTH_PATTERN = re.compile(rb"""NumberOfComponents\s*=\s*["'](\d+)["']""")
 ARRAY_PATTERN = re.compile(rb"<(?:Data)?Array\b([^>]*)>")
 ATTRIBUTE_PATTERN = re.compile(rb"""(\w+)\s*=\s*["']([^"']*)["']""")
 APPENDED_PATTERN = re.compile(rb"<AppendedData([^>]*)>\s*_")
-MAX_DIGITS = 18  # of a number that is read
+MAX_DIGITS = 18  # longer decimal numbers are refused
 
 
 def check_announced_sizes(data: bytes) -> None:
-    """Raise `Damaged` if announced sizes are out of proportion to the file, or if it declares entities."""
+    """Raise `Damaged` if announced sizes are out of proportion to the file, or XML entities are declared."""
     refuse_entities(data)
     size = len(data)
     width = max(_parse_numbers(WIDTH_PATTERN.findall(data)), default=1)
@@ -64,6 +64,6 @@ def _iterate_headers(data: bytes, length: int) -> Iterator[bytes]:
             try:
                 header = base64.b64decode(text)[:length]
             except binascii.Error:
-                continue  # VTK reports it
+                continue  # VTK reports invalid base64
         if len(header) == length:
             yield header

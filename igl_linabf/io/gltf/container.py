@@ -18,11 +18,11 @@ from .extensions import refuse_required
 from .scene import Gltf
 from .validation import check_data, check_description
 
-SCHEME_PATTERN = re.compile(r"[A-Za-z][\w+.-]+:")  # of a URI; a single letter is a drive
+SCHEME_PATTERN = re.compile(r"[A-Za-z][\w+.-]+:")  # scheme of a URI; a single letter is a Windows drive
 
 
 def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
-    """Read the container, and the buffers stored in other files."""
+    """Read the container of a glTF file, and its buffers that are stored in other files."""
     data = path.read_bytes()
     blob, size = b"", len(data)
     if data[:4] == b"glTF":
@@ -40,9 +40,9 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
     refuse_required(text)
     folder = Folder(path.parent, allow_outside)
     for image in text.get("images", ()):
-        find_referenced_file(image.get("uri"), folder)  # raises if it is outside
+        find_referenced_file(image.get("uri"), folder)  # raises if the image is outside the folder
     buffers = [
-        _read_buffer(buffer, folder, blob if i == 0 else b"", i)  # only the first one is in the container
+        _read_buffer(buffer, folder, blob if i == 0 else b"", i)  # only buffer 0 can be in the container
         for i, buffer in enumerate(text.get("buffers", ()))
     ]
     gltf = Gltf(text, buffers, folder, size)
@@ -102,7 +102,7 @@ def is_relative(uri: Any) -> bool:
 
 
 def iterate_uris(value: Any) -> Iterator[tuple[dict[str, Any], str]]:
-    """Yield the keys of URIs, such as "uri" and "schemaUri", and the objects that contain them."""
+    """Yield each JSON object that holds a URI, and the key of the URI, such as "uri" or "schemaUri"."""
     if isinstance(value, list):
         for inner in value:
             yield from iterate_uris(inner)

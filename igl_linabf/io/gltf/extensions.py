@@ -11,10 +11,10 @@ from ..parsing import Damaged
 COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 VARIANTS = "KHR_materials_variants"
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
-VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # keys of buffer views in properties of METADATA
-# Keys of accessors, in addition to all keys in "attributes".
+VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # references to buffer views in METADATA
+# Keys whose values are accessor numbers; all values in "attributes" are accessor numbers, too.
 ACCESSOR_KEYS = {"indices", "input", "output", "inverseBindMatrices"}
-# Extensions without references to vertices, accessors or buffer views that are not renumbered here.
+# Extensions that remain valid: vertices, accessors and buffer views they refer to are renumbered with them.
 KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
@@ -29,7 +29,7 @@ def is_known(name: str) -> bool:
 
 
 def refuse_required(text: dict[str, Any]) -> None:
-    """Raise if the file requires an unknown extension."""
+    """Raise `Damaged` if the file requires an unknown or a compression extension."""
     for name in text.get("extensionsRequired", ()):
         if name in COMPRESSION_EXTENSIONS:
             refuse_compressed("it", name)
@@ -41,17 +41,17 @@ def refuse_required(text: dict[str, Any]) -> None:
 
 
 def refuse_compressed(what: str, name: str) -> None:
-    """Raise because compressed data cannot be read."""
+    """Raise `Damaged`, because compressed data cannot be read."""
     raise Damaged(f"{what} is compressed by {name}: write it without, for example by `gltf-transform copy`")
 
 
 def iterate_extended(value: Any) -> Iterator[dict[str, Any]]:
-    """Yield all objects in a description that have extensions."""
+    """Yield all JSON objects in a glTF description that have extensions."""
     return (entry for entry in iterate_objects(value) if isinstance(entry.get("extensions"), dict))
 
 
 def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
-    """Yield all objects in a description, except those within extras."""
+    """Yield all JSON objects in a glTF description, except for objects within "extras"."""
     if isinstance(value, dict):
         yield value
         for key, inner in value.items():
@@ -63,7 +63,7 @@ def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
 
 
 def has_unknown_references(text: dict[str, Any]) -> bool:
-    """Return True if an unknown extension may refer to accessors or views, whose numbers must not change."""
+    """Return True if an unknown extension, which may refer to accessors or views by number, is present."""
     return any(not is_known(name) for holder in iterate_extended(text) for name in holder["extensions"])
 
 
@@ -100,14 +100,14 @@ def iterate_table_properties(text: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def iterate_instance_attributes(text: dict[str, Any]) -> Iterator[dict[str, int]]:
-    """Yield the attributes of INSTANCES, accessors by name, of all nodes."""
+    """Yield the instance attributes of each node with the extension INSTANCES: accessor numbers by name."""
     for node in text.get("nodes", ()):
         if INSTANCES in node.get("extensions", {}):
             yield node["extensions"][INSTANCES].get("attributes", {})
 
 
 def find_implicit_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the FEATURES of a primitive that are identified by vertex numbers."""
+    """Return the entries of the extension FEATURES that use the vertex numbers of a primitive as IDs."""
     features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
     return [feature for feature in features if not {"attribute", "texture"} & set(feature)]
 

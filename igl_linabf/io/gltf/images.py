@@ -14,8 +14,8 @@ from ..parsing import Damaged
 from .scene import Filter, Gltf
 
 TEXTURE_TRANSFORM = "KHR_texture_transform"
-SAMPLER = "sampler"  # key of a reference to a removed texture
-WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF's codes; all other codes mean "repeat"
+SAMPLER = "sampler"  # key under which a reference keeps the sampler of its removed texture
+WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF code; all other codes mean "repeat"
 
 
 class TextureUse(NamedTuple):
@@ -35,7 +35,7 @@ class TextureUse(NamedTuple):
 
 
 def iterate_texture_uses(value: Any, inside: bool = False) -> Iterator[TextureUse]:
-    """Yield the references to textures in a material or any other value; `inside` marks property textures."""
+    """Yield the references to textures in a JSON value; `inside` is True within property textures."""
     if isinstance(value, list):
         for inner in value:
             yield from iterate_texture_uses(inner, inside)
@@ -67,16 +67,16 @@ def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
 
 
 def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
-    """Return the number of textures that use the texture coordinates with this number, which are new."""
+    """Return the number of textures whose texture coordinates, with this number, have been replaced."""
     return len(
         {use.holder[use.key]["index"] for use in find_texture_uses(text) if use.coordinates == coordinates}
     )
 
 
 def drop_stale_images(text: dict[str, Any]) -> None:
-    """Remove textures and images that only materials with the first texture coordinates use.
+    """Remove the textures and images that only materials use, with the first texture coordinates.
 
-    References to them get the index -1 until they are replaced or removed, and keep their samplers.
+    References to removed textures keep their samplers, and get the index -1 until they are replaced.
     """
     old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
@@ -105,7 +105,7 @@ def drop_stale_images(text: dict[str, Any]) -> None:
 
 
 def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the sampler of a texture reference, also if its texture has been removed; None without one."""
+    """Return the sampler of a texture reference, even if the texture has been removed; None by default."""
     if SAMPLER in info or info["index"] < 0:
         return info.get(SAMPLER)
     number = text["textures"][info["index"]].get("sampler")
@@ -125,8 +125,8 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     transform = info.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
     (x, y), (across, down) = transform.get("offset", (0, 0)), transform.get("scale", (1, 1))
     cos, sin = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
-    # u' = a u + b v + x, v' = c u + d v + y, v downwards. The rotation appears counterclockwise, which
-    # matches existing programs but not the listing in the extension's specification.
+    # u' = a u + b v + x, v' = c u + d v + y, v downwards. The rotation is counterclockwise on screen, as in
+    # existing programs; the code listing in the specification of KHR_texture_transform rotates clockwise.
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     nearest = sampler.get("magFilter") == Filter.NEAREST

@@ -14,7 +14,7 @@ EXTENSION = "FB_ngon_encoding"
 def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
     """Return the triangles (#T, 3) in an order that encodes the polygons as fans.
 
-    Polygons whose triangles have no corner in common are written as triangles.
+    Polygons whose triangles do not all share a corner are written as separate triangles.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
     """
     place = split.place
     count = np.bincount(split.face, minlength=len(split.polygons))[split.face]
-    # number of triangles at each corner of the polygon
+    # number of triangles at each polygon corner
     occurrences = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
     centre = occurrences[place] == count[:, None]
     starts = corners[place]
@@ -36,7 +36,7 @@ def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
     for i, (row, options) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
         choice = next((k for k in options if k >= 0 and row[k] != before), max(options))
         turn[i], before = choice, row[choice]
-    # the chosen corner of the first triangle becomes the first corner of all triangles, sorted around it
+    # rotate the triangles of each fan to begin with the centre, and sort them around the centre
     centre_place = np.repeat(place[head, turn], length)
     shift = np.argmax(place == centre_place[:, None], axis=1)
     rotated = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
@@ -55,7 +55,7 @@ def reverse_polygons(polygons: Polygons) -> Polygons:
 
 
 def merge_fans(F: IntArray) -> Polygons:
-    """Return the polygons that these triangles, (#T, 3), encode."""
+    """Return the polygons that triangles (#T, 3) in fan order encode."""
     follows = (F[1:, 0] == F[:-1, 0]) & (F[1:, 1] == F[:-1, 2])
     head = np.flatnonzero(np.append(True, ~follows)) if len(F) else np.zeros(0, dtype=np.int64)
     sizes = np.diff(head, append=len(F)) + 2

@@ -87,7 +87,7 @@ class _PrimitiveContent(NamedTuple):
 
 
 def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
-    """Read a glTF or GLB file. A mesh with several instances is read once, where its largest instance is."""
+    """Read a glTF or GLB file. A mesh with several instances is read once, at its largest instance."""
     gltf = load_gltf(path, allow_outside)
     placement_of_mesh = find_placements(gltf)
     found = [
@@ -153,7 +153,7 @@ def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
 def _gather_texture(
     contents: list[_PrimitiveContent], of: IntArray, corner_vertices: IntArray
 ) -> tuple[FloatArray | None, IntArray]:
-    """Return the texture coordinates of all primitives, and their rows at the corners, -1 where missing.
+    """Return the texture coordinates of all primitives, and their row at each corner, -1 where missing.
 
     `of` is the primitive of each vertex. The coordinates are None if no primitive has any.
     """
@@ -173,7 +173,7 @@ def _read_primitive(gltf: Gltf, primitive: dict[str, Any], matrix: FloatArray) -
     """Read the contents of a primitive, transformed by a matrix (4, 4)."""
     indices_of_attribute, linear = primitive["attributes"], matrix[:3, :3]
     polygons = _read_polygons(gltf, primitive, gltf.count(indices_of_attribute["POSITION"]))
-    rows, corners = np.unique(polygons.corners, return_inverse=True)  # other primitives may share the data
+    rows, corners = np.unique(polygons.corners, return_inverse=True)  # primitives may share accessors
     polygons = Polygons(corners.ravel().astype(np.int64), polygons.sizes)
     local = gltf.numbers(indices_of_attribute["POSITION"], rows)
     if np.linalg.det(linear) < 0:
@@ -186,7 +186,7 @@ def _read_primitive(gltf: Gltf, primitive: dict[str, Any], matrix: FloatArray) -
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
     with np.errstate(
         over="ignore", invalid="ignore"
-    ):  # infinite positions are reported when the mesh is used
+    ):  # infinite positions are reported later, by `vertex_array`
         V = local @ linear.T + matrix[:3, 3]
     return _PrimitiveContent(V, rows, polygons, attributes, primitive.get("material", -1))
 
@@ -194,7 +194,7 @@ def _read_primitive(gltf: Gltf, primitive: dict[str, Any], matrix: FloatArray) -
 def _gather_colours_and_normals(
     contents: list[_PrimitiveContent], used: IntArray, merged: IntArray, flat: IntArray
 ) -> dict[str, Any]:
-    """Return the colours and normals as fields of `Extras`.
+    """Return the colours and normals of all primitives as fields of `Extras`.
 
     Colours are per vertex, or per corner if merged vertices have different colours.
     """
@@ -214,7 +214,7 @@ def _gather_colours_and_normals(
 def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
     """Return the names and the appearance of the materials as fields of `Extras`."""
     listed = gltf.entries("materials")
-    plain = make_gltf_material(Material())  # written for faces without a material
+    plain = make_gltf_material(Material())  # `save_new_gltf` appends this material for faces without one
     while listed and listed[-1] == plain:
         listed.pop()
     if not listed:
@@ -248,7 +248,7 @@ def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[s
 
 
 def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None:
-    """Return an attribute of all primitives; None unless all have it with the same width."""
+    """Return an attribute of all primitives; None unless all primitives have it with the same width."""
     known = [values for values in rows if values is not None]
     if len(known) < len(rows) or len({values.shape[1] for values in known}) > 1:
         return None

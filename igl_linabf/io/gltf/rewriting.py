@@ -62,7 +62,7 @@ def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) -> None:
-    """Write the file that was read, with one vertex for each of a vertex's texture coordinates."""
+    """Write the file that was read, with a copy of each vertex for each of its texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][place.mesh]["primitives"][place.number] for place in source.primitives]
@@ -124,7 +124,7 @@ def _split_by_page(
     primitives: list[dict[str, Any]],
     old: list[Any],
 ) -> Iterator[tuple[Primitive, dict[str, Any], Any, int]]:
-    """Yield the primitives, split by page, with their descriptions, their old attributes and their pages."""
+    """Yield primitives, split by page, each with its description, its old attributes and its page."""
     has_pages = mesh.images is not None and mesh.images.pages > 1
     page_of_face = find_face_pages(mesh) if has_pages else np.zeros(len(mesh.polygons), dtype=np.int64)
     for place, primitive, attributes in zip(places, primitives, old, strict=True):
@@ -142,9 +142,9 @@ def _split_by_page(
 def _drop_tangents(
     text: dict[str, Any], primitives: list[dict[str, Any]], old: list[Any], second: int
 ) -> None:
-    """Remove the old texture coordinates from attributes and targets, and the tangents derived from them.
+    """Remove the old texture coordinates, and the tangents derived from them, from attributes and targets.
 
-    Tangents are kept if the normal map uses other texture coordinates.
+    Tangents are kept if the normal map uses texture coordinates that have not changed.
     """
     replaced = (TANGENT, TEXTURE_ATTRIBUTES[second])
     count = 0
@@ -171,7 +171,7 @@ def _drop_tangents(
 
 
 def _store_feature_ids(primitive: dict[str, Any], vertex_index: IntArray, buffer: Buffer) -> None:
-    """Store features that are identified by old vertex numbers as an attribute."""
+    """Store feature IDs that were implied by the old vertex numbers as an attribute."""
     attributes = primitive["attributes"]
     for feature in find_implicit_features(primitive):
         feature["attribute"] = next(

@@ -1,4 +1,4 @@
-"""The arrays and nodes that a glTF description defines; it is checked by `validation` before it is used."""
+"""Access the arrays and nodes of a glTF description that `validation` has checked."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ class Component(IntEnum):
 
 
 class Mode(IntEnum):
-    """glTF's codes for primitives of triangles."""
+    """glTF's codes for primitives that consist of triangles."""
 
     TRIANGLES = 4
     TRIANGLE_STRIP = 5
@@ -57,12 +57,12 @@ DTYPES = {
     Component.FLOAT: "<f4",
 }
 INSTANCE_ATTRIBUTES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
-UNSIGNED = (Component.UNSIGNED_BYTE, Component.UNSIGNED_SHORT, Component.UNSIGNED_INT)  # types of indices
+UNSIGNED = (Component.UNSIGNED_BYTE, Component.UNSIGNED_SHORT, Component.UNSIGNED_INT)  # for indices
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 class Placement(NamedTuple):
-    """The node that places a mesh in the scene.
+    """A node that places a mesh in the scene.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Placement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Gltf:
-    """A glTF file.
+    """The description and the buffers of a glTF file.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Gltf:
 
     @property
     def size(self) -> int:
-        """The number of bytes of the file and of the files of its buffers."""
+        """The number of bytes of the file and its buffers."""
         return self.description_size + sum(map(len, self.buffers))
 
     def view(self, number: int) -> bytes:
@@ -113,7 +113,7 @@ class Gltf:
         return bytes(self._span(number))
 
     def check_view(self, number: int) -> None:
-        """Raise `Damaged` if a buffer view ends after its buffer; views of compressed data may."""
+        """Raise `Damaged` if a buffer view ends after its buffer; compressed views are not checked."""
         if not COMPRESSION_EXTENSIONS & set(self.text["bufferViews"][number].get("extensions", {})):
             self._span(number)
 
@@ -173,13 +173,13 @@ class Gltf:
         return buffer[start : start + length]
 
     def _is_compressed(self, number: int | None) -> bool:
-        """Return True if a buffer view has its data only in the compressed form of an extension."""
+        """Return True if the data of a buffer view are stored only in compressed form, by an extension."""
         if number is None:
             return False
         view = self.text["bufferViews"][number]
         known = self.text["buffers"][view["buffer"]].get("extensions", {})
         return any(
-            known.get(name, {}).get("fallback")  # the uncompressed buffer is empty
+            known.get(name, {}).get("fallback")  # a fallback buffer without data
             for name in COMPRESSION_EXTENSIONS & set(view.get("extensions", {}))
         )
 
@@ -187,7 +187,7 @@ class Gltf:
         return np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
 
     def _stored_rows(self, entry: dict[str, Any], accessor: dict[str, Any], n: int) -> NDArray[Any]:
-        """Return the `n` rows, of the type of `accessor`, that start at the place of `entry`."""
+        """Return `n` rows of the type of `accessor`, from the buffer view and byte offset of `entry`."""
         kind, width = self._row_type(accessor)
         number, start = entry["bufferView"], entry.get("byteOffset", 0)
         data, size = self._span(number), kind.itemsize * width
@@ -197,7 +197,7 @@ class Gltf:
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
 
     def _sparse_rows(self, number: int) -> tuple[IntArray, NDArray[Any]]:
-        """Return the changed rows of a sparse accessor, and their values."""
+        """Return the row numbers that a sparse accessor replaces, and the new values."""
         accessor = self.text["accessors"][number]
         sparse = accessor["sparse"]
         index = {**sparse["indices"], "type": "SCALAR"}
@@ -207,7 +207,7 @@ class Gltf:
         return where, self._stored_rows(sparse["values"], accessor, sparse["count"])
 
     def primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
-        """Yield the primitives of triangles: mesh, number within the mesh, and description."""
+        """Yield each primitive of triangles: number of the mesh, number in the mesh, description."""
         for i, mesh in enumerate(self.entries("meshes")):
             for j, primitive in enumerate(mesh.get("primitives", ())):
                 of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
@@ -218,7 +218,7 @@ class Gltf:
 
 
 def find_placements(gltf: Gltf) -> dict[int, Placement]:
-    """Return the placement of each mesh by its largest instance, or by the first one of equal size."""
+    """Return the placement of each mesh: that of its largest instance, the first if several are equal."""
     nodes, scenes = gltf.entries("nodes"), gltf.entries("scenes")
     largest, area_of_mesh = dict[int, Placement](), dict[int, float]()
     roots = scenes[gltf.text.get("scene", 0)].get("nodes", ()) if scenes else ()
@@ -248,7 +248,7 @@ def find_placements(gltf: Gltf) -> dict[int, Placement]:
 
 
 def _with_size(placement: Placement, area: float) -> Placement:
-    """Return the placement of a mesh; a placement of size zero stands for the mesh's own size."""
+    """Return the placement, without its linear map if this would shrink the mesh to area zero."""
     if area > 0:
         return placement
     matrix = np.eye(4)
@@ -257,7 +257,7 @@ def _with_size(placement: Placement, area: float) -> Placement:
 
 
 def _area_scales(matrices: FloatArray) -> FloatArray:
-    """Return the scale factors of transforms (k, 4, 4) for areas: norms of the factors for three planes."""
+    """Return the area scale factors of transforms (k, 4, 4): the norm of the factors of the axis planes."""
     a, b, c = np.moveaxis(matrices[:, :3, :3], 2, 0)
     with np.errstate(all="ignore"):
         planes = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])
@@ -269,7 +269,7 @@ def _find_instance_transforms(
 ) -> FloatArray:
     """Return the transforms of a node's instances, (k, 4, 4), or the identity.
 
-    `known` has the transforms by their accessors, which several nodes may share.
+    `known` caches the transforms by accessor numbers, because several nodes may share accessors.
     """
     attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
     names = [name for name in INSTANCE_ATTRIBUTES if name in attributes]
@@ -292,7 +292,7 @@ def _find_instance_transforms(
 
 
 def _rotations(x: Any, y: Any, z: Any, w: Any) -> FloatArray:
-    """Return the rotations of quaternions, (3, 3) or (3, 3, k)."""
+    """Return the rotation matrix of a unit quaternion, (3, 3), or of k quaternions, (3, 3, k)."""
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

@@ -1,4 +1,4 @@
-"""A small checker of JSON against declared schemas."""
+"""Check JSON values against declared schemas."""
 
 import json
 import math
@@ -8,21 +8,21 @@ from typing import Any, NoReturn, Protocol
 
 from ..parsing import Damaged
 
-MAX_DEPTH = 100  # levels of lists and objects; glTF itself has about ten
-QUOTED = 40  # characters of a wrong value in a message
+MAX_DEPTH = 100  # nesting depth of lists and objects; glTF itself needs about ten
+QUOTED = 40  # number of characters of a wrong value shown in a message
 
 
 class Schema(Protocol):
-    """What a value must be."""
+    """The requirements for a JSON value."""
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
-        """Raise `Damaged` if the value at `place` is wrong; `counts` has the lengths of the lists."""
+        """Raise `Damaged` if the value at `place` is invalid; `counts` has the lengths of glTF's lists."""
         ...
 
 
 @dataclass(frozen=True)
 class Whole:
-    """An integer from `low` to `high`."""
+    """The schema of an integer from `low` to `high`."""
 
     low: int = 0
     high: int = 2**53
@@ -34,7 +34,7 @@ class Whole:
 
 @dataclass(frozen=True)
 class Number:
-    """A finite number."""
+    """The schema of a finite number."""
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         try:
@@ -47,7 +47,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Typed:
-    """A value of one of Python's types."""
+    """The schema of a string or a Boolean."""
 
     kind: type
 
@@ -58,7 +58,7 @@ class Typed:
 
 @dataclass(frozen=True)
 class OneOf:
-    """One of several values."""
+    """The schema of a value from a fixed set."""
 
     values: Collection[int | str]
 
@@ -69,7 +69,7 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Index:
-    """The number of an entry of the list `of`."""
+    """The schema of an index into the top-level list named `of`."""
 
     of: str
 
@@ -81,7 +81,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Several:
-    """A list, of `length` items if it is given."""
+    """The schema of a list, with `length` items if `length` is given."""
 
     item: Schema
     length: int | None = None
@@ -95,7 +95,7 @@ class Several:
 
 @dataclass(frozen=True)
 class Each:
-    """An object with values of one schema."""
+    """The schema of a JSON object whose values all have the same schema."""
 
     item: Schema
 
@@ -108,7 +108,7 @@ class Each:
 
 @dataclass(frozen=True)
 class Record:
-    """An object with known keys; other keys are allowed."""
+    """The schema of a JSON object with known keys; additional keys are allowed."""
 
     optional: Mapping[str, Schema] = field(default_factory=dict)
     required: Mapping[str, Schema] = field(default_factory=dict)

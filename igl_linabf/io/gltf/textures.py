@@ -25,7 +25,7 @@ Put = Callable[..., int]  # appends bytes to the buffer, and returns the number 
 
 
 class MaterialPages:
-    """The materials of a description, with a copy for each page of new images.
+    """The materials of a glTF description, each copied for the second and further pages of new images.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class MaterialPages:
         self._copies: dict[tuple[int, int], int] = {}
 
     def choose_material(self, material: int, page: int) -> int:
-        """Return the number of the material for a page, a copy for all pages but the first."""
+        """Return the number of the material for a page: the material on page 0, otherwise a copy of it."""
         if page == 0:
             return material
         if (material, page) not in self._copies:
@@ -75,11 +75,11 @@ def add_images(
     textures = [_add_texture(text, _add_image(text, put, file, {}), SMOOTH) for file in images.maps[COLOUR]]
     for i, material in enumerate(text["materials"]):
         shading = material.get(SHADING, {})
-        shading.pop("baseColorFactor", None)  # the image would be multiplied by it
+        shading.pop("baseColorFactor", None)  # viewers multiply the image by this factor
         material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
     for mesh in text["meshes"]:
         for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # kept as data that viewers ignore
+            if "COLOR_0" in primitive["attributes"]:  # a name with an underscore, which viewers ignore
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
@@ -103,14 +103,14 @@ def _replace_images(
     _drop_unused_textures(text)
     known: dict[bytes, int] = {}
     for holder, key, info, page, sampler in uses:
-        if sampler is not None and images.pages > 1:  # further pages lie beyond the unit square
+        if sampler is not None and images.pages > 1:  # later pages leave the unit square
             sampler = {key_: value for key_, value in sampler.items() if key_ not in ("wrapS", "wrapT")}
         image = _add_image(text, put, images.maps[key][page], known)
         holder[key] = {**info, "index": _add_texture(text, image, sampler)}
 
 
 def _make_sampler(image_map: ImageMap) -> dict[str, Any]:
-    """Return the sampler of an image from a material of another format."""
+    """Return the glTF sampler of an image from a material of another format."""
     modes = {name: code for code, name in WRAP_MODES.items()}
     wraps = {
         key: modes[wrap]
@@ -131,14 +131,14 @@ def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
 
 
 def _add_image(text: dict[str, Any], put: Put, file: bytes, image_of_file: dict[bytes, int]) -> int:
-    """Return the number of a new image; equal files share an image."""
+    """Add a PNG file as an image unless it has been added, and return the number of the image."""
     if file not in image_of_file:
         image_of_file[file] = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
     return image_of_file[file]
 
 
 def _add_texture(text: dict[str, Any], image: int, sampler: Sampler) -> int:
-    """Return the number of the texture with this image and sampler; equal textures are shared."""
+    """Add a texture unless an equal one exists, and return its number."""
     texture = {"source": image}
     if sampler is not None:
         samplers = text.setdefault("samplers", [])

@@ -4,14 +4,14 @@ from typing import Any
 
 from .extensions import iterate_extended, iterate_objects
 
-# Extensions that are read, or do not affect the numbers that are read.
+# Extensions that this package interprets, or that do not change the mesh as it is read.
 HANDLED_EXTENSIONS = ("FB_ngon_encoding", "KHR_mesh_quantization")
 SHARED_ATTRIBUTES = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0")
 SKIN_PREFIXES = ("JOINTS_", "WEIGHTS_")
 
 
 def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
-    """Return descriptions, for warnings, of the contents of a file other than its surface.
+    """Describe, for warnings, the contents of a glTF file that other formats cannot store.
 
     `instance_count` is the number of further instances of its meshes.
     """
@@ -20,7 +20,7 @@ def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
         found.append(f"its {len(text['scenes'])} scenes")
     if (
         sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1
-    ):  # one may be the root of all nodes
+    ):  # a single parent may be just the root of all nodes
         found.append("its node hierarchy")
     if instance_count:
         found.append(f"{instance_count} further instances of its meshes")

@@ -21,8 +21,8 @@ from .images import TEXTURE_TRANSFORM, find_texture_uses
 from .scene import DTYPES, INSTANCE_ATTRIBUTES, UNSIGNED, WIDTHS, Gltf
 from .schema import Each, Index, Number, OneOf, Record, Schema, Several, Typed, Whole, check_depth
 
-CORNER_BYTES = 64  # memory for a corner of a face
-INSTANCE_BYTES = 512  # memory for the transform of an instance
+CORNER_BYTES = 64  # estimated memory per corner of a face
+INSTANCE_BYTES = 512  # estimated memory per instance, for its transform
 
 TEXT, FLAG = Typed(str), Typed(bool)
 NAME: dict[str, Schema] = {"name": TEXT}
@@ -128,7 +128,7 @@ EXTENSIONS: dict[str, Schema] = {
     INSTANCES: Record({"attributes": ACCESSORS}),
     VARIANTS: Record({"mappings": Several(Record({"material": Index("materials")}))}),
 }
-# the types of the attributes that are read
+# types that glTF allows for the vertex attributes that are read
 ATTRIBUTE_TYPES = {
     "POSITION": ("VEC3",),
     "NORMAL": ("VEC3",),
@@ -138,7 +138,7 @@ ATTRIBUTE_TYPES = {
 
 
 def check_description(text: dict[str, Any]) -> None:
-    """Raise `Damaged` if a description does not follow glTF 2.0, or a number in it refers to nothing."""
+    """Raise `Damaged` if a description does not follow glTF 2.0, or refers to a missing entry."""
     check_depth(text)
     counts = {name: len(entries) for name, entries in text.items() if isinstance(entries, list)}
     DESCRIPTION.check(text, "", counts)
@@ -176,7 +176,7 @@ def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
 
 
 def check_data(gltf: Gltf) -> None:
-    """Raise `Damaged` if the data of accessors are missing, or out of proportion to the file."""
+    """Raise `Damaged` if data of accessors are missing, or need memory out of proportion to the file."""
     accessors = gltf.entries("accessors")
     for number in range(len(gltf.entries("bufferViews"))):
         gltf.check_view(number)
@@ -203,7 +203,7 @@ def check_data(gltf: Gltf) -> None:
 
 
 def _check_primitive(gltf: Gltf, primitive: dict[str, Any], place: str) -> int:
-    """Check the accessors of a primitive, and return the bytes of memory that it takes."""
+    """Check the accessors of a primitive, and return the number of bytes of memory that it needs."""
     accessors, attributes = gltf.entries("accessors"), primitive["attributes"]
     for name, types in ATTRIBUTE_TYPES.items():
         if name in attributes and accessors[attributes[name]]["type"] not in types:

@@ -23,7 +23,7 @@ from .scene import DTYPES, Component, Target
 from .textures import add_images
 
 ACCESSOR_TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-MAX_PRIMITIVES = 256  # number of primitives beyond which materials that look the same are merged
+MAX_PRIMITIVES = 256  # with more primitives, materials that look the same are merged
 METRES_PER_UNIT = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
 KEPT_ACCESSOR_KEYS = (
     "componentType",
@@ -32,7 +32,7 @@ KEPT_ACCESSOR_KEYS = (
     "name",
     "extensions",
     "extras",
-)  # keys of an accessor that are copied from the original one
+)  # keys that a rewritten accessor copies from the original accessor
 
 
 class Buffer:
@@ -59,8 +59,8 @@ class Buffer:
     ) -> int:
         """Append an array, and return the number of its accessor.
 
-        Component type and other properties are those of the accessor `like`; without it, the array is
-        stored as 32-bit numbers.
+        The component type and other properties are copied from the accessor `like`. Without `like`, the array
+        is stored as 32-bit numbers.
         """
         if like is None:
             kind = Component.FLOAT if rows.dtype.kind == "f" else Component.UNSIGNED_INT
@@ -69,11 +69,11 @@ class Buffer:
         data = np.ascontiguousarray(rows, DTYPES[accessor["componentType"]])
         view_properties = {"target": use}
         width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
-        if use == Target.VERTEX_ATTRIBUTES and width % 4:  # rows are aligned to four bytes
+        if use == Target.VERTEX_ATTRIBUTES and width % 4:  # glTF aligns rows to four bytes
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             view_properties["byteStride"] = data.shape[1]
         accessor["bufferView"] = self.put(data.tobytes(), **view_properties)
-        if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # required for positions
+        if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # bounds of positions
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
         return len(self.accessors) - 1
@@ -104,7 +104,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     warn_of_error(error, "V")
     for map_ in (mesh.TC, None if mesh.first is None else mesh.first[0]):
         if map_ is not None:
-            to_single_precision(map_, "TC")  # warns; the texture coordinates are written per primitive
+            to_single_precision(map_, "TC")  # only to warn; primitives store their own rows
     # readers such as trimesh discard texture coordinates without a material
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())
@@ -127,9 +127,9 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
 
 
 def _share_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], IntArray, Sequence[Material]]:
-    """Return the names, faces and appearance of the materials to write.
+    """Return the names of the materials to write, the material of each face, and the materials.
 
-    Materials that look the same are merged if there would be too many primitives.
+    Materials that look the same are merged if there are more than MAX_PRIMITIVES primitives.
     """
     names, material = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
     looks = mesh.extras.looks or (Material(),) * len(names)
@@ -152,20 +152,20 @@ def _share_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], Int
 
 
 def _describe_look(look: Material) -> tuple[Any, ...]:
-    """Return the content of a glTF material without its name."""
+    """Return a key that is equal for materials with the same appearance."""
     images = tuple((map_.kind, map_.wrap, map_.matrix, map_.options, map_.nearest) for map_ in look.maps)
     scalars = look.colour, look.alpha, look.metallic, look.roughness, look.emission, look.factor, look.page
     return (*scalars, look.lines, images)
 
 
 def _make_asset_extras(mesh: MeshFile) -> dict[str, Any]:
-    """Return the comments as extras of the asset."""
+    """Return the comments of the mesh as the "extras" of the glTF asset."""
     lines = [encode_utf8(line).decode("utf-8", "backslashreplace") for line in mesh.extras.comments]
     return {"extras": {"comments": lines}} if lines else {}
 
 
 def _group_faces(part: IntArray, material: IntArray) -> Iterator[tuple[int, dict[int, IntArray]]]:
-    """Yield each part with its faces, ascending, by their material."""
+    """Yield each part with a dict of its faces, in ascending order, by material."""
     order = np.lexsort((material, part))
     start = np.flatnonzero(
         (np.diff(part[order], prepend=-2) != 0) | (np.diff(material[order], prepend=-2) != 0)
@@ -180,7 +180,7 @@ def _write_primitive(
 ) -> tuple[dict[str, Any], float]:
     """Append the faces of one part and one material; return the primitive and the largest rounding error.
 
-    `origin` becomes 0, and `colours` are the colours at all corners of the mesh.
+    Positions are written relative to `origin`, and `colours` are the colours at all corners of the mesh.
     """
     split = split_vertices(mesh, mesh.polygons.corners_of(faces), normals=True, colours=colours)
     V = mesh.V[split.vertex] - origin
@@ -205,16 +205,16 @@ def _write_primitive(
 def order_triangles(
     mesh: MeshFile, faces: IntArray, vertex: IntArray, mirrored: bool = False
 ) -> tuple[IntArray, dict[str, Any]]:
-    """Return triangles of faces in an order that encodes polygons, and the extension that declares it.
+    """Return the triangles of faces, ordered to encode polygons, and the extension that declares this.
 
-    `faces` are ascending, and `vertex` is the vertex at each of their corners. With `mirrored`, the
+    `faces` are ascending, and `vertex` has the vertex at each corner of these faces. With `mirrored`, the
     orientation is reversed.
     """
     if (mesh.polygons.sizes[faces] == 3).all():
         return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
     triangles = mesh.split.of_faces(faces)
     ordered = order_as_fans(triangles, vertex)
-    if mirrored:  # reverse the order of each fan, too
+    if mirrored:  # a mirrored fan also has its triangles in reverse order
         ordered = ordered[np.lexsort((-np.arange(len(ordered)), triangles.face))][:, [0, 2, 1]]
     return ordered, {"extensions": {EXTENSION: {}}}
 
@@ -225,7 +225,7 @@ def _normalise(normals: np.ndarray) -> np.ndarray:
 
 
 def write_gltf(path: str, description: dict[str, Any], buffer: Buffer) -> None:
-    """Write the container: the JSON description and the buffer."""
+    """Write the JSON description and the buffer to a GLB or glTF file."""
     description |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
     description["buffers"] = [{"byteLength": buffer.size}]
     if path.lower().endswith(".gltf"):

@@ -9,17 +9,17 @@ from ..parsing import encode_utf8, parse_numbers
 from ..references import Folder
 
 KIND_OF_KEYWORD = {word.lower(): kind for kind, word in MTL_KEYWORDS.items()}
-OPTION_LENGTHS = {  # largest number of arguments; options with several arguments take numbers only
+OPTION_LENGTHS = {  # number of arguments, at most; several arguments must be numbers
     **dict.fromkeys(("-blendu", "-blendv", "-bm", "-boost", "-cc", "-clamp", "-imfchan"), 1),
     **dict.fromkeys(("-texres", "-type"), 1),
     "-mm": 2,
     **dict.fromkeys(("-o", "-s", "-t"), 3),
 }
-PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # depend on the old coordinates
+PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # apply to old coordinates only
 
 
 def attach_maps(look: Material, folder: Folder) -> Material:
-    """Return the material with the images that its lines refer to, relative to the folder of the library."""
+    """Return the material with the images that its MTL lines refer to; `folder` contains the MTL file."""
     found = {
         image_map.kind: image_map
         for line in look.lines
@@ -30,7 +30,7 @@ def attach_maps(look: Material, folder: Folder) -> Material:
 
 
 def _parse_map_line(line: str, folder: Folder) -> list[ImageMap]:
-    """Return the image of a line; none for reflections, which do not use texture coordinates."""
+    """Return the image of an MTL line in a list; [] for reflections, which use no texture coordinates."""
     word, *rest = line.split()
     if word.lower() == "refl" or not rest:
         return []

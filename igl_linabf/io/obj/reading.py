@@ -39,7 +39,7 @@ STATEMENTS = frozenset(
 LIBRARY_KEYWORD = b"mtllib"
 LIBRARY_NAME_PATTERN = re.compile(r'"([^"]*)"|(\S.*?\.(?:mtl|map))(?=\s|$)|(\S+)', re.IGNORECASE)
 NAMING_KEYWORDS = (b"o", b"g", b"usemtl", LIBRARY_KEYWORD)  # statements whose names may contain #
-# Statements without a counterpart in other formats, by their description in warnings.
+# OBJ statements without a counterpart in other formats; the keys are their descriptions in warnings.
 OBJ_ONLY_STATEMENTS = {
     "polylines (l)": b"l",
     "points (p)": b"p",
@@ -50,10 +50,10 @@ OBJ_ONLY_STATEMENTS = {
 }
 POLYPAINT_PREFIX = b"#MRGB"  # comment with ZBrush's vertex colours: mask, red, green and blue in eight digits
 NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
-# A corner v/vt/vn of a face. An index is not 0; vt and vn are optional.
+# A corner v/vt/vn of a face: v and vt are not 0; vt and vn are optional.
 CORNER_PATTERN = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
 COLUMNS_OF_FORM = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn
-MAX_LINE_FORMS = 50  # largest number of different forms of face lines for which lines are parsed together
+MAX_LINE_FORMS = 50  # with more forms of face lines, the lines are parsed one by one
 SEPARATORS_TO_SPACES = bytes.maketrans(b"/!", b"  ")
 INVALID_VERTEX = "is not a vertex: it needs three numbers"
 INVALID_TEXTURE = "is not a texture coordinate: it needs two numbers"
@@ -63,7 +63,7 @@ INVALID_FACE = "is not a face: it needs at least three vertex indices, counted f
 
 @dataclass(frozen=True, eq=False)
 class ObjText:
-    """The lines of an OBJ file.
+    """The lines of an OBJ file, from which a new OBJ file is written.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
 def _list_unshared(
     lines: list[bytes], where: dict[bytes, IntArray], has_normals: bool, has_all_normals: bool
 ) -> tuple[str, ...]:
-    """Return descriptions of the contents that no other format can store."""
+    """Describe, for warnings, the contents of an OBJ file that no other format can store."""
     found = [
         what for what, words in OBJ_ONLY_STATEMENTS.items() if any(word in where for word in words.split())
     ]
@@ -142,7 +142,7 @@ def _list_unshared(
 
 
 def _extract_comments(raw: list[bytes], where: dict[bytes, IntArray]) -> tuple[list[bytes], tuple[str, ...]]:
-    """Return the painted colours and all other comments."""
+    """Return the comment lines with ZBrush's vertex colours, and all other comments."""
     names = {i for key in NAMING_KEYWORDS for i in where.get(key, NO_LINES).tolist()}
     found = [
         line[line.index(b"#") :].strip() for i, line in enumerate(raw) if b"#" in line and i not in names
@@ -162,7 +162,7 @@ def _decode_polypaint(painted: list[bytes], n: int) -> FloatArray | None:
 
 
 def parse_library_names(line: bytes, folder: Folder) -> list[str]:
-    """Return the files of a `mtllib` or `maplib` line: one whose name contains spaces, or several."""
+    """Return the files that a `mtllib` or `maplib` line names: one name with spaces, or several names."""
     whole = os.fsdecode(parse_name(line))
     if folder.has(whole):
         return [whole]
@@ -170,10 +170,9 @@ def parse_library_names(line: bytes, folder: Folder) -> list[str]:
 
 
 def load_looks(extras: Extras, folder: Folder) -> Extras:
-    """Return the extras with the appearance of the materials of an OBJ file.
+    """Return the extras with the appearance of the materials from the MTL files of an OBJ file.
 
-    Materials are looked up in the libraries of the file; missing libraries are ignored, and libraries outside
-    the folder are skipped with a warning.
+    Missing MTL files are ignored, and MTL files outside the folder are skipped with a warning.
     """
     text = extras.source
     if extras.materials is None or not isinstance(text, ObjText):
@@ -200,13 +199,13 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
                 found = materials | found  # the first definition takes precedence
     if not found:
         return extras
-    names = extras.materials[0]  # names may contain a comment
+    names = extras.materials[0]  # a name may end with a comment
     looks = [found.get(name) or found.get(name.partition(" #")[0].rstrip()) for name in names]
     return replace(extras, looks=tuple(look or Material() for look in looks))
 
 
 def _join_continued_lines(lines: list[bytes]) -> list[bytes]:
-    """Join lines that end with a backslash with the next line, which becomes an empty line."""
+    """Append the next line to each line that ends with a backslash, and leave an empty line in its place."""
     joined = [*lines, b""]
     for i in reversed(range(len(lines))):
         text = joined[i].rstrip()
@@ -234,7 +233,7 @@ def _has_loose_blanks(data: bytes) -> bool:
 
 
 def _group_by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
-    """Return the indices of the lines of each keyword, counted from 0."""
+    """Return, for each OBJ keyword, the indices of its lines, counted from 0."""
     head = np.array(lines, dtype="S3").view(np.uint8).reshape(-1, 3).T  # the first three bytes of each line
     rest, where = head[0] > 0, dict[bytes, IntArray]()
     for key in (b"v", b"vt", b"vn", b"f"):
@@ -250,9 +249,9 @@ def _group_by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
 
 
 def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, FloatArray | None, bool]:
-    """Return positions, vertex colours or None, and whether any further value differs from 1.
+    """Return positions, vertex colours or None, and whether any value after these differs from 1.
 
-    Colours are from 0 to 1, or integers up to 255; vertices without a colour are white.
+    Colours are stored from 0 to 1, or as integers up to 255; vertices without a colour are white.
     """
     table = _parse_statement_numbers(lines, rows, (7, 6, 4, 3), INVALID_VERTEX, 1.0)
     colours = table[:, 3:7] if table.shape[1] in (6, 7) else None
@@ -265,7 +264,7 @@ def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, Flo
 def _parse_statement_numbers(
     lines: list[bytes], rows: IntArray, counts: tuple[int, ...], what: str, fill: float = 0.0
 ) -> FloatArray:
-    """Return the values of these lines. `counts` lists how many values a line may have, largest first."""
+    """Return the numbers in the lines `rows`; `counts` lists the allowed numbers per line, largest first."""
     if not len(rows):
         return np.empty((0, 3))
     texts = [lines[i].partition(b" ")[2] for i in rows.tolist()]
@@ -289,7 +288,7 @@ def _parse_statement_numbers(
 def _parse_faces(lines: list[bytes], where: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
     """Return vertex, texture and normal indices from 0 at the corners, (#C, 3), and the sizes of the faces.
 
-    Missing indices are -1; relative indices of textures or normals before the first one are -2.
+    Missing indices are -1. Relative indices that point before the first `vt` or `vn` line are -2.
     """
     texts = [lines[i][2:] for i in where[b"f"].tolist()]
     index, sizes = _parse_faces_by_form(texts) or _parse_faces_by_line(texts, lines, where[b"f"])
@@ -298,14 +297,14 @@ def _parse_faces(lines: list[bytes], where: dict[bytes, IntArray]) -> tuple[IntA
         values = index[:, column]
         relative = np.flatnonzero(values < 0)
         values -= values >= 0
-        if len(relative):  # relative to the last element before the line; a missing index gives -1
+        if len(relative):  # relative to the number of elements before the line; index 0 gives -1
             so_far = np.searchsorted(where[key], line[relative])
             values[relative] = np.where(so_far + values[relative] < 0, -2, so_far + values[relative])
     return index, sizes
 
 
 def _parse_faces_by_form(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
-    """Parse faces with a table for each form of line; return None for too many forms or damaged lines."""
+    """Parse together the face lines of each form, such as v//vn; return None if forms are many or invalid."""
     whole = b"\n".join(texts)
     if b"!" in whole:
         return None
@@ -350,7 +349,7 @@ def _parse_faces_by_line(texts: list[bytes], lines: list[bytes], rows: IntArray)
 def _label_faces(
     raw: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
 ) -> FaceLabels | None:
-    """Return the names of these statements, and for each face the index of the preceding name, or -1."""
+    """Return the distinct names after a keyword, and for each face the index of the name before it, or -1."""
     rows = where.get(key)
     if rows is None:
         return None

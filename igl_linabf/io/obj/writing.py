@@ -29,7 +29,7 @@ from .reading import LIBRARY_KEYWORD, ObjText, parse_library_names
 
 # Elements other than faces that may refer to texture coordinates.
 MAPPED_ELEMENTS = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
-# Statements that refer to files: to several (None), to one (0), or to one with arguments (1).
+# Statements that refer to several files (None), to one file (0), or to one file with arguments (1).
 FILE_STATEMENTS = {LIBRARY_KEYWORD: None, b"maplib": None, b"shadow_obj": 0, b"trace_obj": 0, b"call": 1}
 
 
@@ -45,7 +45,7 @@ def make_obj_names(names: Sequence[str], taken: str = "") -> tuple[str, ...]:
 
 
 def make_unused_name(names: Sequence[str], name_: str) -> str:
-    """Return a name that is not in `names`, for faces without a name."""
+    """Return `name_`, with underscores appended until it is not in `names`."""
     while name_ in names:
         name_ += "_"
     return name_
@@ -78,7 +78,7 @@ def library_path(path: Path) -> Path:
 
 
 def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
-    """Return the paths of the images of one kind next to an OBJ file; several pages have UDIM numbers."""
+    """Return the paths of the images of a kind next to an OBJ file; several pages get UDIM numbers."""
     word = MTL_KEYWORDS.get(kind, kind)
     stem = path.stem if kind == COLOUR else f"{path.stem}_{word}"
     tiles = [""] if pages == 1 else [f".{FIRST_UDIM_TILE + page}" for page in range(pages)]
@@ -86,13 +86,13 @@ def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
 
 
 def has_library(mesh: MeshFile) -> bool:
-    """Return True if an MTL file is written. OBJ files keep their libraries unless an image is added."""
+    """Return True if a new MTL file is written; a mesh from an OBJ file needs one only for new images."""
     from_obj = isinstance(mesh.extras.source, ObjText)
     return mesh.images is not None or (mesh.extras.materials is not None and not from_obj)
 
 
 def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write the mesh; of a file that was read, only `vt` lines and faces change."""
+    """Write an OBJ file; for a mesh from an OBJ file, only the `vt` lines and the faces change."""
     assert mesh.TC is not None and mesh.texture is not None
     if isinstance(mesh.extras.source, ObjText):
         _rewrite_obj(temporary, mesh, mesh.extras.source, path)
@@ -127,7 +127,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> dict[int, str]:
-    """Return the statements before each face at which the name of the part or material changes."""
+    """Return, for each face whose part or material differs from the previous face, the lines before it."""
     headings: dict[int, str] = {}
     for keyword, names in labels:
         if names is None:
@@ -210,7 +210,7 @@ def _rewrite_face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> It
 
 
 def _replace_texture_index(word: bytes, texture: int) -> bytes:
-    """Return `v/vt/vn` with another vt."""
+    """Replace or insert vt in a face corner `v/vt/vn`."""
     vertex, *rest = word.split(b"/")
     if len(rest) == 2 and rest[1]:
         return b"%b/%d/%b" % (vertex, texture, rest[1])
@@ -218,13 +218,13 @@ def _replace_texture_index(word: bytes, texture: int) -> bytes:
 
 
 def _strip_texture_index(word: bytes) -> bytes:
-    """Return `v` or `v//vn` for `v/vt/vn`."""
+    """Remove vt from a face corner: return `v` or `v//vn` for `v/vt/vn`."""
     vertex, *rest = word.split(b"/")
     return vertex + b"//" + rest[1] if len(rest) == 2 and rest[1] else vertex
 
 
 def _relocate_file_names(line: bytes, word: bytes, old: Folder, new: Path) -> bytes:
-    """Make the references of a statement relative to the new file's folder, with one line per reference."""
+    """Make the file names in a statement relative to the folder `new`; return one line per file name."""
     if FILE_STATEMENTS[word] is None:
         names, arguments = parse_library_names(line, old), ""
     elif FILE_STATEMENTS[word] == 0:

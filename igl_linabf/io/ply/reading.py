@@ -31,10 +31,10 @@ TYPE_NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": 
 TYPE_NAMES |= {"f4": "float", "f8": "double"}
 TYPE_CODES = {
     name: kind for kind in TYPE_NAMES for name in (TYPE_NAMES[kind], np.dtype(kind).name)
-}  # for example char or int8
+}  # PLY allows two names of each type, such as char and int8
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 INTEGER_TYPES = [name for name, kind in TYPE_CODES.items() if kind[0] != "f"]
-TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertex properties, by program
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # texture coordinates; programs differ
 COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("red", "green", "blue", "alpha"),
     ("red", "green", "blue"),
@@ -42,14 +42,14 @@ COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("diffuse_red", "diffuse_green", "diffuse_blue"),
 )
 NORMAL_NAMES = ("nx", "ny", "nz")
-CORNER_TEXTURE = "texcoord"  # face property with u and v of each corner
+CORNER_TEXTURE = "texcoord"  # face property: list of u and v of each corner
 INDEX_NAMES = ("vertex_indices", "vertex_index")
-IMAGE_COMMENT = "TextureFile"  # begins a comment that refers to an image
-MAX_ROW_COUNT_DIGITS = 12  # digits of an element's number of rows; damaged headers cannot cause overflow
+IMAGE_COMMENT = "TextureFile"  # first word of a comment that names an image
+MAX_ROW_COUNT_DIGITS = 12  # digits of an element's row count, so that headers cannot cause overflow
 
 
 class Element(NamedTuple):
-    """A table of the file."""
+    """The declaration of a table in a PLY header: its name, number of rows and columns."""
 
     name: str
     rows: int
@@ -111,7 +111,7 @@ def parse_ply(data: bytes) -> MeshFile:
     at_corners = tables["face"].get(CORNER_TEXTURE)
     if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
         pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
-        pairs, texture = np.unique(pairs, return_inverse=True)  # much faster than for rows
+        pairs, texture = np.unique(pairs, return_inverse=True)  # complex pairs sort faster than rows
         TC = pairs.view(np.float64).reshape(-1, 2)
         return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
     for names in TEXTURE_NAMES:
@@ -122,7 +122,7 @@ def parse_ply(data: bytes) -> MeshFile:
 
 
 def _find_index_list(tables: dict[str, Table], element: str) -> tuple[str, Column]:
-    """Return the name and the values of an element's vertex lists."""
+    """Return the name and the values of the property of an element that lists vertices."""
     for name in INDEX_NAMES:
         column = tables[element].get(name)
         if column is not None and column.sizes is not None and column.values.dtype.kind != "f":
@@ -136,7 +136,7 @@ def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[El
     del tables["tristrips"]
     assert rows.sizes is not None
     row = np.repeat(np.arange(len(rows)), rows.sizes)
-    ends = rows.values == -1  # separates two strips of a list
+    ends = rows.values == -1  # -1 separates two strips in a list
     strip = row + np.cumsum(ends)
     F, _ = triangulate_strips(rows.values[~ends].astype(np.int64), strip[~ends])
     F = F[distinct_corners(F)]
@@ -157,7 +157,7 @@ def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[El
 
 
 def _make_extras(faces: Polygons, source: PlyTables) -> Extras:
-    """Return colours and normals under their common names, and descriptions of all other contents."""
+    """Return the colours, normals and comments of a PLY file, and descriptions of all other contents."""
     properties = {element.name: element.properties for element in source.elements}
     normals = _stack_columns(source.tables["vertex"], *NORMAL_NAMES)
     colours, colour_names = _find_colours(source.tables["vertex"], properties["vertex"])
@@ -201,13 +201,13 @@ def _find_colours(table: Table, properties: list[Property]) -> tuple[FloatArray 
 
 
 def _stack_columns(table: Table, *names: str) -> FloatArray | None:
-    """Return the numbers of these properties; None unless the element has all of them."""
+    """Return the values of the named properties as columns; None unless the element has all of them."""
     columns = [table[name].values for name in names if name in table and table[name].sizes is None]
     return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
 
 
 def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
-    """Return the byte order ("" for text), elements, comments, and the byte and line of the header's end."""
+    """Return the byte order ("" for text), elements, comments, and the end of the header as byte and line."""
     order, elements, comments, start = None, list[Element](), list[str](), 0
     newline = b"\r" if re.match(rb"ply\s*\r(?!\n)", data) else b"\n"
     for line in itertools.count(1):
@@ -278,10 +278,10 @@ def _read_binary_elements(data: bytes, start: int, elements: list[Element], orde
 
 
 def _read_element(data: bytes, start: int, element: Element, order: str) -> tuple[Table, int]:
-    """Read the columns of an element and the byte where it ends, in runs of rows with equal list sizes."""
+    """Read the columns of an element, by runs of rows with equal list sizes; also return its end in bytes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
-    done, ahead = 0, element.rows  # number of rows to search for a run
+    done, ahead = 0, element.rows  # number of rows to test for equal list sizes
     while done < element.rows:
         sizes.append(_read_list_sizes(data, start, element, order, done))
         dtype = make_row_dtype(tuple(element.properties), sizes[-1], order)

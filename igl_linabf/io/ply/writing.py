@@ -25,19 +25,19 @@ from .reading import (
     make_row_dtype,
 )
 
-TEXTURE_PROPERTIES = ("s", "t")  # written as floats, because MeshLab ignores doubles
-SECOND_MAP_SUFFIX = "1"  # ending of the names of second texture coordinates, which PLY does not define
+TEXTURE_PROPERTIES = ("s", "t")  # written as 32-bit floats, because MeshLab ignores doubles
+SECOND_MAP_SUFFIX = "1"  # appended to names of second texture coordinates; not in the PLY standard
 TEXTURE_NAMES_TO_REPLACE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
 SECOND_NAMES_TO_REPLACE = {name + SECOND_MAP_SUFFIX for name in (*TEXTURE_PROPERTIES, CORNER_TEXTURE)}
 Fields = list[tuple[Property, Column]]
 
 
 def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write vertices with unchanged indices, polygons, and all other elements of a file that was read.
+    """Write vertices with unchanged indices, polygons, and all other elements of a PLY file that was read.
 
-    Texture coordinates are vertex properties. If there are seams, triangles store them as lists instead;
-    meshes with other polygons get additional vertices, because MeshLab does not open polygons with such
-    lists.
+    Texture coordinates are vertex properties if there are no seams. With seams, triangle meshes store texture
+    coordinates as lists at the faces. Meshes with larger polygons get additional vertices instead, because
+    MeshLab does not open polygons with lists of texture coordinates.
     """
     assert mesh.TC is not None and mesh.texture is not None
     source = mesh.extras.source if isinstance(mesh.extras.source, PlyTables) else None
@@ -78,7 +78,7 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
 def _list_maps(
     mesh: MeshFile, split: SplitVertices
 ) -> list[tuple[str, tuple[FloatArray, IntArray], FloatArray]]:
-    """Return for each map the suffix of its names, its rows at corners, and its values at vertices."""
+    """Return, for each texture map, its suffix of property names, (TC, texture), and values at vertices."""
     assert mesh.TC is not None and mesh.texture is not None
     if mesh.first is None or split.first is None:
         return [("", (mesh.TC, mesh.texture), split.TC)]
@@ -106,7 +106,7 @@ def _make_colour_fields(colours: FloatArray) -> Fields:
 
 
 def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) -> dict[str, Fields]:
-    """Return the original elements, vertices and faces first, without the properties that are replaced."""
+    """Return the elements of the original file, vertices and faces first, without replaced properties."""
     replaced = TEXTURE_NAMES_TO_REPLACE | SECOND_NAMES_TO_REPLACE if has_second else TEXTURE_NAMES_TO_REPLACE
     kept = {
         name: [(prop, source.tables[name][prop.name]) for prop in props] for name, _, props in source.elements
@@ -119,13 +119,13 @@ def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) ->
 
 
 def _make_comments(mesh: MeshFile) -> list[str]:
-    """Return comments for a new file; PLY does not specify their encoding."""
+    """Return the comment lines of a new PLY header; PLY does not specify an encoding for comments."""
     lines = [encode_utf8(line).decode("latin-1") for line in mesh.extras.comments]
     return ["comment igl_linabf", *(f"comment {line}" for line in lines)]
 
 
 def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
-    """Return the original comments, with image references relative to the new folder."""
+    """Return the comments of the original file, with image names relative to the new file's folder."""
     comments = []
     for line in source.comments:
         head, name, rest = line.partition(f"comment {IMAGE_COMMENT} ")
@@ -144,7 +144,7 @@ def _declare_property(prop: Property) -> str:
 
 
 def _encode_rows(columns: Fields) -> bytes:
-    """Return the rows as bytes; rows with equal list sizes are encoded together."""
+    """Return the rows of a table as bytes; rows with equal list sizes are encoded together."""
     ones = np.ones(len(columns[0][1]), dtype=np.int64)
     sizes = [ones if column.sizes is None else column.sizes for _, column in columns]
     (_, *forms), form = find_unique_tuples(ones, *sizes)

@@ -28,7 +28,7 @@ def check_package(path: str) -> None:
                 if entry.filename.lower().endswith(XML_SUFFIXES):
                     refuse_entities(head)
                 chunk = head
-                while chunk:  # announced sizes may be wrong
+                while chunk:  # the sizes in the archive's directory may be wrong
                     taken += len(chunk)
                     check_expansion(taken, size, "its decompressed parts")
                     chunk = file.read(CHUNK)
@@ -46,7 +46,7 @@ def find_required_extensions(path: str) -> list[str]:
             uri_of_prefix = dict[str, str]()
             with package.open(name) as file:
                 for event, element in iterparse(file, ("start-ns", "start")):
-                    if event == "start":  # only the first element declares them
+                    if event == "start":  # only the root element declares required extensions
                         prefixes = element.get("requiredextensions", "").split()
                         found |= {uri_of_prefix.get(prefix, prefix): None for prefix in prefixes}
                         break
@@ -55,7 +55,7 @@ def find_required_extensions(path: str) -> list[str]:
 
 
 def list_unread_content(path: Path, known: set[str]) -> tuple[str, ...]:
-    """Return descriptions, for warnings, of parts that are not in `known` and of unsupported extensions."""
+    """Describe, for warnings, package parts that are not in `known` and contents of unknown extensions."""
     parts, spaces, attributes = list[str](), set[str](), set[str]()
     with ZipFile(path) as package:
         for name in package.namelist():

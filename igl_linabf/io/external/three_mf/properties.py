@@ -39,7 +39,7 @@ class Properties:
         self.groups: dict[int, PropertyGroup] = {}
         colours, TC = [np.zeros((0, 4))], [np.zeros((0, 2))]
         self.materials: list[tuple[str, Material]] = []
-        self.covered = False  # whether colours hide materials
+        self.covered = False  # whether any triangle has a colour that replaces its material
         rows = 0
         for group in _iterate_resources(model.GetColorGroups()):
             ids = self._add(group, "colour", rows)
@@ -62,7 +62,7 @@ class Properties:
             ids = sorted(group.GetAllPropertyIDs())
             table = [
                 group.GetMultiProperty(i, [0] * len(layers)) for i in ids
-            ]  # lib3mf needs a list of the right length
+            ]  # lib3mf requires a list with one entry per layer
             several = np.array(table, dtype=np.int64).reshape(-1, len(layers))
             self.groups[group.GetResourceID()] = PropertyGroup("several", np.array(ids), several, layers)
         self.colours, self.TC = np.concatenate(colours), np.concatenate(TC)
@@ -74,7 +74,7 @@ class Properties:
         return ids
 
     def at_corners(self, mesh: Any) -> dict[str, IntArray]:
-        """Return the rows (#T, 3) of each kind's table at the corners of a mesh; -1 if there is none."""
+        """Return the table rows of triangle corners, (#T, 3), by kind of property; -1 for no property."""
         corner_properties = np.frombuffer(
             b"".join(map(bytes, mesh.GetAllTriangleProperties())), dtype=PROPERTY_DTYPE
         )
@@ -122,13 +122,13 @@ def _iterate_resources(resources: Any) -> Iterator[Any]:
 def assign_colours(
     rows_of_kind: dict[str, IntArray], properties: Properties, corners: IntArray, n: int
 ) -> dict[str, Any]:
-    """Return the colours of vertices, faces or corners, whichever suffices, as a field of `Extras`.
+    """Return colours as a field of `Extras`: per vertex if possible, otherwise per face or per corner.
 
     Corners without a colour are white, the neutral factor of material colours.
 
     Parameters
     ----------
-    at : dict of (#T, 3) int64
+    rows_of_kind : dict of (#T, 3) int64
         The rows of the tables, from `Properties.at_corners`.
     properties : Properties
     corners : (3 #T,) int64

@@ -22,7 +22,7 @@ from .properties import Properties, assign_colours
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # in the order of lib3mf's codes
 UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's code for a required extension that it does not support
-PLACEMENT_BYTES, CORNER_BYTES = 2048, 96  # memory for a placed object, and for a vertex or triangle of it
+PLACEMENT_BYTES, CORNER_BYTES = 2048, 96  # estimated memory per placed object, and per vertex or triangle
 METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers"
 
 
@@ -63,7 +63,7 @@ class ThreeMfFile:
 
 
 def parse_3mf(path: Path) -> MeshFile:
-    """Read all objects of a 3MF file with the placements that its build defines."""
+    """Read all objects of a 3MF file, placed by the transforms in its `<build>` section."""
     wrapper = import_optional("lib3mf").get_wrapper()
     call_reader(check_package, path)
     model = wrapper.CreateModel()
@@ -82,7 +82,7 @@ def parse_3mf(path: Path) -> MeshFile:
 
 
 def _list_attachment_paths(model: Any) -> set[str]:
-    """Return the parts of the package that lib3mf reads in addition to models."""
+    """Return the paths of the attachments and the thumbnail, which lib3mf reads in addition to models."""
     found = [model.GetAttachment(i) for i in range(model.GetAttachmentCount())]
     if model.HasPackageThumbnailAttachment():
         found.append(model.GetPackageThumbnailAttachment())
@@ -170,10 +170,10 @@ def _list_unshared(model: Any, source: ThreeMfFile, placed: list[PlacedMesh]) ->
 
 
 def _iterate_placed_meshes(model: Any, size: int) -> Iterator[PlacedMesh]:
-    """Yield the meshes of the build, including the meshes of assemblies.
+    """Yield the meshes in the `<build>` section of the file, including the meshes of assemblies.
 
-    Assemblies may contain assemblies, and the number of their meshes may grow exponentially. It is limited in
-    proportion to the `size` of the file.
+    Assemblies may contain assemblies, so the number of meshes may grow exponentially. The memory for the
+    meshes is limited in proportion to the `size` of the file.
     """
     items = model.GetBuildItems()
     waiting, taken = deque[tuple[Any, FloatArray, str, str]](), 0

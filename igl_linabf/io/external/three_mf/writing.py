@@ -50,7 +50,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         used, F = np.unique(mesh.triangles[in_part], return_inverse=True)
         mesh_object = model.AddMeshObject()
         mesh_object.SetName(names[i] if i >= 0 else "")
-        # lib3mf writes the translation with six digits, in single precision
+        # lib3mf writes translations with six digits, in single precision
         origin = np.array([float(np.float32(f"{x:.6g}")) for x in choose_origin(mesh.V[used])])
         shifted = mesh.V[used] - origin
         decimals = min(decimals, _count_decimals(shifted), _count_decimals(mesh.TC))
@@ -78,12 +78,12 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
     warn_about_rounding(mesh.TC, np.round(mesh.TC, decimals), "TC")
     writer = model.QueryWriter("3mf")
     writer.SetDecimalPrecision(decimals)
-    # not WriteToFile, which does not report a full disk, and may end the process
+    # WriteToFile does not report a full disk, and may end the process
     Path(temporary).write_bytes(bytes(writer.WriteToBuffer()))
 
 
 def _count_decimals(rows: FloatArray) -> int:
-    """Return the number of decimals that lib3mf can write for these numbers."""
+    """Return the number of decimals with which lib3mf can write the numbers in `rows`."""
     largest = float(np.abs(rows).max(initial=0))
     if largest > MAX_COORDINATE:
         raise MeshError(
@@ -94,7 +94,7 @@ def _count_decimals(rows: FloatArray) -> int:
 
 
 def _find_valid_triangles(mesh: MeshFile) -> BoolArray:
-    """Return whether 3MF can store each triangle; warn of faces with degenerate triangles."""
+    """Return a mask of the triangles that 3MF can store; warn of faces with degenerate triangles."""
     F = mesh.triangles
     kept = distinct_corners(F)
     left_out = np.unique(mesh.split.face[~kept])
@@ -122,5 +122,5 @@ def _add_texture_group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
 
 
 def _make_records(kind: Any, rows: NDArray[Any]) -> Any:
-    """Return rows as an array of lib3mf records."""
+    """Convert the rows of an array to lib3mf records of type `kind`."""
     return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())
