@@ -1,4 +1,4 @@
-"""The charts of a surface: pieces that are flattened, and cut further until their maps are good enough."""
+"""Make the charts of a surface: flatten its pieces, and cut pieces whose maps are not good enough."""
 
 from __future__ import annotations
 
@@ -40,25 +40,25 @@ from .splitting import (
     split_overlaps,
 )
 
-MIN_PIECES_TOGETHER = 8  # number of pieces from which all of them are flattened together
-MAX_FACES_TOGETHER = 4_000  # faces in total of the smallest pieces that are always flattened together
-# Twice the area over the squared extent of a map that double precision cannot tell from a line.
+MIN_PIECES_TOGETHER = 8  # least number of pieces that are all flattened in one batch
+MAX_FACES_TOGETHER = 4_000  # total faces of the smallest pieces, which are flattened in one batch
+# Double area over squared extent of a map, up to which double precision cannot distinguish it from a line.
 NEEDLE_AREA = 1e-13
-MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which tips are to blame
-MAX_LEAF_ROUNDS = 8  # rounds of more seams for flips or stretch; then a chart is halved or stays
-MAX_LEAF_ROUNDS_OF_MANY_FLIPS = 2  # the same where more than `MAX_TIP_FLIPS` flip
-MAX_TRADE_DOUBLINGS = 12  # times that `trade` is doubled to find more seams
-# Seam length, in square roots of the area, that the stretch must be worth to search for seams.
+MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which flips are attributed to shrunk tips
+MAX_LEAF_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
+MAX_LEAF_ROUNDS_OF_MANY_FLIPS = 2  # `MAX_LEAF_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
+MAX_TRADE_DOUBLINGS = 12  # number of times that `trade` is doubled to find more seams
+# Search for seams if the stretch to save is worth a seam of this length, in square roots of the area.
 SOUGHT_SEAM = 1.0
-MAX_EVEN_ROUNDS = 3  # rounds of more seams for even texels
-MAX_FLIP_ROUNDS = 20  # rounds of cuts that remove flips; the last rounds halve the piece
-MAX_STRETCH_ROUNDS = 64  # rounds of cuts for stretch, the last ones halvings
+MAX_EVEN_ROUNDS = 3  # rounds of additional seams for an even texel density
+MAX_FLIP_ROUNDS = 20  # rounds of cuts against flips; the last rounds halve the piece
+MAX_STRETCH_ROUNDS = 64  # rounds of cuts against stretch; the last rounds halve the piece
 
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
 class Reason(Enum):
-    """Why a piece is cut further. Each reason has a budget of rounds for a piece and its parts."""
+    """A reason to cut a piece further. Each reason has a maximum number of rounds."""
 
     UNEVEN = "its texels would be uneven"
     FLIPS = "its map flips triangles"
@@ -77,8 +77,8 @@ def pieces_of(
 ) -> tuple[list[Submesh], IntArray]:
     """Cut the surface along the given seams and along further seams.
 
-    Edges between triangles of different labels count as given. Also return the vertices of the given seams,
-    (#E, 2).
+    Edges between triangles of different labels count as given seams. Also return the vertices of the given
+    seams, (#E, 2).
     """
     pieces, given, mask = [surface], _NO_SEAM, None
     if seams is not None:
@@ -100,20 +100,20 @@ def pieces_of(
     return [part for parts in found for part in parts], given
 
 
-Key = tuple[int, ...]  # the place of a piece, then of a part in it, and so on
+Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
 _Done = tuple[Key, Chart, Submesh]
 
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """A piece that is to become a chart.
+    """A piece that is still to be flattened.
 
     Attributes
     ----------
     key : Key
     piece : Submesh
     rounds : Counter of Reason
-        How many times the piece, or the piece that it is a part of, was cut for each reason.
+        Number of cuts, for each reason, that led from the original piece to this one.
     """
 
     key: Key
@@ -121,23 +121,23 @@ class _Work:
     rounds: Counter[Reason]
 
     def divide(self, parts: list[Submesh], reason: Reason) -> list[_Work]:
-        """Return the work on the parts of the piece."""
+        """Return a `_Work` for each part of the piece, after a cut for `reason`."""
         rounds = self.rounds + Counter([reason])
         return [_Work((*self.key, k), part, rounds) for k, part in enumerate(parts)]
 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A piece after its map was made.
+    """The result of flattening a piece: a chart, the parts of the piece, or both.
 
     Attributes
     ----------
     chart : Chart or None
-        None if the map is not good enough to stay.
+        None if the map is not good enough for a chart.
     parts : list of Submesh
-        The parts that the piece is cut into. With a chart, these have to lower the cost.
+        The parts that the piece is cut into. If there is a chart, the parts replace it only at a lower cost.
     reason : Reason or None
-        Why it is cut; None if it is not.
+        The reason for the cut; None if the piece is not cut.
     """
 
     chart: Chart | None
@@ -155,7 +155,7 @@ class _Map:
     pairs : (#P, 2) int64
         The pairs of faces that overlap.
     quality : Quality or None
-        None if it is not measured yet.
+        None before the quality is measured.
     cost : float
         Increase of F/3nt from moving overlapping parts apart.
     """
@@ -167,9 +167,9 @@ class _Map:
 
 
 def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, then the parts of pieces that are cut further, and so on.
+    """Flatten the pieces, cut pieces whose maps are not good enough, and flatten the parts likewise.
 
-    Finally small charts are merged into others, but not across edges that are `given` as seams.
+    Finally, small charts are merged into adjacent charts, except across the seams `given`.
     """
     waiting = [_Work((i,), piece, Counter()) for i, piece in enumerate(pieces)]
     total, reached = sum(len(piece.F) for piece in pieces), 0
@@ -191,7 +191,7 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
                 uncut.append((work.key, tried.chart, work.piece))
             parts += work.divide(tried.parts, tried.reason)
         waiting = parts
-    done.sort(key=lambda entry: entry[0])  # parts take the place of their piece
+    done.sort(key=lambda entry: entry[0])  # the parts of a piece become consecutive
     done = _undo_costly_cuts(done, uncut, pieces, rules)
     if rules.may_find_seams:
         done = merge_small_charts(done, rules.most_stretch, given)
@@ -201,8 +201,8 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
 def _undo_costly_cuts(
     done: list[_Done], uncut: list[_Done], pieces: list[Submesh], rules: ChartRules
 ) -> list[_Done]:
-    """Return the charts, with those uncut whose parts cost more by their own maps and seams."""
-    for key, chart, piece in reversed(uncut):  # parts of parts first
+    """Replace the parts of a piece by its chart in `uncut` if the saved stretch is not worth the seams."""
+    for key, chart, piece in reversed(uncut):  # pieces that were cut last come first
         first, last = (bisect_left(done, at, key=itemgetter(0)) for at in (key, (*key[:-1], key[-1] + 1)))
         parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
         area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
@@ -215,7 +215,10 @@ def _undo_costly_cuts(
 
 
 def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
-    """Flatten many pieces together, or the smallest of a few; None for each other piece."""
+    """Flatten pieces in one batch; return None for each piece outside the batch.
+
+    If there are few pieces, the batch contains only the smallest ones.
+    """
     made: list[_Map | None] = [None] * len(pieces)
     asked = list(range(len(pieces)))
     if len(pieces) < MIN_PIECES_TOGETHER:
@@ -237,9 +240,9 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None
 
 
 def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
-    """Make a chart of a piece, or cut it further.
+    """Make a chart of a piece, or cut the piece further.
 
-    `made` is its map, if it was flattened together with others.
+    `made` is the map of the piece if it was flattened in a batch, otherwise None.
     """
     piece, rounds = work.piece, work.rounds
     seams = _seams_for_even_texels(piece, rules) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
@@ -247,7 +250,7 @@ def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
         return _Tried(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
         made = _map_of(piece, rules) if made is None else made
-    except SingularSystemError:  # faces of no size beside others of the chart
+    except SingularSystemError:  # some faces are negligibly small relative to the rest of the chart
         if parts := bisect(piece):
             return _Tried(None, parts, Reason.THIN)
         raise
@@ -275,7 +278,7 @@ def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
 
 
 def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
-    """Flatten one piece; by linear ABF if the method's system is singular."""
+    """Flatten one piece; use linear ABF if the system of the requested method is singular."""
     try:
         result = flatten_piece(piece, rules.method)
     except SingularSystemError as error:
@@ -292,7 +295,7 @@ def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
 
 
 def _map_without_flips(piece: Submesh, made: _Map, rules: ChartRules) -> _Map:
-    """Flatten a piece that no seam keeps from flipping, with guarantee='injective'."""
+    """Flatten a piece with guarantee='injective', because no seam was found that prevents its flips."""
     surer = get_guaranteed_method(rules.method)
     if surer is None:
         return made
@@ -310,7 +313,7 @@ def _resolve_overlaps(
 ) -> tuple[_Map, list[Submesh]]:
     """Move overlapping parts of a map apart, or cut the piece between them.
 
-    Return the map, and the parts if the piece is cut.
+    Return the map and a list of the parts, which is empty if the piece is not cut.
     """
     if rules.repair_overlaps and not made.result.holes:
         moved = move_parts_apart(piece, made.result, MapMeasure(piece, made.result.uv))
@@ -319,14 +322,17 @@ def _resolve_overlaps(
             return _Map(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
-    if made.result.holes:  # open it to a disk first
+    if made.result.holes:  # open the piece to a disk first
         return made, _disks(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     return made, parts if len(parts) > 1 else []
 
 
 def _parts_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -> list[Submesh]:
-    """Cut a piece whose map flips along more seams, or halve it; empty where no seam is found."""
+    """Cut a piece with flipped triangles along additional seams, or halve it.
+
+    The list of parts is empty if no seam is found.
+    """
     few = flips <= MAX_TIP_FLIPS * len(piece.F)
     if rounds < (MAX_LEAF_ROUNDS if few else MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
         leaves = _more_seams(piece, rules)
@@ -337,7 +343,7 @@ def _parts_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules)
 def _parts_for_stretch(
     piece: Submesh, change: MapMeasure, stretch: float, rounds: int, rules: ChartRules
 ) -> list[Submesh]:
-    """Cut a piece further where that may be worth the stretch that it saves, or is asked for."""
+    """Cut a piece further if the saved stretch may be worth the seam, or if `max_stretch` requires it."""
     seams, too_much = _NO_SEAM, stretch > rules.most_stretch
     if rules.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
         if stretch > 1 + rules.worth(SOUGHT_SEAM):
@@ -352,13 +358,13 @@ def _parts_for_stretch(
 
 
 def _disks(piece: Submesh, rules: ChartRules) -> list[Submesh]:
-    """Open a piece to disks by the shortest seams between its holes."""
+    """Cut a piece into a disk along the shortest seams between its holes."""
     shortest = replace(rules, trade=0.0, keep_holes=False).search
     return piece.cut_along(shortest.needed_seams(piece))
 
 
 def _more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
-    """Find more seams for a piece: `trade` is doubled until there are some."""
+    """Find seams for a piece that needs none by doubling `trade` until seams are found."""
     for k in range(1, MAX_TRADE_DOUBLINGS + 1):
         search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).search
         if len(seams := search.seams(piece)):
@@ -367,10 +373,10 @@ def _more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
 
 
 def _seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
-    """Find more seams for a piece that its isometric map would stretch too much.
+    """Find seams for a piece whose isometric map would be stretched too unevenly.
 
-    Seams of `trade` t leave a stretch beyond 1 that falls about like the square root of t. To predict the
-    stretch takes far less time than to flatten the piece.
+    With seams for `trade` = t, the stretch beyond 1 is roughly proportional to t**-0.5. Predicting the
+    stretch takes far less time than flattening the piece.
     """
     if rules.even_stretch == np.inf or not piece.topology.loops:
         return _NO_SEAM

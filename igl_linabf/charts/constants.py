@@ -1,7 +1,7 @@
 """Constants that several modules share."""
 
-SEAMS_END = 0.3  # share of the progress at which seams are found
-CHARTS_END = 0.95  # share of the progress at which charts are flattened
-MAX_OVERLAP_ROUNDS = 20  # rounds of cuts between overlapping parts; then a chart is halved
-# Share of a chart's extent, on either side of its middle, in which the seam that halves it is sought.
+SEAMS_END = 0.3  # fraction of the progress bar at which all seams have been found
+CHARTS_END = 0.95  # fraction of the progress bar at which all charts have been flattened
+MAX_OVERLAP_ROUNDS = 20  # rounds of cuts between overlapping parts, before a chart is halved
+# The seam that halves a chart is within this share of the chart's extent from the middle.
 HALVING_BAND = 0.15

@@ -8,17 +8,17 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray
 
-CREASE_DISCOUNT = 0.5  # share of its length that a seam along a bend of 90 degrees or more saves
-SHARP_CREASE_PRICE = 0.15  # price of a seam along a sharp crease over its price elsewhere
-CREASE_ANGLE = np.deg2rad(15.0)  # dihedral angle from which an edge begins to be a crease
+CREASE_DISCOUNT = 0.5  # price reduction of seams along edges with dihedral angles of 90 degrees or more
+SHARP_CREASE_PRICE = 0.15  # additional factor on the price of a seam along a sharp crease
+CREASE_ANGLE = np.deg2rad(15.0)  # least dihedral angle of a crease
 SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # dihedral angle from which a crease is sharp: shading breaks there
 
 
 def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> FloatArray:
     """Return the price of a seam along each edge.
 
-    A seam along a crease shows less. Along a sharp crease of a body with planes, where shading breaks
-    anyway, it hardly shows at all.
+    A seam is less visible along a crease. It is hardly visible along a sharp crease of a body with planes,
+    where the shading is discontinuous anyway.
 
     Parameters
     ----------
@@ -44,21 +44,22 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
 class AtlasCost:
     """The cost of an atlas in units of L2 stretch: stretch, seams, and the unused part of the pages.
 
-    `unwrap` weighs the first two against each other by `ChartOptions.trade`, and with a resolution the
-    third, too. Of several components the first two are means, weighted by area. No term depends on the
-    surface's size.
+    `unwrap` weighs stretch against seams by `ChartOptions.trade` and, if a resolution is given, also against
+    the unused part of the pages. Stretch and seams are means over the components, weighted by area. No term
+    depends on the size of the surface.
 
     Attributes
     ----------
     stretch : float
-        Mean L2 stretch of the charts by area, less 1. For isometric maps it is multiplied by 6, the weight of
-        their stretch. 0: no length changes. Infinite if a triangle has collapsed.
+        Mean L2 stretch of the charts, weighted by area, minus 1. For isometric maps the result is multiplied
+        by 6. The value is 0 if all lengths are preserved, and infinite if a triangle has collapsed.
     seams : float
-        Length of the seams, in square roots of the component's area, over `ChartOptions.trade`. Edges along a
-        crease of a right angle or more count half, others at creases in proportion to their angle; on bodies
-        with planes, sharp creases count 0.15 of that. Edges that `ChartOptions.hide` hides or shows are
-        multiplied by a third to three. Given seams cost what others do.
-        Infinite if `trade` is 0 and there are seams.
+        Length of the seams, in square roots of the component's area, over `ChartOptions.trade`. An edge with
+        a dihedral angle of 90 degrees or more counts half; for smaller angles the reduction is proportional
+        to the angle. On bodies with planes, sharp creases count 0.15 of the reduced length. With
+        `ChartOptions.hide`, the length of each edge is multiplied by a factor from 1/3 (hidden) to 3 (in full
+        view). Given seams cost the same as seams that are found. The value is infinite if `trade` is 0 and
+        there are seams.
     page : float
         Unused texels of the pages over the covered texels: 1 / fill - 1.
 
@@ -78,7 +79,7 @@ class AtlasCost:
 
     @property
     def total(self) -> float:
-        """The sum of the three."""
+        """The sum of `stretch`, `seams` and `page`."""
         return self.stretch + self.seams + self.page
 
     def __str__(self) -> str:
@@ -87,5 +88,5 @@ class AtlasCost:
 
 
 def page_cost(fill: float) -> float:
-    """Return the cost of pages with this fill."""
+    """Return the cost of pages of which the charts cover the share `fill`."""
     return 1 / fill - 1 if fill > 0 else float("inf")

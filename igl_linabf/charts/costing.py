@@ -10,11 +10,11 @@ from .options import ChartRules
 
 
 def measure_cost(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> AtlasCost:
-    """Return the cost of an atlas of these triangles by the rules of its charts."""
+    """Return the cost of an atlas of the triangles of `creased` by the rules of its charts."""
     own = np.bincount(atlas.chart, creased.surface.measured[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)
     rows, price = seam_prices(creased, atlas.FTC)
     area = creased.double_area / 2
-    size = np.sqrt(area[creased.label[creased.faces[rows, 0]]])  # of its component, which counts by its area
+    size = np.sqrt(area[creased.label[creased.faces[rows, 0]]])  # size of the component of each seam edge
     seams = rules.worth(float(price @ size / area.sum())) if len(rows) else 0.0
     return AtlasCost(stretch_weight(rules.method) * float(stretch), seams, page_cost(atlas.fill))

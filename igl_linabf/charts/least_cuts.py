@@ -7,11 +7,11 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .features import CreasedSurface
 
-ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # values of a terminal
+ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # side of a minimum cut that a polygon has to be on
 
 
 def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
-    """Return the polygons on both sides of each edge that a seam may take, (2, #E), and the edges' prices."""
+    """Return the polygons on both sides of each edge that may be cut, (2, #E), and the price of each edge."""
     inside = piece.cuttable_edges
     polygon = piece.polygon_labels
     sides = polygon[piece.topology.sides[:, inside] % len(piece.F)]
@@ -20,7 +20,7 @@ def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
 
 
 def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) -> BoolArray:
-    """Return a mask of the polygons on the other side of the cheapest seam.
+    """Return a mask of the polygons on side `ON_THE_OTHER` of the cheapest seam, (#P,).
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) 
     """
     is_free = terminal == ON_EITHER
     n_free = int(np.count_nonzero(is_free))
-    node = n_free + terminal  # all terminals of a side are one node
+    node = n_free + terminal  # all polygons that must be on the same side are one node
     node[is_free] = np.arange(n_free)
     ends = node[sides]
     apart = ends[0] != ends[1]
     if not ((terminal == ON_ONE_SIDE).any() and (terminal == ON_THE_OTHER).any() and apart.any()):
         return np.zeros(len(terminal), dtype=bool)
-    # capacities are integers, in units of a millionth of the dearest edge
+    # capacities are integers, in units of about a millionth of the highest price
     dearest = max(float(price.max()), np.finfo(float).tiny)
     capacity = np.maximum(np.rint(price[apart] / dearest * (1 << 20)).astype(np.int64), 1)
     behind = minimum_cut_side(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
@@ -47,10 +47,10 @@ def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) 
 
 
 def terminals_beside_line(along: FloatArray, band: float) -> IntArray:
-    """Return the terminals for a seam near a line, from the signed distances of polygons from the line.
+    """Return the terminals of a minimum cut near a line, from the signed distances of polygons to the line.
 
-    Polygons outside a band around the line are terminals. `band` is the band's width on either side, as a
-    share of the extent. The farthest polygon on each side is a terminal for any band.
+    Polygons outside a band around the line are terminals. `band` is the width of the band on each side of the
+    line, as a share of the extent. The farthest polygon on each side is a terminal for any `band`.
     """
     within = np.abs(along) < min(band * np.ptp(along), along.max(), -along.min())
     return np.where(within, ON_EITHER, np.where(along > 0, ON_THE_OTHER, ON_ONE_SIDE))

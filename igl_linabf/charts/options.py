@@ -16,7 +16,7 @@ from .features import Hiding
 from .packing import Packing, PackingRequest
 from .seams import TRADE, SeamSearch, check_trade
 
-# Expected isometric L2 stretch beyond 1, at the default `trade`, from which a piece gets more seams.
+# Expected L2 stretch beyond 1 of an isometric map, at the default `trade`, above which a piece is cut.
 UNEVEN_STRETCH = 0.03
 
 
@@ -30,18 +30,18 @@ class ChartOptions:
         As in `find_seams`: larger values allow longer seams to reduce stretch.
     hide : (3,) or (#F,) float, or "back", optional
         As in `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks to +y), a weight for each
-        face, or "back" for the back of a head or figure. Seams that are found prefer faces on that side.
+        face, or "back" for the back of a head or figure. The search for seams prefers faces on that side.
     keep_holes : bool
         Leave holes uncut, unless `seams=` cuts them. Holes of planes are never cut.
     extend : bool
-        Add the seams that the edges of `seams=` lack: for handles, closed pieces and stretch.
+        Add the seams that are missing in `seams=`, to open handles and closed pieces and to reduce stretch.
     max_stretch : float, optional
-        Cut or split charts, also beyond given edges, until the L2 stretch of each is at most this value,
-        which is at least 1. By default stretch is only weighed against the length of seams.
+        Cut charts, also along edges that are not in `seams=`, until the L2 stretch of each chart is at most
+        `max_stretch`, which is at least 1. By default stretch is only weighed against the length of seams.
     repair_overlaps : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it, and
-        report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts that this
-        would stretch by more than a fifth, are still split.
+        report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts whose
+        stretch would increase by more than a fifth, are still split.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, for example materials:
         `ChartOptions(labels=mesh.extras.materials[1])`. Within a label, charts are cut as usual.
@@ -105,7 +105,7 @@ def resolve_options(
     cones: Cones | GivenCones | None,
     packing: Packing | None,
 ) -> tuple[ChartOptions, Cones | None, PackingRequest]:
-    """Return the options of a call of `unwrap` as objects.
+    """Check the options of a call of `unwrap`, replace missing options by defaults, and return them.
 
     Raises
     ------
@@ -151,7 +151,7 @@ class ChartRules:
     def of(
         cls, method: Method, asked: ChartOptions, seams_given: bool, hidden: FloatArray | None
     ) -> ChartRules:
-        """Return the rules of a call of `unwrap`; `hidden` are the `hiding_weights`."""
+        """Return the rules for a call of `unwrap`; `hidden` are the `hiding_weights`."""
         return cls(
             method,
             not seams_given or asked.extend,
@@ -164,11 +164,14 @@ class ChartRules:
 
     @property
     def search(self) -> SeamSearch:
-        """The search for seams with these options."""
+        """The search for seams with the options of these rules."""
         return SeamSearch(self.trade, self.method, self.keep_holes, self.hidden)
 
     def worth(self, length: float) -> float:
-        """Return the L2 stretch that justifies a seam of this length, in square roots of the area."""
+        """Return the decrease of the L2 stretch that justifies a seam of the given length.
+
+        The length is in square roots of the area.
+        """
         return length / self.trade if self.trade else np.inf
 
     @property
@@ -187,5 +190,5 @@ class ChartRules:
 
     @property
     def weighs_stretch(self) -> bool:
-        """Whether charts are cut further where the saved stretch is worth a seam."""
+        """Return True if charts are cut further where the saved stretch is worth a seam."""
         return self.may_find_seams and not self.keep_holes and self.max_stretch is None

@@ -56,9 +56,9 @@ from .packing import (
 )
 from .periodic import shift_by_period
 
-MAX_MARGIN_SHARE = 0.64  # largest share of the page that margins may take
-SEARCHED_OVER_TRIAL = 0.88  # size of the page after a full search over that of a quick trial, at least
-MAX_SPARSE_FILL = 0.57  # fill of a page of many charts up to which their largest are cut
+MAX_MARGIN_SHARE = 0.64  # largest share of a page that the margins around charts may cover
+SEARCHED_OVER_TRIAL = 0.88  # least ratio of the page size after a full search to that of a quick trial
+MAX_SPARSE_FILL = 0.57  # fill of a page of many charts, up to which the largest charts are cut
 
 
 def unwrap(
@@ -209,7 +209,7 @@ def _pack_charts(
     wanted: Cones | None,
     rules: ChartRules,
 ) -> Atlas:
-    """Pack charts; charts without cones are cut to fit on pages, or for fuller pages."""
+    """Pack charts; without cones, first cut charts that are larger than a page or waste much of it."""
     surface, cut_for_page = creased.surface, request.resolution is not None and rules.may_find_seams
     done = _set_scales(surface, made.charts, request.unseen)
     if wanted is not None:
@@ -237,7 +237,7 @@ def _pack_with_period(
 def _set_scales(
     surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
 ) -> list[tuple[Chart, Submesh]]:
-    """Set the scale of charts that no ray from outside reaches."""
+    """Set `Chart.scale` of the charts that no ray from outside reaches to `unseen`."""
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
@@ -261,7 +261,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     rim = topology.edges[topology.sides[1] < 0]
     if not len(rim):
         return
-    # each edge once, although repairs may have cut along it
+    # repairs may have cut along an edge: count its two copies once
     _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
     _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -279,7 +279,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
 def _pack_fully(
     creased: CreasedSurface, done: list[tuple[Chart, Submesh]], request: PackingRequest, rules: ChartRules
 ) -> Atlas:
-    """Pack charts, after cutting charts with many limbs if the fuller page is worth the seams.
+    """Pack charts; first cut charts with many limbs if the fuller page is worth the seams.
 
     If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
     """
@@ -294,7 +294,7 @@ def _pack_fully(
     fuller = _place_charts(parts, request)
     size = float(np.sqrt(surface.measured[0].sum() / 2))
     dearer, cheaper = (price_of_division(creased, [piece for _, piece in charts]) for charts in (parts, done))
-    # the page size at which the uncut charts cost as much
+    # size of the page at which the uncut charts would cost as much as the cut charts
     worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed = _place_charts(done, request)
@@ -304,7 +304,7 @@ def _pack_fully(
 
 
 def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
-    """Return the maps and the triangles of charts, at the scales of the charts."""
+    """Return the map of each chart, multiplied by `Chart.scale`, and its triangles."""
     return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
 
@@ -325,7 +325,7 @@ def _make_atlas(
     request: PackingRequest,
     placed: list[PackedChart] | None = None,
 ) -> Atlas:
-    """Return the atlas of charts on pages; `placed` are the placed charts, if they are known."""
+    """Return the atlas of the charts `done`; they are packed unless `placed` already has their places."""
     if placed is None:
         placed = _place_charts(done, request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
@@ -336,13 +336,13 @@ def _make_atlas(
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
-    flat = TC * [1, request.spacing.aspect]  # in page widths
+    flat = TC * [1, request.spacing.aspect]  # both coordinates in page widths
     seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = measure_quality(whole, flat / scale, sum(chart.overlapping for chart in charts))
-    else:  # the quality is known, except for faces that collapse on the page
+    else:  # packing a single chart changes its quality only if faces collapse on the page
         flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
         quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
     return Atlas(

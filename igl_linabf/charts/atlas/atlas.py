@@ -16,10 +16,10 @@ from ...measures import Quality, format_pair_count
 from ...surface import Repair, Triangles, distinct_corners
 from ..cost import AtlasCost
 
-MAX_LISTED_CHARTS = 20  # number of charts that a notebook lists
-UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further, or reported
+MAX_LISTED_CHARTS = 20  # largest number of charts in the table of a notebook
+UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further or, if it is not cut, reported
 STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
-MAX_SEAM_MISMATCH = 1e-4  # `seam_mismatch` of an atlas with cones above which textures break at seams
+MAX_SEAM_MISMATCH = 1e-4  # largest `seam_mismatch` at which textures continue across the seams of cones
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,19 +29,19 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces: row indices into the surface's F. A polygon has a row for each of its triangles.
+        Faces of the chart: row indices into the surface's F. A polygon has a row for each of its triangles.
     result : Flattening
-        Its flattening before packing. Vertices and faces are numbered within the chart.
+        Flattening of the chart before packing. Vertices and faces are numbered within the chart.
     quality : Quality
     n_splits : int
-        Number of times it was cut after it had been flattened, because of overlaps, flips or stretch.
+        Number of times the chart was cut after it had been flattened, because of overlaps, flips or stretch.
     overlapping : int
-        Number of pairs of its faces that still overlap.
+        Number of pairs of faces that still overlap.
     distortion_increase : float
         Increase of F/3nt from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
-        Its texel density relative to the atlas: `Packing.unseen` if no ray from outside reaches it, 1
-        otherwise.
+        Texel density of the chart relative to the atlas: `Packing.unseen` if no ray from outside reaches the
+        chart, 1 otherwise.
     """
 
     faces: IntArray
@@ -135,13 +135,13 @@ class Atlas:
         Of the whole atlas: angles at all corners, and stretch at the common scale of the charts, ignoring
         `Chart.scale`. Faces that were set aside do not count.
     cost : AtlasCost
-        Its stretch, its seams and the wasted part of its pages, in the unit in which `unwrap` weighs them.
+        Stretch, seams and unused part of the pages, in the units in which `unwrap` weighs them.
     report : AtlasReport
-        Repairs, scale, cones, and further facts about how it was made.
+        Repairs, scale, cones, and further facts about how the atlas was made.
     """
 
     TC: FloatArray
-    FTC: Any  # IntArray, or a tuple of them
+    FTC: Any  # IntArray or tuple of IntArray
     origin: IntArray
     chart: IntArray
     page: IntArray
@@ -175,21 +175,21 @@ class Atlas:
 
     @property
     def drawn(self) -> IntArray:
-        """The `triangles` that can be drawn. Degenerate triangles may repeat a corner and are excluded."""
+        """Rows of `triangles` that can be drawn: triangles that repeat a corner are excluded."""
         F = self.triangles
         return np.asarray(F[distinct_corners(F)])
 
     @property
     def good(self) -> bool:
-        """Whether no face is flipped, no chart overlaps itself, and no chart is stretched beyond use."""
+        """Return True if no face is flipped, no chart overlaps itself, and no chart is unusably stretched."""
         return not self.troubles
 
     @property
     def troubles(self) -> list[str]:
-        """One sentence for each chart that has flipped or overlapping faces, or is stretched beyond use.
+        """One sentence for each chart that has flipped or overlapping faces, or too much stretch.
 
-        Seams of cones whose sides do not match, and faces that collapsed, are reported as well. A chart is
-        stretched beyond use if its L2 stretch exceeds `max_stretch`, or 10 if `max_stretch` is None.
+        A chart has too much stretch if its L2 stretch exceeds `max_stretch`, or 10 if `max_stretch` is None.
+        Seams of cones whose sides do not match, and faces that collapsed, are reported as well.
         """
         said, more = [], "give more cones there" if self.report.coned else ""
         most = UNUSABLE_STRETCH

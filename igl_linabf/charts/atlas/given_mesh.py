@@ -9,7 +9,7 @@ from ...measures import Quality, QualityReport
 from ...surface import Cleaned, seam_mask, times_power_of_two
 from .atlas import Atlas, AtlasReport
 
-NO_QUALITY = Quality(  # of an empty mesh
+NO_QUALITY = Quality(  # quality of an empty mesh
     0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 0, 0, QualityReport(0.0, 1.0, 0.0, 0)
 )
 
@@ -22,9 +22,9 @@ def map_sides_to_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
 
 
 def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
-    """Return the atlas of the given mesh.
+    """Convert the atlas of the repaired mesh to an atlas of the given mesh.
 
-    It refers to the given vertices and has a row for each given face, in the given orientation.
+    The result refers to the given vertices and has a row for each given face, in the given orientation.
     """
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
@@ -65,10 +65,10 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
 
 
 def _borrow_rows(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
-    """Return `FTC` and `chart` with rows for the faces that were set aside.
+    """Return `FTC` and `chart` with rows for the faces without area, which the repair removed.
 
-    A face that was set aside collapses to an edge or a corner of a neighbour. Its row in `FTC` is -1. `F` has
-    all faces; vertices at the same position are one vertex.
+    In the texture, such a face collapses to an edge or a corner of a neighbour. The input has -1 in its row
+    of `FTC`. `F` has all given faces, with the same index for all vertices at the same position.
     """
     aside = np.flatnonzero(FTC[:, 0] < 0)
     while len(aside):
@@ -78,14 +78,14 @@ def _borrow_rows(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray,
         if not found.any():
             lender = _find_vertex_neighbours(F, aside, known)
             found = lender >= 0
-        if not found.any():  # a separate piece without area: any point will do
+        if not found.any():  # a component without area may be mapped to any point
             FTC[aside], chart[aside] = FTC[known[0], 0], chart[known[0]]
             break
         for t, other in zip(aside[found].tolist(), lender[found].tolist(), strict=True):
             same = F[t][:, None] == F[other]
             at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
             at[at < 0] = at[at >= 0][0]
-            if len(set(at.tolist())) == 3:  # the same triangle
+            if len(set(at.tolist())) == 3:  # both faces have the same three vertices
                 at[2] = at[1]
             FTC[t], chart[t] = FTC[other][at], chart[other]
         aside = aside[~found]
@@ -93,7 +93,7 @@ def _borrow_rows(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray,
 
 
 def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """Return, for each face set aside, a known face that shares a non-degenerate edge with it, or -1."""
+    """Return, for each face in `aside`, a face in `known` that shares an edge of two vertices, or -1."""
     n = int(F.max()) + 1
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
@@ -102,14 +102,14 @@ def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntA
 
 
 def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """Return, for each face set aside, a known face that shares a vertex with it, or -1."""
+    """Return, for each face in `aside`, a face in `known` that shares a vertex with it, or -1."""
     return _look_up(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
 
 
 def _look_up(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
-    """Return, for each row of `wanted`, one of `rows` whose row in `table` has a common value, or -1.
+    """Return, for each row of `wanted`, one of `rows` whose row of `table` has a value in common, or -1.
 
-    Only values that are marked in `usable` are compared.
+    Only the values of `wanted` that are marked in `usable` are compared.
     """
     values, first = np.unique(table.ravel(), return_index=True)
     place = np.minimum(np.searchsorted(values, wanted), len(values) - 1)

@@ -27,13 +27,13 @@ from ...surface import (
 )
 
 MIN_LONE_HEIGHT = 1e-6  # least height of a chart that is a single triangle, over its longest side
-LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of such a triangle, over its largest coordinate
+LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of a single triangle, over its largest coordinate
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     """Move the apex of each single, thin triangle away from its longest side, and return the pieces.
 
-    No neighbour would have to move along with it, because the triangle is a piece of its own.
+    No other triangle changes, because the triangle is a piece of its own.
     """
     made = list(pieces)
     alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
@@ -46,7 +46,7 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     rounding = LONE_ROUNDING * np.abs(corners).max(axis=(1, 2))
     height = np.maximum(MIN_LONE_HEIGHT * longest, rounding)
     for j in np.flatnonzero(double < height * longest).tolist():
-        piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
+        piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # the apex is opposite to the longest side
         V = piece.V.copy()
         V[piece.F[0, apex]] = _raise_apex(np.roll(corners[j], -apex, axis=0), float(height[j]))
         made[alone[j]] = replace(piece, V=V)

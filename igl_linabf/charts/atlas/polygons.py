@@ -22,13 +22,13 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
     try:
         array = np.asarray(F)
     except ValueError:
-        array = np.empty(0, dtype=object)  # faces of different sizes
+        array = np.empty(0, dtype=object)  # faces with different numbers of corners
     if (
         array.shape[1:] == (3,)
         or array.dtype.kind not in "iufO"
         or (array.ndim != 2 and array.dtype != object)
     ):
-        return None  # the check of triangles reports invalid arrays
+        return None  # invalid arrays are reported when the triangles are checked
     polygons = Polygons.of(F)
     positions = vertex_array(V)
     polygons.check(len(positions))
@@ -61,7 +61,7 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
             raise MeshError(
                 f"seams is a mask of {array.size} sides for {len(polygons.corners)}: pass F's shape"
             )
-        # no triangle has a side whose two ends are the same vertex
+        # sides whose two ends are the same vertex belong to no triangle
         return np.asarray(array.ravel()[split.place] & ~split.inner)
     mask = seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)
@@ -76,7 +76,7 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
 
 
 def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles) -> Submesh:
-    """Return the surface with the diagonals of polygons marked as sides that seams may not take."""
+    """Mark the diagonals of polygons as sides that no seam may follow, and return the surface."""
     inner = split.inner[cleaned.faces]
     return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
 

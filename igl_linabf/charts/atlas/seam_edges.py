@@ -1,4 +1,4 @@
-"""The seams of texture coordinates, and their price."""
+"""The seams of texture coordinates, and the price of these seams."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
 from ..features import CreasedSurface
 
-# relative double area in a map below which its sign is rounding (single precision: 6e-8)
+# Relative double area of a face in a map below which rounding decides the sign (single precision: 6e-8).
 MIN_TURNING_AREA = 1e-6
 
 Given = ArrayLike | None
@@ -36,9 +36,9 @@ def texture_seams(
 ) -> IntArray | BoolArray | tuple[BoolArray, ...]:
     """Return the seams of existing texture coordinates.
 
-    An edge is a seam of a face if it belongs to other faces, too, and none of them has the same texture
-    coordinates there. If `TC` is given, an edge where the map folds over is also a seam. There both faces are
-    on the same side of the edge in the map, for example where mirrored halves of a body share one place.
+    An edge is a seam of a face if other faces share the edge, and none of these faces has the same texture
+    coordinates at the edge. If `TC` is given, an edge where the map folds over is also a seam: both faces are
+    on the same side of the edge in the map, for example where mirrored halves of a body share a texture.
 
     Parameters
     ----------
@@ -119,17 +119,16 @@ def _find_orientations(texture: Polygons, points: FloatArray) -> IntArray:
 def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
     """Return a mask of the sides that are seams.
 
-    A side is a seam if no adjacent face has the same texture coordinates and is on the other side of the edge
-    in the map. `a` and `s` number the vertices and the texture coordinates at the corners; `turns` is the
-    orientation of each face.
+    A side is a seam unless an adjacent face has the same texture coordinates and is on the other side of the
+    edge in the map. `a` and `s` number the vertices and the texture coordinates at the corners. `turns` is
+    the orientation of each face.
     """
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
     side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
     beyond = np.where(forth, 1, -1) * turns[polygons.owner]
-    proper = (
-        np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2
-    )  # the remaining faces are degenerate
+    # faces with fewer than three distinct sides are degenerate
+    proper = np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2
     rows = np.flatnonzero((a != b) & proper[polygons.owner])
 
     def group(columns: int) -> IntArray:
@@ -145,9 +144,9 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
 
 
 def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
-    """Return the `texture_seams` of a checked surface: pairs of its vertices, and their mismatch.
+    """Return the `texture_seams` of a checked surface as pairs of vertices, and the seam mismatch.
 
-    The mismatch is the largest |log ratio| of the lengths of the two sides of a seam edge in the map.
+    The mismatch is the largest |log(a / b)|, where a and b are the lengths of a seam edge's sides in the map.
     """
     between = rows_of_texture_seams(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
@@ -159,15 +158,21 @@ def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tup
 
 
 def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
-    """Return the seams of texture coordinates, (#F, 3): row indices into `topology.edges`."""
+    """Return the seams of texture coordinates as row indices into `topology.edges`.
+
+    `texture` has the texture coordinate at each corner, (#F, 3).
+    """
     first, second = topology.sides_inside
     corner = np.ascontiguousarray(texture.T)
-    start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # of each half-edge
+    start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # texture coordinates at half-edges
     return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])
 
 
 def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the seams of texture coordinates, (#F, 3): indices of inner edges, and their prices."""
+    """Return the inner edges that are seams of texture coordinates, and the price of each.
+
+    `texture` has the texture coordinate at each corner, (#F, 3).
+    """
     topology = creased.surface.topology
     rows = np.searchsorted(topology.inside, rows_of_texture_seams(topology, texture))
     return rows, creased.price[rows]
@@ -176,7 +181,7 @@ def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, F
 def price_of_division(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
-    F, first = np.empty_like(piece.F), 0  # each part has its own vertices
+    F, first = np.empty_like(piece.F), 0  # two parts share no vertex number
     for part in parts:
         F[np.searchsorted(piece.faces, part.faces)] = part.F + first
         first += len(part.V)

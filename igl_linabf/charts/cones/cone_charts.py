@@ -32,13 +32,13 @@ from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-MIN_KNOWN_FACTOR_NODES = (
-    5_000  # least number of nodes to precondition linear ABF with the factor of the cones
-)
-MAX_KNOWN_FACTOR_THIN_SHARE = 0.15  # largest share of bonds with negative cotangents for this preconditioner
-MAX_ANGLE_RESIDUAL = 0.5  # residual of the angle sums, radians, above which no map has these cones
+# Precondition linear ABF with the factorisation that placed the cones only from this number of nodes.
+MIN_KNOWN_FACTOR_NODES = 5_000
+# Precondition linear ABF only if the share of bonds with negative cotangent weights is at most this value.
+MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
+MAX_ANGLE_RESIDUAL = 0.5  # error of the angle sums, radians, above which no map with the cones exists
 
-NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
+NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angle sums of the cones
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +48,11 @@ class SurfaceCones:
     Attributes
     ----------
     vertices : (#C,) int64, int or None
-        The surface's vertices; or the number of cones to find on each component; None finds as many as pay.
+        Vertices of the surface, or the number of cones to find on each component. None finds cones as long as
+        they reduce the stretch enough.
     angles : (#C,) float64, "quarter" or None
-        Angle sums, radians; "quarter" for multiples of quarter turns; None for the angles of one scale at all
-        cones.
+        Angle sums, radians; "quarter" for multiples of 90 degrees; None for the angles of the conformal map
+        that has the same scale at all cones.
     """
 
     vertices: IntArray | int | None
@@ -99,13 +100,13 @@ class ComponentCones:
     ----------
     place : ConeComponent
     own : (#C,) int64
-        The component's vertices.
+        The cones, as vertices of the component.
     sums : (#C,) float64
-        Their angle sums, radians.
+        The angle sums at the cones, radians.
     scale : ConeScale or None
-        The scale that determines the sums; None if the sums are given, or there are no cones.
+        The scale that determines `sums`; None if the caller gave the angle sums, or there are no cones.
     quarters : QuantisedCurvatures or None
-        The curvatures, if they are quarter turns.
+        The curvatures of the cones if they are multiples of 90 degrees, otherwise None.
     """
 
     place: ConeComponent
@@ -116,7 +117,7 @@ class ComponentCones:
 
 
 def _angle_sums_of_vertices(chosen: ComponentCones) -> FloatArray:
-    """Return the angle sums of the component's vertices, radians; NaN at the boundary."""
+    """Return the angle sum at each vertex of the component, radians; NaN at the boundary."""
     sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = chosen.sums
     return sums
@@ -124,7 +125,7 @@ def _angle_sums_of_vertices(chosen: ComponentCones) -> FloatArray:
 
 def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
     """Return, for each cone on the repaired surface, its index in `given` and its vertex."""
-    own = cleaned.merged[cleaned.origin]  # the caller's vertex of each of the surface's vertices
+    own = cleaned.merged[cleaned.origin]  # for each vertex of the surface, the caller's vertex
     order = np.argsort(own, kind="stable")
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
@@ -156,7 +157,7 @@ class ConeCharts:
     cones : (#C,) int64
         The cones, in the surface's numbering of vertices.
     angles : (#C,) float64
-        Their angle sums, radians.
+        The angle sums at the cones, radians.
     """
 
     charts: list[tuple[Chart, Submesh]]
@@ -167,10 +168,9 @@ class ConeCharts:
 def charts_with_cones(
     surface: Submesh, cones: SurfaceCones, method: Method, ends: tuple[float, float]
 ) -> ConeCharts:
-    """Cut each component along a seam through its cones, and flatten it.
+    """Cut each component along a seam through its cones, and flatten the component.
 
-    `ends` are the fractions of the progress at the end of the placement of cones, and at the end of the
-    flattening.
+    `ends` has two fractions of the progress bar: after all cones are placed, and after all charts are flat.
     """
     components = surface.components()
     with progress_part("cones", ends[0]):
@@ -236,7 +236,7 @@ def _flatten_component(
 
 
 def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
-    """Return the message of the error that no map has these cones."""
+    """Return the error message for a component on which no map with the requested cones was found."""
     other = "leave out angles='quarter'" if quarter else "cut along seams instead"
     return (
         f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
@@ -245,7 +245,7 @@ def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
 
 
 def _known_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
-    """Return the Laplacian that determined the angles of the cones, which is factored already."""
+    """Return the factored Laplacian that determined the angles of the cones, for reuse by linear ABF."""
     if chosen.scale is None:
         return None
     first = chosen.scale.first
@@ -257,7 +257,7 @@ def _known_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
 
 
 def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
-    """Split a map into parts that do not overlap; positions are unchanged, so that seams still match."""
+    """Split a map into parts that do not overlap, without moving any of them, so that seams still match."""
     check_finite(result.uv, cut.vertices, "uv")
     done: list[tuple[Chart, Submesh]] = []
     waiting = [(cut, result, 0)]

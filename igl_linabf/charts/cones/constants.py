@@ -1,7 +1,7 @@
-"""Constants that several modules of cones share."""
+"""Constants that several modules of `cones` share."""
 
 from math import pi
 
-CONES_PER_STRETCH = 30.0  # number of cones that may be spent to lower the expected L2 stretch by 1
+CONES_PER_STRETCH = 30.0  # number of cones that a decrease of the expected L2 stretch by 1 is worth
 QUARTER_TURN = pi / 2  # radians
 MAX_QUARTERS = 3  # largest curvature of a cone in quarter turns: its angle sum is at least one quarter turn

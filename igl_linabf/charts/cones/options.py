@@ -1,4 +1,4 @@
-"""The caller's options for cones."""
+"""The options of `unwrap` for cones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ConeAngles = Literal["quarter"] | ArrayLike | None
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """Vertices that keep all curvature when `unwrap` flattens the rest; `cones=4` is short for `Cones(4)`.
+    """Cones: vertices at which the map keeps all curvature. `cones=4` is short for `cones=Cones(4)`.
 
     The seam is a tree through the cones and the holes, with loops that open the handles. In the map, both
     sides of each seam edge are equally long (docs/cones.md).
@@ -24,15 +24,16 @@ class Cones:
     Attributes
     ----------
     at : (#C,) int, int or "auto"
-        Interior vertices, or the number of cones that `find_cones` finds on each component; "auto" finds as
-        many as pay.
+        Interior vertices, or the number of cones that `find_cones` finds on each component. "auto" adds cones
+        as long as the saved stretch is worth another cone.
     angles : (#C,) float or "quarter", optional
         Angle sums at the cones, radians. By default the angles of the conformal map that has the same scale
-        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch. The two
-        sides of a seam then also differ by rotations by multiples of 90 degrees.
+        at all cones and the boundary. "quarter" chooses multiples of 90 degrees that need little stretch. The
+        two sides of each seam then differ by a rotation by a multiple of 90 degrees and a translation.
     period : float, optional
-        Period of a texture, as a share of the page's side, for cones with quarter turns. All seams then shift
-        the texture by whole periods, so that it continues across them. The map moves by about half a period.
+        Period of a texture, as a share of the page's side, for cones with `angles="quarter"`. All seams then
+        shift the texture by whole periods, so that it continues across the seams. Points of the map move by
+        about half a period.
 
     Raises
     ------
@@ -84,7 +85,7 @@ class Cones:
 
 
 def _check_sums(angles: ArrayLike, n: int) -> None:
-    """Raise a ValueError unless `angles` are valid angle sums of `n` cones."""
+    """Raise a `ValueError` unless `angles` are valid angle sums of `n` cones."""
     sums = np.asarray(angles)
     if sums.shape != (n,) or sums.dtype.kind not in "iuf":
         raise ValueError(

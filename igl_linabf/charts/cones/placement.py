@@ -20,15 +20,16 @@ from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
 
-# cones that are found one by one; also the number that may be added while no angles are feasible
+# Number of cones that are found one by one. The search also ends after this number of cones in a row without
+# feasible angles.
 SINGLE_CONES = 100
-CONES_PER_NEW_CONE = 16  # existing cones per cone that is added at the same time
+CONES_PER_NEW_CONE = 16  # number of existing cones for each cone in a batch of new cones
 MAX_GREEN_VALUES = 200_000_000  # values of Green's functions (nodes times cones), 8 bytes each
-MIN_VERTICES_PER_CONE = 8  # interior vertices per cone, beyond the cones that are found one by one
-MAX_IDLE_CONES = 4  # consecutive cones without gain after which the search ends
-# L2 stretch, with the price of cones, above which the search does not end; also the price of strained cones
+MIN_VERTICES_PER_CONE = 8  # interior vertices per cone, if there are more than `SINGLE_CONES` cones
+MAX_IDLE_CONES = 4  # the search ends after this number of cones in a row without gain
+# Continue the search while L2 stretch plus price of cones is above this value. Strained cones cost as much.
 TOLERABLE_STRETCH = 3.0
-MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is put near it
+MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is placed nearby
 MAX_ANGLE_AT_CONE = 0.75 * np.pi  # mean angle of the triangles at a cone, radians, above which it is strained
 QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in quarter turns
 
@@ -36,12 +37,13 @@ QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in
 def find_cones(
     V: ArrayLike, F: ArrayLike, n: int | None = None, *, cones_per_stretch: float = CONES_PER_STRETCH
 ) -> IntArray:
-    """Find vertices that, as cones, let the rest of the surface be flattened with little stretch.
+    """Find cones: vertices that allow the rest of the surface to be flattened with little stretch.
 
-    The conformal map is flat except at the cones, and keeps the scale at the cones and at the boundary. The
-    next cone is where the logarithm of its scale is farthest from zero: at the tips of limbs, and in the
-    crotches between them. If a cone's angle would be less than 60 degrees, or larger than its triangles
-    allow, the next cone is near it. One factor of the surface's Laplacian serves all cones.
+    Cones are added one by one. The conformal map for the current cones is flat except at the cones, and has
+    scale 1 at the cones and at the boundary. The next cone is placed where the logarithm of the scale is
+    farthest from zero, which is at the tips of limbs and in the crotches between limbs. If the angle of a
+    cone would be less than 60 degrees, or larger than its triangles allow, the next cone is placed near it.
+    The Laplacian of the surface is factored only once for all cones.
 
     Parameters
     ----------
@@ -50,12 +52,12 @@ def find_cones(
     F : (#F, 3) int
         Oriented triangles with any number of components, boundary loops and handles.
     n : int, optional
-        Number of cones on each component, or all of its interior vertices if it has fewer. By default as many
-        as pay.
+        Number of cones on each component, or all interior vertices of a component that has fewer. By default
+        cones are added as long as the saved stretch is worth another cone, see `cones_per_stretch`.
     cones_per_stretch : float
-        Number of cones that may be spent to lower the L2 stretch by 1. If it is large, cones are added as
-        long as the expected stretch falls. Beyond 100 cones on a component, several are added at a time until
-        all limbs have cones.
+        Number of additional cones that a decrease of the L2 stretch by 1 is worth. If it is large, cones are
+        added as long as the expected stretch falls. Beyond 100 cones on a component, several cones are added
+        at a time until all limbs have cones.
 
     Returns
     -------
@@ -65,8 +67,8 @@ def find_cones(
     Raises
     ------
     MeshError
-        The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or
-        `n` is too small for a component: no triangles would have the angles.
+        The arrays are malformed, the surface is not an oriented manifold, a face is degenerate, or `n` is so
+        small that the angle at a cone would be impossible for its triangles.
     ValueError
         `n` is not a number of cones, or `cones_per_stretch` is not positive.
 
@@ -91,7 +93,7 @@ def find_cones(
 
 @dataclass(frozen=True, eq=False)
 class ConeComponent:
-    """A component that gets cones."""
+    """A component on which cones are placed."""
 
     component: Submesh
 
@@ -102,7 +104,7 @@ class ConeComponent:
 
     @cached_property
     def handle_cut(self) -> IntArray:
-        """A cut graph that opens the handles: edges of `piece`."""
+        """Edges of `piece` that form a cut graph of the handles."""
         return cut_handles(self.piece)
 
     @cached_property
@@ -129,18 +131,18 @@ class ConeComponent:
 
     @property
     def fewest(self) -> int:
-        """Least number of cones for a flat surface, if all cone angles are at least 90 degrees."""
+        """Least number of cones that makes the surface flat with cone angles of at least 90 degrees."""
         total = self.closed_curvature
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
     @property
     def enough(self) -> int:
-        """Number of cones that are found one by one; few surfaces need more."""
+        """Number of cones that are found one by one. Few surfaces need more cones."""
         return max(SINGLE_CONES, 2 * abs(self.component.topology.characteristic))
 
     @property
     def limit(self) -> int:
-        """Maximum number of cones to find."""
+        """Largest number of cones to find."""
         by_memory = MAX_GREEN_VALUES // self.piece.graph.n
         return max(self.enough, min(by_memory, len(self.inner) // MIN_VERTICES_PER_CONE))
 
@@ -150,7 +152,7 @@ class ConeComponent:
 
 
 def find_on_component(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
-    """Find cones on a component; returns vertices of the component."""
+    """Find cones on a component, and return them as vertices of the component."""
     if not is_number(cones_per_stretch, 0, above=True):
         raise ValueError(f"cones_per_stretch is {cones_per_stretch!r}: use a positive number of cones")
     where = f"the component of faces {some(place.component.faces)}"
@@ -167,14 +169,14 @@ def find_on_component(place: ConeComponent, n: int | None, cones_per_stretch: fl
 
 
 def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
-    """Return the nodes of the first `n` cones; or the number of cones with the least stretch and price."""
+    """Return the nodes of `n` cones; if `n` is None, as many as minimise stretch plus price of cones."""
     if n is not None:
         return _take_first(place, n)
     best, least, smallest, idle = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
     for scale in _grow_cones(place, place.limit):
         many, cost = len(scale.nodes) >= place.enough, np.inf
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
-            least = scale.stretch  # without cones
+            least = scale.stretch  # the curvature of a single cone is zero, which is the same as no cone
         if len(scale.nodes) >= place.fewest:
             cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
             # a few limbs without cones can hide the gain of cones elsewhere
@@ -191,12 +193,12 @@ def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float)
 
 
 def _take_first(place: ConeComponent, n: int) -> IntArray:
-    """Return the nodes of the first `n` cones; angles of one scale or quarter turns must be feasible.
+    """Return the nodes of the first `n` cones.
 
     Raises
     ------
     MeshError
-        Neither is feasible.
+        Triangles can have neither the cone angles of equal scale nor cone angles of multiples of 90 degrees.
     """
     *_, scale = _grow_cones(place, n)
     angle = 2 * np.pi - scale.curvature
@@ -211,7 +213,7 @@ def _take_first(place: ConeComponent, n: int) -> IntArray:
 
 
 def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
-    """Return the message that a cone's angle is not feasible, with the number of cones that would be."""
+    """Return the error message that a cone's angle is not feasible; suggest `enough` cones."""
     angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
     (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
@@ -223,7 +225,7 @@ def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enoug
 
 
 def _grow_cones(place: ConeComponent, most: int) -> Iterator[ConeScale]:
-    """Yield the scale with the fewest cones, and then with more cones, up to `most`."""
+    """Yield conformal scales with more and more cones, up to `most` cones."""
     scale = ConeScale.of(place.piece)
     while True:
         advance("cones", 0.1)
@@ -235,7 +237,7 @@ def _grow_cones(place: ConeComponent, most: int) -> Iterator[ConeScale]:
 
 
 def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
-    """Return the node where another cone helps most; several distant nodes if there are many cones."""
+    """Return the node where a new cone saves most stretch; if there are many cones, several distant nodes."""
     far = np.abs(scale.log_scale)
     far[scale.nodes] = 0.0
     if most <= 0 or not far.any():
@@ -251,7 +253,7 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
         return np.array([np.argmax(near if near.any() else far)])
     order = np.argsort(far, kind="stable")
     farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
-    farthest[source[order]] = order  # the node of worst scale among the nodes nearest to each cone
+    farthest[source[order]] = order  # for each cone, the node of worst scale in its Voronoi cell
     tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // CONES_PER_NEW_CONE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
     by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
@@ -260,7 +262,7 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
 
 
 def _select_distant(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntArray:
-    """Return the nodes whose distance to all nodes kept before them is at least `distance`."""
+    """Select nodes greedily, each at least `distance` away from all nodes selected before it."""
     kept = np.zeros(0, dtype=np.int64)
     for i in nodes.tolist():
         gap = np.linalg.norm(piece.graph.position[kept] - piece.graph.position[i], axis=1)
@@ -277,14 +279,14 @@ def _strain_price(place: ConeComponent, scale: ConeScale) -> float:
 
 
 def _is_feasible(place: ConeComponent, scale: ConeScale) -> bool:
-    """Return True if triangles can have the angles of one scale at all cones, and quarter turns, too."""
+    """Return True if triangles can have the cone angles of equal scale, and multiples of 90 degrees."""
     total, around = place.closed_curvature, place.valence[scale.nodes]
     room = total is None or least_quarters(around).sum() <= round(total / QUARTER_TURN)
     return bool(room and _find_feasible(2 * np.pi - scale.curvature, around).all())
 
 
 def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
-    """Return a mask of the angles that `around` triangles can have together."""
+    """Return a mask of the angle sums that are possible for `around` triangles."""
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
@@ -295,12 +297,12 @@ def least_quarters(around: IntArray) -> IntArray:
 
 
 def _quantise(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
-    """Return the cones with quarter turns."""
+    """Return the curvatures of the cones of `scale` as multiples of a quarter turn."""
     return QuantisedCurvatures(scale, least_quarters(place.valence[scale.nodes]))
 
 
 def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
-    """Return by how much each cone's angle is too narrow, or too wide for its faces, radians."""
+    """Return the excess of each cone's angle over the range that suits its faces, radians."""
     angle = 2 * np.pi - scale.curvature
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
 
@@ -308,9 +310,10 @@ def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
 def choose_cone_angles(
     place: ConeComponent, cones: IntArray, wanted: str | FloatArray | None
 ) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
-    """Return the angle sums of the cones of a component: as given, of one scale, or in quarter turns.
+    """Return the angle sums of the cones of a component.
 
-    Also returns the scale that determines them, and the quarter turns, which may be exchanged afterwards.
+    They are given in `wanted`, or follow from an equal scale at all cones (None), or are multiples of 90
+    degrees ("quarter"). Also return the scale that determines the angles, and the quantised curvatures.
 
     Raises
     ------

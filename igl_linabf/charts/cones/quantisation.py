@@ -1,4 +1,7 @@
-"""Curvatures of cones in quarter turns, for little stretch and paths that turn by whole quarters."""
+"""Choose cone curvatures that are multiples of a quarter turn, with little stretch.
+
+Closed paths around holes and along handles also have to turn by whole quarter turns.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,27 +15,28 @@ from .constants import MAX_QUARTERS, QUARTER_TURN
 from .scale import ConeScale
 
 STRETCH_SAMPLES = 4_000  # number of sample nodes for estimates of the stretch
-MAX_EXCHANGES = 500  # exchanges of a quarter turn between two cones
+MAX_EXCHANGES = 500  # largest number of exchanges of a quarter turn between two cones
 EXCHANGE_GAIN = 0.999  # an exchange must lower the squared stretch by this factor
-PAIRED_EXCHANGES = 160  # exchanges of least stretch that are tried in pairs
-ESTIMATED_PAIRS = 150  # best pairs, by a quadratic form, whose stretch is estimated at all samples
-DISTORTION_PER_LOG_STRETCH = 30.0  # in exchanges, F/3nt of 1 costs as much as this growth of the log stretch
+PAIRED_EXCHANGES = 160  # number of exchanges, those of least stretch, that are tried in pairs
+ESTIMATED_PAIRS = 150  # number of pairs of exchanges, best by a quadratic form, that are fully evaluated
+DISTORTION_PER_LOG_STRETCH = 30.0  # increase of the log stretch that is as bad as an F/3nt of 1
 
 
 @dataclass(frozen=True, eq=False)
 class QuantisedCurvatures:
-    """Curvatures of cones in quarter turns, found by exchanges.
+    """Curvatures of cones that are multiples of a quarter turn, found by exchanges.
 
-    In an exchange one cone gains a quarter turn and another loses it. The sum thus remains the one that
-    Gauss-Bonnet requires. The boundary, if there is one, takes part without bounds. There is a *slot* for the
-    ground, which is the boundary or else the first cone, and a slot for each other cone.
+    An exchange adds a quarter turn to the curvature of one cone and subtracts it from another. Therefore the
+    sum of all curvatures stays as Gauss-Bonnet requires. The boundary, if there is one, takes part in
+    exchanges, and its curvature is unbounded. Curvatures are stored in *slots*: the first slot belongs to the
+    boundary or, on a closed surface, to the first cone. Each other cone has a slot.
 
     Attributes
     ----------
     scale : ConeScale
         The scale with all cones.
     least : (#C,) int64
-        Lower bound at each of the scale's `nodes`; the upper bound is `MAX_QUARTERS`.
+        Lower bound of the curvature at each of `scale.nodes`; the upper bound is `MAX_QUARTERS`.
     """
 
     scale: ConeScale
@@ -40,7 +44,7 @@ class QuantisedCurvatures:
 
     @property
     def _has_boundary(self) -> bool:
-        """Whether the surface has a boundary."""
+        """Return True if the surface has a boundary."""
         return self.scale.first < 0
 
     @cached_property
@@ -53,7 +57,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """At samples: weights by area, u without the slots, and its change per quarter turn of each slot."""
+        """Area weights of sample nodes, u there without cones, and the change of u per quarter turn."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
@@ -62,22 +66,22 @@ class QuantisedCurvatures:
 
     @cached_property
     def for_stretch(self) -> IntArray:
-        """Curvature of each node: the nearest quarters, exchanged while the expected stretch falls."""
+        """Curvature of each cone in quarter turns: rounded, then exchanged while the stretch falls."""
         exact, least = self.scale.curvature / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, MAX_QUARTERS)
         if not self._has_boundary:
-            # change the cones with the largest rounding errors
+            # correct the sum by changing the cones with the largest rounding errors
             while beyond := int(k.sum()) - round(float(exact.sum())):
                 sign = -1 if beyond > 0 else 1
                 able = (k > least) if beyond > 0 else (k < MAX_QUARTERS)
-                able |= not able.any()  # if no cone has room, all cones share the excess
+                able |= not able.any()  # if all cones are at their bound, any cone may exceed it
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
         k, (lower, upper) = self._to_slots(k), self._bounds
         weight, bare, green = self._samples
         grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
         for _ in range(MAX_EXCHANGES):
             u = np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
-            # with one quarter more at i and one less at j, u grows by green_i - green_j
+            # a quarter turn moved from slot j to slot i changes u by green_i - green_j
             squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
             squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
             allowed = (k < upper)[:, None] & (k > lower)
@@ -88,16 +92,18 @@ class QuantisedCurvatures:
         return self._to_nodes(k)
 
     def fit_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
-        """Return the curvature of each node that also makes closed paths turn by nearly whole quarters.
+        """Choose curvatures for which closed paths turn by nearly whole quarter turns.
 
-        At most two more exchanges are made, so that the log stretch plus the cost of missing quarters is
-        least. `holonomy` belongs to `for_stretch`, and has a row for each node.
+        Starting from `for_stretch`, at most two exchanges are made, which minimise the log stretch plus the
+        cost of the path turns' rounding. `holonomy` is measured with the curvatures `for_stretch`, and has a
+        row for each cone.
 
         Returns
         -------
         k : (#C,) int64
+            Curvature of each cone, in quarter turns.
         quarters : (#paths,) float64
-            The whole quarters of turn to prescribe for the paths.
+            The turn to prescribe for each path, a whole number of quarter turns.
         """
         base, (lower, upper) = self._to_slots(self.for_stretch), self._bounds
         unit = np.eye(len(base), dtype=np.int64)
@@ -105,13 +111,13 @@ class QuantisedCurvatures:
         single = single[(single != 0).any(axis=1)]
         likely = np.argsort(self._log_squared(base + single), kind="stable")[:PAIRED_EXCHANGES]
         changed = np.concatenate((0 * base[None], single[likely]))
-        i, j = np.tril_indices(len(changed))  # pairs of exchanges; the first exchange is the identity
+        i, j = np.tril_indices(len(changed))  # pairs of exchanges; exchange 0 changes nothing
         least, most = (np.clip(bound - base, -4, 4).astype(np.int8) for bound in (lower, upper))
         both = changed.astype(np.int8)[i] + changed.astype(np.int8)[j]
         able = ((both >= np.minimum(least, 0)) & (both <= np.maximum(most, 0))).all(axis=1)
         i, j, both = i[able], j[able], both[able]
 
-        # one more quarter of curvature is one quarter less in the angle sum
+        # increasing a curvature by a quarter turn decreases the angle sum by a quarter turn
         by_change = self._to_nodes(changed) @ holonomy.by_vertex
         path_turns = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
         missing = DISTORTION_PER_LOG_STRETCH * _distortion(
@@ -133,31 +139,31 @@ class QuantisedCurvatures:
         return k[..., 1:] if self._has_boundary else k
 
     def _log_squared(self, k: IntArray) -> FloatArray:
-        """Return the log of the squared stretch to second order: four times the variance of u."""
+        """Return the logarithm of the squared stretch to second order: four times the variance of u."""
         alone, square, mixed = self._variance
         return np.asarray(4 * (alone + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
 
     @cached_property
     def _variance(self) -> tuple[float, FloatArray, FloatArray]:
-        """The variance of u as a quadratic in the curvatures: constant, form, half of the linear part."""
+        """Variance of u as a quadratic form of k: constant term, matrix, and half the linear term."""
         weight, bare, green = self._samples
         bare, green = bare - weight @ bare, green - (green @ weight)[:, None]
         return float(weight @ bare**2), (green * weight) @ green.T, (green * weight) @ bare
 
     def _log_stretch(self, k: IntArray) -> FloatArray:
         """Return the logarithm of the expected stretch, (n,), for curvatures (n, #slots)."""
-        # single precision is faster for many exponentials
+        # single precision makes the many exponentials faster
         weight, bare, green = (part.astype(np.float32) for part in self._samples)
-        most = np.log(np.finfo(np.float32).max) / 2  # keeps the squares of scales finite
+        most = np.log(np.finfo(np.float32).max) / 2  # larger exponents would overflow when squared
         scaled = np.exp(2 * np.clip(bare + k.astype(np.float32) @ green, -most, most))
         return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
 
 
 def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
-    """Round the turns of paths, (n, #paths), to whole quarters with low `_distortion`.
+    """Round the turns of paths, (n, #paths), to whole quarter turns with little `_distortion`.
 
-    The paths are rounded one after another; each rounding corrects for the errors of the previous paths
-    (Babai 1986).
+    The paths are rounded one after another. The value to round includes a correction for the errors of the
+    paths before (Babai 1986).
     """
     upper = np.linalg.cholesky(cost).T
     quarters = np.zeros_like(path_turns)
@@ -168,6 +174,6 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
 
 
 def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
-    """Return the F/3nt, (n,), of making paths turn by whole quarters instead; both are (n, #paths)."""
+    """Return the F/3nt, (n,), of changing the turns of paths from `path_turns` to `quarters`, (n, #paths)."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -1,4 +1,4 @@
-"""The conformal scale of a surface with cones, which determines the next cone and the angles of all cones."""
+"""The conformal scale of a surface with cones, from which cones are placed and their angles follow."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, expected
 class ConeScale:
     """The logarithm u of the conformal scale that flattens a surface everywhere except at its cones.
 
-    u is zero at the cones and at the boundary. With the curvature K, the cotangent Laplacian L, the
-    curvatures k of the cones, and Green's functions g_i, which are zero at the ground,
+    u is zero at the cones and at the boundary. The *ground* is the boundary; on a closed surface it is the
+    first cone, whose curvature follows from Gauss-Bonnet. With the curvature K, the cotangent Laplacian L,
+    the curvatures k of the cones, and Green's functions g_i, which are zero at the ground,
 
         L u = -K + sum_i k_i e_i,    u = u_0 + sum_i k_i g_i,    u = 0 at the cones.
 
-    Therefore one factor serves any number of cones. The ground is the boundary; on a closed surface it is the
-    first cone, whose curvature follows from Gauss-Bonnet.
+    Therefore L is factored only once, with zero at the ground, for any number of cones.
 
     Attributes
     ----------
     piece : ClosedSurface
     laplacian : DirichletSolver
-        L with the cotangents as weights; with clipped weights if double precision cannot hold the cotangents.
+        L with cotangent weights. The weights are clipped if L is not positive definite in double precision.
     factor : Factor
-        The factor of L with zero at the ground.
+        The factorisation of L with zero at the ground.
     first : int
         The node that is the ground; -1 if the boundary is the ground.
     bare : (n,) float64
-        u_0, the scale without cones except the ground.
+        u_0, the logarithm of the scale without cones except the ground.
     others : (#C,) int64
-        The cones without the ground.
+        The nodes of all cones except the ground.
     green : (#C, n) float64
-        Their Green's functions.
+        The Green's functions g_i of `others`.
     """
 
     piece: ClosedSurface
@@ -51,9 +51,10 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """Return the scale without cones except the ground.
+        """Return the scale with no cone except the ground.
 
-        On a closed surface, the ground is `first` or, by default, the node where u is farthest from its mean.
+        On a closed surface, the ground is `first` or, by default, the node where the logarithm of the scale
+        that distributes the curvature evenly is farthest from its mean.
         """
         if piece.graph.n_holes:
             first = -1
@@ -72,13 +73,13 @@ class ConeScale:
 
     @classmethod
     def of_nodes(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
-        """Return the scale with cones at these nodes, at least one."""
+        """Return the scale with cones at `nodes`, which must not be empty."""
         first = int(nodes[0])
         ground = cls.of(piece, first)
         return ground.with_cones(nodes[len(ground.nodes) :])
 
     def with_cones(self, nodes: IntArray) -> ConeScale:
-        """Return the scale with additional cones."""
+        """Return the scale with additional cones at `nodes`."""
         unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
         green = np.concatenate((self.green, self.factor.solve(unit).T))
@@ -86,12 +87,12 @@ class ConeScale:
 
     @property
     def nodes(self) -> IntArray:
-        """All cones."""
+        """The nodes of all cones."""
         return self.others if self.first < 0 else np.append(self.first, self.others)
 
     @property
     def known_factor(self) -> Factor | None:
-        """Factor of the Laplacian over the nodes off the ground; None if its weights were clipped."""
+        """Factorisation of L restricted to the nodes outside the ground; None if weights were clipped."""
         zero, piece = self.laplacian, self.piece
         if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
             return None
@@ -106,17 +107,17 @@ class ConeScale:
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """Curvatures of `nodes` that make the scale 1 at all of them, radians."""
+        """Curvatures of `nodes` for which the scale is 1 at all cones, radians."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
         return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
     @cached_property
     def log_scale(self) -> FloatArray:
-        """u, (n,)."""
+        """Logarithm u of the scale at each node, (n,)."""
         return self.log_scale_of(self.curvature)
 
     def log_scale_of(self, curvature: FloatArray) -> FloatArray:
-        """Return u, (n,), for given curvatures of `nodes`, radians; u is zero at the ground only."""
+        """Return u, (n,), for given curvatures of `nodes`, radians. Only at the ground u must be zero."""
         k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
@@ -139,7 +140,7 @@ def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
 
 
 def _find_farthest(piece: ClosedSurface) -> int:
-    """Return the node where the scale that distributes all curvature evenly is farthest from its mean."""
+    """Return the node where the log scale that distributes all curvature evenly is farthest from its mean."""
     weight = piece.area / piece.area.sum()
     u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
     return int(np.argmax(np.abs(u - weight @ u)))

@@ -1,4 +1,4 @@
-"""Seams through cones, and closed paths along which the holonomy of the scale must vanish."""
+"""Seams through cones, and closed paths whose holonomy is constrained."""
 
 from collections.abc import Iterator
 
@@ -10,19 +10,19 @@ from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
 from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
 
-HANDLE_CLUSTERS = 1_000  # clusters on which the handles of a large surface are opened
+HANDLE_CLUSTERS = 1_000  # largest number of nodes on which handles are cut; larger surfaces are contracted
 
 
 def find_seam(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
-    """Return a short cut graph that opens the handles and joins holes and cones: edges of `piece`.
+    """Return the edges of a short cut graph that opens the handles of `piece` and joins holes and cones.
 
-    `handles` is the cut graph of the handles, if it is known.
+    `handles` is the result of `cut_handles` if it has been computed before.
     """
     return join_terminals(piece.graph, cut_handles(piece) if handles is None else handles, cones)
 
 
 def cut_handles(piece: ClosedSurface) -> IntArray:
-    """Return a short cut graph that opens the handles; large surfaces are contracted to clusters first."""
+    """Return the edges of a short cut graph that opens the handles of `piece`."""
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
@@ -57,7 +57,10 @@ def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -
 
 
 def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
-    """Yield the right side of a shortest strip of triangles across each of some seam edges."""
+    """Yield, for each seam edge in `crossed`, the right side of a shortest closed strip of triangles.
+
+    The strip crosses that seam edge and no other edge of the seam.
+    """
     m = topology.corner.shape[1]
     closed = np.zeros(len(topology.edges), dtype=bool)
     closed[seam] = True
@@ -76,11 +79,11 @@ def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[C
         between = np.asarray(dual[way[:-1], way[1:]]).ravel().astype(np.int64) - 1
         through = np.concatenate(([e], between, [e]))
         entry, leave = (
-            np.where(first % m == way, first // m, second // m)  # the corner opposite to the edge
+            np.where(first % m == way, first // m, second // m)  # corner opposite to the crossed edge
             for first, second in (topology.sides[:, through[:-1]], topology.sides[:, through[1:]])
         )
         pivot = 3 - entry - leave
-        left = pivot == np.array(NEXT)[entry]  # the strip turns around a vertex on its left
+        left = pivot == np.array(NEXT)[entry]  # triangles at which the strip turns left
         corners = np.concatenate((pivot[~left], entry[left], leave[left]))
         faces_of = np.concatenate((way[~left], way[left], way[left]))
         yield ClosedPath(corners * m + faces_of, int(np.count_nonzero(left)))

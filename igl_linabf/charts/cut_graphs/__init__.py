@@ -1,4 +1,4 @@
-"""Cut graphs: edges along which a component opens to a disk, and how to shorten them.
+"""Cut graphs: sets of edges along which a component is cut open to a disk, and their shortening.
 
 Input: a component. Output: `ClosedSurface`, whose graph has a node for each hole; trees through nodes; the
 expected stretch of the map after a cut.

@@ -12,25 +12,25 @@ from ...surface import connected_labels
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 from .graph import SeamTopology, SurfaceGraph
 
-MAX_MOVED_GROUPS = 12  # groups of arcs or branch points that are tried together
+MAX_MOVED_GROUPS = 12  # number of attempts to move a group of arcs or branch points at once
 
 Item = TypeVar("Item")  # a branch point or an arc
 Cost = Callable[[IntArray], float]  # maps the edges of a seam to its cost
 Steps = dict[int, list[tuple[int, int]]]  # for each node: its seam edges, with the node at their other end
-Arc = tuple[list[int], list[int]]  # consecutive edges, and their nodes
-ArcArrays = tuple[IntArray, IntArray]  # an `Arc` of arrays
-EndedArc = tuple[IntArray, int]  # consecutive edges, and the last node
+Arc = tuple[list[int], list[int]]  # consecutive edges of a seam, and the nodes along them
+ArcArrays = tuple[IntArray, IntArray]  # an `Arc` stored as two arrays
+EndedArc = tuple[IntArray, int]  # consecutive edges of a seam, and the node at the end
 
-MOVES_OF_BRANCH_POINT = 3  # times that each branch point is moved, on average
-MAX_ARCS_OF_ALL_PAIRS = 6  # arcs at a branch point up to which every pair may share a part of their paths
-NEAREST_ARCS = 2  # an arc that meets more others at a branch point is paired with only this many, the nearest
+MOVES_OF_BRANCH_POINT = 3  # largest mean number of moves of a branch point
+MAX_ARCS_OF_ALL_PAIRS = 6  # largest number of arcs at a branch point for which all pairs of arcs are tried
+NEAREST_ARCS = 2  # at branch points with more arcs, each arc is only paired with this number of nearest arcs
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
 
-    A branch point is tried again when one of its arcs has moved. Of very many, only those with the longest
-    arcs are moved.
+    A branch point is tried again when one of its arcs has moved. If there are more than `MAX_MOVED_ARCS`
+    branch points, only the branch points with the longest arcs are moved.
     """
     kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
@@ -52,9 +52,9 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
 
 
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Remove the branches without which `cost` is lower, longest first.
+    """Remove branches, longest first, if that lowers `cost`.
 
-    A branch becomes useless if another branch that was grown later serves the same purpose.
+    A branch becomes superfluous if another branch that was grown later serves the same purpose.
     """
     kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
@@ -62,7 +62,7 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
     for k in longest_first[:MAX_MOVED_ARCS].tolist():
         rest = graph.difference(seam, arcs[k])
-        opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
+        opens = len(rest) > 1 or graph.n_holes  # a cut along a single edge does not open a closed surface
         if opens and graph.build_topology(rest) == kept and cost(rest) < cost(seam):
             seam = rest
     return seam
@@ -114,7 +114,7 @@ def _move_branch_point(
 ) -> tuple[IntArray, set[int]]:
     """Reroute the arcs at a branch point to the point from which they are shortest; also return their ends.
 
-    If more than three arcs meet, or at a hole, two of them may share a new branch.
+    If the branch point is a hole or has more than three arcs, two arcs may instead share a new branch.
     """
     free = len(arcs) == 3 and branch >= graph.n_holes
     for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
@@ -137,7 +137,7 @@ def _move_branch_point(
 
 
 def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
-    """Return the pairs of arcs that may share a part of their paths: all pairs of a few, else the nearest."""
+    """Return pairs of arcs that may share a part of their paths: all pairs or, of many, the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > MAX_ARCS_OF_ALL_PAIRS:
         at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
@@ -151,7 +151,7 @@ def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[Ended
 def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
 
-    A loop without any of these is one arc.
+    A loop without any such node is a single arc.
     """
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -163,7 +163,7 @@ def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None
 
 
 def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
-    """Return the edges of the seam at each of its nodes, with the node at their other end."""
+    """Return, for each node of a seam, the seam edges at the node and the node at the other end of each."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
@@ -195,7 +195,7 @@ def follow_arcs(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc
 def follow_arc(
     graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
-    """Return the arc that starts with a step, up to its end or to a length of `reach`."""
+    """Return the arc that starts at `node` along `step`; cut off if it is longer than `reach`."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
     while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:

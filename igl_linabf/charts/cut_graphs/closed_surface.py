@@ -25,8 +25,8 @@ class ClosedSurface:
     Attributes
     ----------
     graph : SurfaceGraph
-        Its edges are the edges with two faces. Their lengths are reduced where a seam shows less: at creases
-        and where it is hidden. A polygon is one face, and its diagonals are not edges.
+        The graph of the interior edges. The length of an edge is reduced where a seam is less visible: at
+        creases and where it is hidden. A polygon is one face, and its diagonals are not edges of the graph.
     node : (#V,) int64
         The node of each vertex. Interior vertices keep their order.
     edges : (#E, 2) int64
@@ -91,7 +91,7 @@ class ClosedSurface:
 
     @cached_property
     def hides(self) -> bool:
-        """Whether visibility changes the length of any edge."""
+        """Return True if visibility changes the length of any edge."""
         return bool((self.hiding != 1).any())
 
     @cached_property

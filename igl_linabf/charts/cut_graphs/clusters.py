@@ -1,8 +1,8 @@
-"""A closed surface with fewer nodes: clusters are contracted along trees, which preserves every handle.
+"""Contract clusters of nodes of a closed surface along trees, which preserves every handle.
 
 The nodes of a cluster are connected to its root by a tree of shortest paths. Contracting the trees leaves a
-graph embedded in the same surface. A face that keeps only two sides is removed together with one of them. A
-loop around a handle that lies within a cluster remains a loop. Therefore a seam of the coarse surface,
+graph embedded in the same surface. A face with only two remaining sides is merged into one edge. A loop
+around a handle remains a loop, even if it lies within a cluster. Therefore a seam of the coarse surface,
 extended along the trees, cuts the fine surface into parts of the same topology, for any choice of clusters.
 """
 
@@ -22,13 +22,12 @@ from .graph import SurfaceGraph, prune_stubs
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
-MAX_CLUSTERS = (
-    6_000  # largest number of nodes in a search for seams; larger surfaces are contracted to clusters
-)
-MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # least number of nodes for roots that are one edge farther apart
-CLUSTER_HOPS = 2  # roots of clusters are more than this number of edges apart
+# Largest number of nodes in a search for seams; the nodes of larger surfaces are contracted to clusters.
+MAX_CLUSTERS = 6_000
+MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # number of nodes from which roots are one edge farther apart
+CLUSTER_HOPS = 2  # the roots of two clusters are more than this number of edges apart
 MIN_PEAK_CURVATURE = 0.1  # curvature, radians, below which roots are chosen in random order
-CORRIDOR_WIDTH = 3.0  # mean distances to a root that a seam may move to either side when pulled tight
+CORRIDOR_WIDTH = 3.0  # half width of the corridor of a seam, in mean distances between nodes and their roots
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +37,7 @@ class Forest:
     Attributes
     ----------
     root, before : (n,) int64
-        The root of each node's tree, and the node's parent; -1 for a root.
+        The root of each node's tree, and the parent of each node. The parent of a root is -1.
     distance : (n,) float64
         Distance to the root along the tree.
     """
@@ -99,14 +98,14 @@ class Contraction:
         return cls(fine, coarse, forest, label, roots, edge)
 
     def lift_along_trees(self, seam: IntArray) -> IntArray:
-        """Map a seam of the coarse surface to the fine one. Its leaves are roots."""
+        """Map a seam of the coarse surface to the fine surface. The leaves of the result are roots."""
         graph, chosen = self.fine.graph, self.edge[seam]
         paths = graph.path_edges(self.forest.before, graph.ends[chosen].ravel())
         tips = np.bincount(self.coarse.graph.ends[seam].ravel(), minlength=self.coarse.graph.n) == 1
         return prune_stubs(graph, graph.union(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """Map a coarse seam to the fine surface and pull it tight; it still passes the roots of `kept`."""
+        """Map a coarse seam to the fine surface, and pull it tight between the roots of `kept`."""
         if not len(seam):
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
@@ -142,7 +141,7 @@ class Levels:
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """Map a coarse seam to the surface step by step, and pull it tight; `leaves` are fixed."""
+        """Map a coarse seam to the surface step by step, pulling it tight. Its `leaves` do not move."""
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
@@ -151,7 +150,7 @@ class Levels:
 def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     """Return trees of shortest paths to the nearest root; roots are more than `hops` edges apart.
 
-    Each hole is a root without other nodes.
+    Each hole is a tree that consists of its root only.
     """
     graph, holes = closed.graph, np.arange(closed.graph.n_holes)
     by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))
@@ -207,10 +206,10 @@ def _contract_graph(graph: SurfaceGraph, forest: Forest) -> _ContractedGraph:
 def _select_crossed_edges(
     graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: FloatArray
 ) -> IntArray:
-    """Return edges within clusters across which the two faces are merged.
+    """Return the edges within clusters across which faces are merged.
 
-    These are all such edges, except one for each way around a cluster that is not a disk: there the
-    shortest edges remain.
+    In a cluster that is a disk, faces are merged across all edges outside the tree. In any other cluster, one
+    edge remains for each independent loop, and the shortest edges are chosen to remain.
     """
     crossed = spanning_forest(graph.faces, within, graph.n_faces)
     if len(crossed) == len(within):
@@ -221,7 +220,7 @@ def _select_crossed_edges(
     no_disk[cluster[left]] = True
     again = within[no_disk[cluster[within]]]
     longest_first = again[np.argsort(-way[again], kind="stable")]
-    others = crossed[~no_disk[cluster[crossed]]]  # no face has edges within two clusters
+    others = crossed[~no_disk[cluster[crossed]]]  # independent, because no face has edges within two clusters
     return np.append(others, spanning_forest(graph.faces, longest_first, graph.n_faces))
 
 
@@ -233,19 +232,19 @@ def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[In
     number[sides[alone, 0]] = 0
     digon = number == 2
     at, of = np.repeat(np.arange(len(edge)), 2), sides.ravel()
-    both = np.empty((n, 2), dtype=np.int64)  # the first and the last edge of each face: the last write wins
+    both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face: the last assignment wins
     both[of[::-1], 0], both[of, 1] = at[::-1], at
     strip = connected_labels(both[digon], len(edge))
-    outer = ~digon[sides]  # an open strip has two such sides, a closed strip none
+    outer = ~digon[sides]  # an open strip has two outer sides, a closed strip has none
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
-    if closed.any():  # two clusters cover a sphere: keep their edges
+    if closed.any():  # two clusters cover a sphere: keep all edges between the clusters
         return edge, sides
     size = int(strip.max()) + 1
     length, least = way[edge], np.full(size, np.inf)
     np.minimum.at(least, strip, length)
     shortest = np.flatnonzero(length == least[strip])[::-1]
     best, beside = np.empty(size, dtype=np.int64), np.empty((size, 2), dtype=np.int64)
-    best[strip[shortest]] = shortest  # the last write wins, here and below
+    best[strip[shortest]] = shortest  # of repeated indices, the last assignment wins
     at, side = np.nonzero(outer)
     of, faces = strip[at], sides[at, side]
     beside[of[::-1], 0], beside[of, 1] = faces[::-1], faces
@@ -257,8 +256,8 @@ def _finite_volumes(
 ) -> SurfaceLaplacian:
     """Return the Laplacian of the clusters.
 
-    The weight of a bond between two clusters is scaled by the part of the way between their roots that it
-    covers. For linear functions, this finite-volume scheme gives the exact flux between clusters.
+    The weight of a bond between two clusters is multiplied by the bond's share of the distance between their
+    roots. For linear functions, this finite-volume scheme gives the exact flux between clusters.
     """
     graph, position, (one, other) = closed.graph, closed.graph.position, closed.laplacian.bonds.T
     across = np.flatnonzero(label[one] != label[other])
@@ -269,7 +268,8 @@ def _finite_volumes(
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
         hole = i < graph.n_holes  # a hole has no position
         if hole.any():
-            edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()  # a hole has a long row
+            # index by rows of b, because the row of a hole has many entries
+            edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
     weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), MIN_BOND_WEIGHT, 1)
     return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)

@@ -20,7 +20,7 @@ from ..._core import (
 from ..._types import BoolArray, FloatArray, IntArray
 
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
-SeamTopology = tuple[int, int, int]  # an invariant of seams that move: see `build_topology`
+SeamTopology = tuple[int, int, int]  # numbers of components, cycles and pieces, see `build_topology`
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class SurfaceGraph:
         if not len(nodes):
             return -1, nodes
         on = np.ones(len(nodes), dtype=bool)
-        on[start[1:] - 1] = False  # the last node of each path
+        on[start[1:] - 1] = False  # exclude the last node of each path
         on = np.flatnonzero(on)
         return int(nodes[0]), self.edges_between(nodes[on], nodes[on + 1])
 
@@ -122,7 +122,7 @@ class SurfaceGraph:
         return np.flatnonzero(self.mask_of(np.concatenate(seams)))
 
     def difference(self, seam: IntArray, others: IntArray) -> IntArray:
-        """Return the edges of a seam that are not in `others`, in their order."""
+        """Return the edges of a seam that are not in `others`, in the order of the seam."""
         return seam[~self.mask_of(others)[seam]]
 
     def length_of(self, seam: IntArray) -> float:
@@ -130,7 +130,7 @@ class SurfaceGraph:
         return float(self.length[seam].sum())
 
     def pieces_of(self, seam: IntArray) -> tuple[int, int, IntArray]:
-        """Return the topology of a seam and the sizes of the pieces.
+        """Return the topology of a seam, and the sizes of the pieces that it cuts.
 
         Returns
         -------

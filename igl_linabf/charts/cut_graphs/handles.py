@@ -8,15 +8,15 @@ from .closed_surface import ClosedSurface
 from .constants import STRICTLY_SHORTER
 from .graph import SurfaceGraph, prune_stubs
 
-FIRST_BASE_POINTS = 4  # distant base points of the first round of loops
-MAX_BASE_POINTS = 6  # base points of each further round, in the middle of the best loops
-BASE_POINT_ROUNDS = 3  # rounds of base points, including the first
+FIRST_BASE_POINTS = 4  # number of base points in the first round, far from each other
+MAX_BASE_POINTS = 6  # number of base points in each further round, chosen in the middle of the best loops
+BASE_POINT_ROUNDS = 3  # rounds of base points, including the first round
 
 Loops = tuple[IntArray, IntArray]  # a cut graph, and the edge in the middle of each loop
 
 
 def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntArray:
-    """Return the shortest cut graph of loops through one point, over several base points."""
+    """Return the shortest cut graph that consists of loops through a base point; several points are tried."""
     graph, tried = closed.graph, set[int]()
     bases = [int(np.argmax(np.abs(closed.curvature)))]
     while len(bases) < FIRST_BASE_POINTS:
@@ -24,7 +24,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
     best = shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
-        # a loop is short if its base point lies on it
+        # a point in the middle of a loop is a base point for which this loop is short
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
         bases = bases[:: -(-len(bases) // MAX_BASE_POINTS) or 1]
         best = shortest_loops(graph, bases, best)

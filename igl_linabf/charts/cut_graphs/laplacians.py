@@ -69,7 +69,7 @@ class SurfaceLaplacian:
     bonds : (#B, 2) int64
         The pairs of nodes that L couples: the ends of edges and of diagonals of polygons.
     cotangent, weight : (#B,) float64
-        For each bond, half the sum of the cotangents; and the same, clipped to a positive range.
+        Half the sum of the cotangents at each bond, and this value clipped to a positive range.
     """
 
     n: int
@@ -89,9 +89,9 @@ class SurfaceLaplacian:
 
     @cached_property
     def dirichlet_of_cotangents(self) -> DirichletSolver:
-        """The same with the cotangents as weights, without clipping.
+        """Solver of Dirichlet problems of L with the cotangents as weights, without clipping.
 
-        If a cotangent is too large for double precision, the clipped weights are used.
+        If a cotangent exceeds `MAX_BOND_WEIGHT`, the clipped weights are used.
         """
         if not (np.abs(self.cotangent) < MAX_BOND_WEIGHT).all():
             return self.dirichlet

@@ -19,7 +19,7 @@ from .branches import (
 from .closed_surface import ClosedSurface
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 
-MIN_KEPT_PART = 0.7  # share of its faces that a part must keep when seams are pulled tight
+MIN_KEPT_PART = 0.7  # least share of faces that every part must retain when seams are pulled tight
 
 
 class _Corridor:
@@ -31,8 +31,8 @@ class _Corridor:
     def __init__(self, closed: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.graph = graph = closed.graph
         _, cycles, sizes = self._pieces = graph.pieces_of(seam)
-        self.is_tree = not cycles  # moving arcs then preserves the topology
-        self.has_parts = len(sizes) > 1  # arcs that stay in their sectors preserve the number of parts
+        self.is_tree = not cycles  # moving the arcs of a tree always preserves the topology
+        self.has_parts = len(sizes) > 1  # True if the seam divides the surface
         self._nodes = np.flatnonzero(near)
         self.index = np.full(graph.n, -1)
         self.index[self._nodes] = np.arange(len(self._nodes))
@@ -49,18 +49,18 @@ class _Corridor:
         self._share = float(np.min(self.length[inside] / straight, initial=1.0, where=straight > 0))
 
     def has_same_topology(self, moved: IntArray) -> bool:
-        """Return True if a seam that has moved has the same topology, and no part has become small."""
+        """Return True if `moved` has the topology of the original seam, and no part has become small."""
         number, cycles, sizes = self._pieces
         *new, parts = self.graph.pieces_of(moved)
         same = new == [number, cycles] and len(parts) == len(sizes)
         return same and bool((parts >= MIN_KEPT_PART * sizes).all())
 
     def is_same_sector(self, node: int, old: int, new: int, on: BoolArray) -> bool:
-        """Return True if the edges `old` and `new` at a node are in the same sector between other seam edges.
+        """Return True if no edge in `on` separates the edges `old` and `new` in the one-ring of a node.
 
-        `on` is a mask of the other seam edges. If the sector is the same, cutting along the seam puts the
-        node on the same boundary loop, no matter which of the two edges the arc starts with. An arc that
-        stays in its sector at both ends, and does not cross other arcs, preserves the topology.
+        `on` is a mask of the other seam edges. If they do not separate `old` from `new`, cutting along the
+        seam puts the node on the same boundary loop, no matter which of the two edges an arc starts with. An
+        arc that stays in its sector at both ends, and does not cross other arcs, preserves the topology.
         """
         if self.is_tree or old == new:
             return True
@@ -81,7 +81,7 @@ class _Corridor:
         return float(self.length[edges].sum())
 
     def mask_blocked_nodes(self, nodes: IntArray) -> BoolArray:
-        """Return a mask over the corridor that blocks paths through these nodes of the surface."""
+        """Return a mask over the corridor of the given nodes of the surface, which paths may not pass."""
         blocked = np.zeros(len(self._nodes), dtype=bool)
         blocked[self.index[nodes]] = True
         return blocked
@@ -89,7 +89,7 @@ class _Corridor:
     def shortest_path(self, source: int, target: int, blocked: BoolArray, limit: float) -> IntArray:
         """Return the nodes of the shortest path from the target back to the source.
 
-        Both are given by their positions in the corridor. If the path is longer than `limit`, only the target
+        Source and target are indices into the corridor. If the path is longer than `limit`, only the target
         is returned.
         """
         is_open, matrix = ~blocked, self._matrix
@@ -106,8 +106,7 @@ class _Corridor:
     def steiner_tree(self, tips: IntArray, blocked: BoolArray, limit: float) -> list[IntArray]:
         """Return the three paths of least total length from a common node to three nodes.
 
-        The three nodes are given by their positions in the corridor. The paths are empty if the total exceeds
-        `limit`.
+        The three nodes are indices into the corridor. The paths are empty if the total exceeds `limit`.
         """
         matrix, terminals = self._matrix, (tips[:1], tips[1:2], tips[2:])
         nodes, start = steiner_paths(matrix.indptr, matrix.indices, matrix.data, terminals, ~blocked, limit)
@@ -127,14 +126,14 @@ def pull_tight(
     kept : (#K,) int64
         Nodes that the seam must still pass.
     near : (n,) bool
-        Mask of the nodes that the seam may pass, which includes its own.
+        Mask of the nodes that the shortened seam may pass. It includes the nodes of `seam`.
     reach : float
-        Its three arcs may move up to this distance from a branch point.
+        Distance from a branch point up to which its three arcs may move.
 
     Returns
     -------
     seam : (#S,) int64
-        A seam that is not longer.
+        The shortened seam, which is never longer than the given one.
     """
     corridor, fixed = _Corridor(closed, near, seam), set(kept.tolist())
     straight = _straighten_arcs(corridor, seam, fixed, seam[:0])
@@ -158,7 +157,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
             path = corridor.shortest_path(int(places[0]), int(places[-1]), blocked, length)
             if len(path) > 1:
                 new = graph.edges_between(path[:-1], path[1:])
-                one = len(new) == 1 and new[0] in seam  # the edge already is another arc
+                one = len(new) == 1 and new[0] in seam  # a single edge that is another arc of the seam
                 on[edges] = False
                 if (
                     not one
@@ -204,7 +203,7 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
                 if all(
                     corridor.is_same_sector(tip, edges[-1], new, on)
                     for tip, (edges, _), part in zip(tips, arms, parts, strict=True)
-                    for new in (part[-1:] if len(part) else firsts)  # the branch point may be a tip
+                    for new in (part[-1:] if len(part) else firsts)  # empty if the branch point is a tip
                 ):
                     own, old_own = np.concatenate(parts), own
                     seam = np.concatenate((graph.difference(seam, old_own), own))

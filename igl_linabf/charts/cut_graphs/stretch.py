@@ -17,8 +17,8 @@ from ...flattening import Isometric, Method
 from .closed_surface import ClosedSurface
 
 MAX_LOG_SCALE = 100.0  # log scales are clipped to this value; scales beyond exp(350) overflow when squared
-ISOMETRIC_STRETCH_WEIGHT = 6.0  # factor of the L2 stretch beyond 1 of an isometric map in the cost
-MAX_TRACE_STEPS = 6  # conjugate gradient steps for the trace of the strain
+ISOMETRIC_STRETCH_WEIGHT = 6.0  # weight of an isometric map's L2 stretch beyond 1 in the cost of an atlas
+MAX_TRACE_STEPS = 6  # number of conjugate gradient steps that compute the trace of the strain
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
@@ -53,7 +53,7 @@ def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
 
 
 def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
-    """Return the log of the conformal scale that removes `curvature` and is 1 at the nodes `fixed`."""
+    """Return the logarithm of the conformal scale that removes `curvature` and is 1 at the nodes `fixed`."""
     u = closed.laplacian.dirichlet.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
@@ -61,7 +61,7 @@ def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> 
 def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
     """Return the w of least mean square with L w = -K off the nodes `fixed`, by conjugate gradients.
 
-    The unknowns are the values of w at these nodes. A hole is one node, but w varies along its boundary;
+    The unknowns are the values of w at `fixed`. A hole is one node, but w varies along its boundary;
     therefore the nodes adjacent to holes are unknowns, too.
     """
     lower = closed.laplacian.lower
@@ -86,5 +86,5 @@ def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> 
 
 
 def stretch_weight(method: Method) -> float:
-    """Return the factor of the L2 stretch beyond 1 in the cost of a map by this method."""
+    """Return the weight of the L2 stretch beyond 1 in the cost of a map computed by `method`."""
     return ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0

@@ -1,4 +1,4 @@
-"""Where a surface bends, and where a seam would be seen.
+"""Creases and curvature of a surface, and the visibility of seams.
 
 In: a surface. Out: dihedral angles, creases, curvature without noise; factors of the lengths of hidden seams.
 """

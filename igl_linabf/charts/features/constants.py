@@ -1,9 +1,9 @@
-"""Constants that several modules share."""
+"""Constants that several modules of `features` share."""
 
 import numpy as np
 
-# Rounding of a coordinate over the extent of its body, in single precision.
+# Rounding error of single-precision coordinates, relative to the extent of the component.
 COORDINATE_NOISE = float(np.finfo(np.float32).eps)
-MAX_BEND_ROUNDING = 0.05  # dihedral angle up to which the bend of a low face may be rounding
-PLANAR_SHARE = 0.35  # share of the area that lies flat from which a body has planes
-TIP_CURVATURE = 0.2  # curvature, radians, from which a vertex off all creases is a tip
+MAX_BEND_ROUNDING = 0.05  # largest dihedral angle, radians, that can be due to rounding at a thin face
+PLANAR_SHARE = 0.35  # least share of flat area of a component that counts as a body with planes
+TIP_CURVATURE = 0.2  # curvature, radians, above which a vertex away from creases is a tip

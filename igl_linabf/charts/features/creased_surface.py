@@ -1,4 +1,4 @@
-"""A surface with creases: its dihedral angles, its sharp creases, and where it is curved."""
+"""A surface with creases: its dihedral angles, sharp creases, planes and curved vertices."""
 
 from __future__ import annotations
 
@@ -15,16 +15,14 @@ from . import constants
 from .curvature import apexes, component_extents, dihedral_angles, flat_shares
 from .visibility import hiding_factors
 
-PLANE_BEND = 1e-3  # dihedral angle up to which two faces are in one plane
-MIN_CHART_HEIGHT = 1e-12  # height of a face over its longest side that double precision can map
-MIN_DISK_CURVATURE = 0.02  # sum of squared curvatures, in full turns, of a disk that may fall into panels
+PLANE_BEND = 1e-3  # dihedral angle, radians, up to which two faces are coplanar
+MIN_CHART_HEIGHT = 1e-12  # least height of a face, over its longest side, that double precision can map
+MIN_DISK_CURVATURE = 0.02  # least sum of squared curvatures, in full turns, of a disk with panels
 
-MIN_PLANE_SHARE = 1e-3  # share of a body's area from which a plane is large
-PLANE_OVER_NEIGHBOURS = (
-    2.0  # area of a large plane over that of any plane beside it that no sharp crease parts
-)
-TURN_OF_EXTENT = 1e-3  # radians that a path of the body's extent counts where fillets are halved
-MAX_FILLET_TURN = np.deg2rad(60.0)  # largest turn from a plane to the faces that belong to it
+MIN_PLANE_SHARE = 1e-3  # least area of a large plane, as a share of the component's area
+PLANE_OVER_NEIGHBOURS = 2.0  # least area of a large plane, over the area of any smoothly adjacent plane
+TURN_OF_EXTENT = 1e-3  # radians that count for a path as long as the extent, when fillets are halved
+MAX_FILLET_TURN = np.deg2rad(60.0)  # largest total turn of the surface from a plane to a face assigned to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,7 @@ class CreasedSurface:
     ----------
     surface : Submesh
     hidden : (#F',) float64 or None
-        How well each of the caller's faces hides a seam: `hiding_weights`.
+        The `hiding_weights`, which state how well each of the caller's faces hides a seam.
     """
 
     surface: Submesh
@@ -63,17 +61,20 @@ class CreasedSurface:
 
     @property
     def ends(self) -> IntArray:
-        """The vertices of each, (#E, 2)."""
+        """The vertices of each inner edge, (#E, 2)."""
         return self.surface.topology.edges_inside
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
-        """The ends of such edges as rows of the raveled corners of all faces: (2, #E) in either face."""
+        """Return the corners at the two ends of the inner edges `rows`, (2, #E), in each of the two faces.
+
+        Corner k of face t has the number 3 t + k.
+        """
         corner, face = np.divmod(self.surface.topology.sides[:, self.inside[rows]], len(self.surface.F))
         a, b = (3 * face + (corner + k) % 3 for k in (1, 2))
         return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
 
     def side_mask(self, rows: IntArray | BoolArray | slice) -> BoolArray:
-        """Which sides, from corner k to k + 1 of a face, are such edges: (#F, 3) bool."""
+        """Return a mask, (#F, 3), of the sides from corner k to k + 1 that are the inner edges `rows`."""
         surface = self.surface
         corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
         sides = np.zeros(surface.F.shape, dtype=bool)
@@ -82,57 +83,57 @@ class CreasedSurface:
 
     @cached_property
     def _row_of_side(self) -> IntArray:
-        """The inner edge opposite to each corner of each face, (3 #F,); -1 at the boundary."""
+        """The inner edge of each half-edge, (3 #F,); -1 at the boundary."""
         row = np.full(3 * len(self.surface.F), -1)
         row[self.surface.topology.sides[:, self.inside]] = np.arange(len(self.inside))
         return row
 
     def find_rows(self, piece: Submesh) -> IntArray:
-        """Return the inner edges of a piece of the surface, as rows of `inside`."""
+        """Return the inner edges of a piece of the surface as rows of `inside`."""
         corner, face = np.divmod(piece.topology.sides[0, piece.topology.inside], len(piece.F))
         own = np.searchsorted(self.surface.faces, piece.faces[face])
         return np.asarray(self._row_of_side[corner * len(self.surface.F) + own])
 
     @cached_property
     def in_atom(self) -> BoolArray:
-        """Which edges are within a polygon or, on a body with planes, within a plane."""
+        """Mask of the inner edges that lie within a polygon or, on a body with planes, within a plane."""
         return np.asarray(self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]] | self._is_diagonal)
 
     @cached_property
     def _is_diagonal(self) -> BoolArray:
-        """Which edges are diagonals of polygons."""
+        """Mask of the inner edges that are diagonals of polygons."""
         if self.surface.inner is None:
             return np.zeros(len(self.inside), dtype=bool)
         return ~np.isin(self.inside, self.surface.cuttable_edges)
 
     @cached_property
     def boundary_sides(self) -> BoolArray:
-        """Which sides are on the boundary, (#F, 3)."""
+        """Mask, (#F, 3), of the sides from corner k to k + 1 that are on the boundary."""
         return ~self.side_mask(slice(None))
 
     @cached_property
     def length(self) -> FloatArray:
-        """The lengths of the edges with two faces."""
+        """The length of each inner edge."""
         return lengths(self.surface.V, self.ends)
 
     @cached_property
     def visible_length(self) -> FloatArray:
-        """The lengths that count for seams: shorter where the two faces hide them."""
+        """The length of each inner edge times `hiding`: the factor is below 1 where its faces hide a seam."""
         return np.asarray(self.length * self.hiding)
 
     @cached_property
     def hiding(self) -> FloatArray:
-        """Factor of each edge's length: above 1 where a seam would be seen, below 1 where it is hidden."""
+        """Factor on each inner edge's length: above 1 if a seam would be visible, below 1 if hidden."""
         if self.hidden is None:
             return np.ones(len(self.faces))
         return hiding_factors(self.surface, self.ends, self.length, self.hidden)
 
     @cached_property
     def price(self) -> FloatArray:
-        """The `edge_prices` of the edges with two faces.
+        """The `edge_prices` of the inner edges.
 
-        An edge halfway between two planes, such as one in the middle of a fillet, is a crease of the angle
-        between the planes.
+        An edge halfway between two planes, for example in the middle of a fillet, counts as a crease whose
+        dihedral angle is the angle between the planes.
         """
         bend, is_hard = self.crease_angle, self.is_hard[self.label[self.faces[:, 0]]]
         if is_hard.any():
@@ -145,17 +146,17 @@ class CreasedSurface:
 
     @cached_property
     def is_hard(self) -> BoolArray:
-        """Which components have planes on much of their area, as machine parts do."""
+        """Mask of the components of which a large part is planar, such as machine parts."""
         return np.asarray(self.flat_share >= constants.PLANAR_SHARE)
 
     @cached_property
     def plane(self) -> IntArray:
-        """The plane of each face: connected faces in one plane."""
+        """The plane of each face. Connected coplanar faces have the same number."""
         return connected_labels(self.faces[self.in_one_plane], len(self.surface.F))
 
     @cached_property
     def in_large_plane(self) -> BoolArray:
-        """Which faces are in large planes, larger than the planes beside them."""
+        """Mask of the faces in large planes, which are larger than all smoothly adjacent planes."""
         number = int(self.plane.max()) + 1
         area, whole = sum_by(self.plane, self.surface.measured[0], number), np.empty(number)
         whole[self.plane] = self.double_area[self.label]
@@ -168,7 +169,7 @@ class CreasedSurface:
 
     @cached_property
     def nearest_plane(self) -> IntArray:
-        """The large plane to which the surface turns least on a path from each face; -1 if it is too far."""
+        """The large plane that is reached from each face with the least turning; -1 if it turns too much."""
         smooth, m = ~self.sharp, len(self.surface.F)
         turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
         indptr, indices, edge = shortest_pairs(self.faces[smooth], turn, m)
@@ -186,17 +187,17 @@ class CreasedSurface:
 
     @cached_property
     def dihedral(self) -> FloatArray:
-        """The `dihedral_angles` at the edges with two faces."""
+        """The `dihedral_angles` at the inner edges."""
         return dihedral_angles(self.surface, self.extent[self.label])
 
     @cached_property
     def crease_angle(self) -> FloatArray:
-        """Their absolute values; 0 at the diagonals of polygons."""
+        """The absolute dihedral angle at each inner edge; 0 at the diagonals of polygons."""
         return np.where(self._is_diagonal, 0.0, np.abs(self.dihedral))
 
     @cached_property
     def in_one_plane(self) -> BoolArray:
-        """Which edges have two faces in one plane, as far as coordinates tell."""
+        """Mask of the inner edges whose two faces are coplanar up to rounding of the coordinates."""
         double_area, dot = self.surface.measured
         height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
         noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
@@ -205,12 +206,12 @@ class CreasedSurface:
 
     @cached_property
     def sharp(self) -> BoolArray:
-        """Which edges are sharp creases."""
+        """Mask of the inner edges that are sharp creases."""
         return np.asarray(self.crease_angle >= SHARP_CREASE_ANGLE)
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """The absolute angle defect of each vertex; 0 on the boundary, and where rounding may make it."""
+        """The absolute angle defect of each vertex; 0 on the boundary, and if rounding may be its cause."""
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
@@ -220,12 +221,12 @@ class CreasedSurface:
 
     @cached_property
     def edge_extent(self) -> FloatArray:
-        """The extent of the component of each edge."""
+        """The extent of the component that contains each inner edge."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
 
     @cached_property
     def on_crease(self) -> BoolArray:
-        """Which vertices are on sharp creases, or on any creases of a body with planes."""
+        """Mask of the vertices on sharp creases, or on any creases of a body with planes."""
         crease = self.sharp | (self.crease_angle >= CREASE_ANGLE) & self.is_hard[self.label[self.faces[:, 0]]]
         on_crease = np.zeros(len(self.surface.V), dtype=bool)
         on_crease[self.ends[crease]] = True
@@ -233,14 +234,14 @@ class CreasedSurface:
 
     @cached_property
     def on_sharp(self) -> BoolArray:
-        """Which vertices are on sharp creases."""
+        """Mask of the vertices on sharp creases."""
         on_sharp = np.zeros(len(self.surface.V), dtype=bool)
         on_sharp[self.ends[self.sharp]] = True
         return on_sharp
 
     @cached_property
     def is_apex(self) -> BoolArray:
-        """Which vertices off sharp creases are tips: `apexes`."""
+        """Mask of the vertices that are tips and not on sharp creases, see `apexes`."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
         on_soft[self.ends[self.crease_angle > CREASE_ANGLE]] = True
         return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
@@ -252,11 +253,11 @@ class CreasedSurface:
 
     @cached_property
     def flat_share(self) -> FloatArray:
-        """The `flat_shares` of the components."""
+        """The share of each component's area that is flat, see `flat_shares`."""
         return flat_shares(self.surface, self.label)
 
     def per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
-        """How many of some vertices each component has, or the sum of their weights."""
+        """Return the number of vertices in a mask, or the sum of their weights, for each component."""
         own = None if weight is None else weight[vertices]
         return np.asarray(np.bincount(self._of_vertex[vertices], own, len(self.extent)))
 
@@ -275,9 +276,9 @@ class CreasedSurface:
 
     @cached_property
     def may_fall_apart(self) -> BoolArray:
-        """Which components may fall into panels: components without needles, except nearly flat disks.
+        """Mask of the components that may be divided into panels.
 
-        A disk that is not curved at all may, too.
+        Components with needle-shaped faces are excluded, as are disks that are nearly but not exactly flat.
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)

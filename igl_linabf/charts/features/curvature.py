@@ -1,4 +1,4 @@
-"""Where a surface bends: dihedral angles, flat parts, curvature and its noise, and tips."""
+"""Dihedral angles, flat parts, curvature and tips of a surface, robust against rounding of coordinates."""
 
 import numpy as np
 
@@ -7,39 +7,40 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 from . import constants
 
-# Height of a face, in roundings of its coordinates, below which it takes its neighbour's normal.
+# Height of a face, in rounding errors of its coordinates, below which it takes the normal of a neighbour.
 MIN_SURE_HEIGHT = 100.0
-MAX_UNSURE_ROW = 8  # length of a row of such faces
-BEND_ROUNDING = 1e-5  # radians by which rounding bends an edge within a plane
-FLAT_TURN = 0.1  # radians that the normal of a flat part turns on a path of the square root of the area
-MIN_CORNER_TURN = 0.01  # radians by which the outline of a facet turns at a corner
-TIP_PROMINENCE = 4.0  # curvature of a tip on soft creases over that of its neighbours
+MAX_UNSURE_ROW = 8  # largest number of adjacent slivers through which a normal is passed on
+BEND_ROUNDING = 1e-5  # dihedral angle, radians, that rounding can cause between coplanar faces
+FLAT_TURN = 0.1  # largest turn of a flat part's normal, radians, over a distance of sqrt(area)
+MIN_CORNER_TURN = 0.01  # least turn of a facet's outline at a corner, radians
+TIP_PROMINENCE = 4.0  # least curvature of a tip on a soft crease, relative to the vertices around it
 
 
 class Smoothing:
-    """Repeated averages over neighbours: n of them reach over about the square root of n edges.
+    """Repeated averaging over adjacent vertices: n averages reach about as far as sqrt(n) edges.
 
     Parameters
     ----------
     component : Submesh
     edges : (#E, 2) int64
     length : (#E,) float64
-        Of the edges.
+        Length of each edge.
     """
 
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray) -> None:
         n = len(component.V)
         indptr, indices, _ = symmetric_pattern(edges.T, n)
-        self._matrix = indptr, indices, np.ones(len(indices))  # the upper triangle; the diagonal is one, too
+        # the upper triangle of the matrix of ones at adjacent vertices and on the diagonal
+        self._matrix = indptr, indices, np.ones(len(indices))
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """Return the number of averages that reach this far, at most `most`."""
+        """Return the number of averages, at most `most`, that reach over the distance `reach`."""
         return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """Return the values of the vertices, (#V,) or (#V, 2), after a number of averages."""
+        """Return values at the vertices, (#V,) or (#V, 2), after averaging `steps` times."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = symmetric_product(*self._matrix, pairs) / self._number[:, None]
@@ -49,31 +50,32 @@ class Smoothing:
 def mean_curvature(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Twice the mean curvature, integrated around each vertex; and the area around each."""
+    """Return twice the mean curvature, integrated around each vertex, and the area around each vertex."""
     half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
     turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
 
 
 def extent(V: FloatArray) -> float:
-    """The longest side of the bounding box."""
+    """Return the longest side of the bounding box of `V`."""
     return float(box_sides(V).max())
 
 
 def box_sides(V: FloatArray) -> FloatArray:
-    """The sides of the bounding box; a column at a time takes a tenth of the time."""
-    return np.asarray(np.ptp(np.ascontiguousarray(V.T), axis=1))
+    """Return the sides of the bounding box of `V`."""
+    return np.asarray(np.ptp(np.ascontiguousarray(V.T), axis=1))  # ten times as fast as np.ptp(V, axis=0)
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Return unit normals, (#F, 3). A sliver takes a neighbour's normal, so rounding does not bend planes.
+    """Return the unit normals of faces, (#F, 3).
 
-    `size` is the extent of each face's body, (#F,), if there are several.
+    A sliver takes the normal of the face across its longest side, so that rounding does not bend planes.
+    `size` is the extent of the component of each face, (#F,), if there are several components.
     """
     V, F, topology = component.V, component.F, component.topology
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
-    squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
+    squared_side = dot[NEXT] + dot[PREV]  # squared length of the side opposite to each corner
     least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
     unsure = double_area < least * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
@@ -92,24 +94,24 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 
 
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """The angle between the `face_normals` at each edge with two faces; negative where it is concave."""
+    """Return the angle between the `face_normals` at each inner edge; negative at concave edges."""
     topology = component.topology
     return dihedrals(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
-    """The share of the area in faces with a neighbour nearly in their plane: flat parts of the surface.
+    """Return the share of the area that is flat: faces that are nearly coplanar with an adjacent face.
 
-    Nearly is a turn of the normal by `FLAT_TURN` on a way of the square root of the area. Faces that
-    make up one triangle, such as those of a subdivided mesh, count as this triangle. The share therefore does
-    not depend on how fine a mesh is; it is about a tenth on smooth surfaces. `bend` are the
-    `dihedral_angles`, if they are known.
+    Faces are nearly coplanar if the normal turns by less than `FLAT_TURN` over a distance of the square root
+    of the area. Coplanar faces that form one triangle, for example in a subdivided mesh, count as this
+    triangle. Therefore the share does not depend on the resolution of the mesh. It is about 0.1 on smooth
+    surfaces. `bend` has the `dihedral_angles` if they have been computed before.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
 
 def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
-    """The `flat_share` of each component; `of` is the component of each face."""
+    """Return the `flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.faces_inside.T
     double_area = surface.measured[0]
@@ -126,7 +128,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
         one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
-        large = np.bincount(facet) > 1  # two single faces share one edge
+        large = np.bincount(facet) > 1  # only facets of several faces can share more than one edge
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
@@ -140,10 +142,10 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
 
 
 def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
-    """Return the facet of each face, itself or the flat triangle around it; None without such triangles.
+    """Return the facet of each face: a flat triangle of several faces, or the face alone.
 
-    `sides` are the two faces of each edge, (2, #E); `bend` is the angle there, `size` the extent of each
-    face's body.
+    If no faces form a flat triangle, return None. `sides` has the two faces of each inner edge, (2, #E),
+    `bend` the dihedral angle at each inner edge, and `size` the extent of the component of each face.
     """
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
@@ -165,7 +167,7 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
 
 
 def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
-    """The `extent` of each component; `of` is the component of each face."""
+    """Return the `extent` of each component; `of` is the component of each face."""
     if not of.any():
         return np.full(1, extent(surface.V))
     order = np.argsort(of, kind="stable")
@@ -175,10 +177,11 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
 
 
 def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
-    """Which vertices off sharp creases are tips, as a cone's apex is.
+    """Return a mask of the vertices that are tips, such as the apex of a cone, and not on sharp creases.
 
-    All vertices of a coarse ball are as curved, and on soft creases: there a tip has to stand out from its
-    neighbours. `bent` is the absolute curvature of the vertices; `ends` are the vertices of the edges.
+    On a coarse sphere, all vertices are equally curved and on soft creases. Therefore a vertex on a soft
+    crease is a tip only if its curvature is much larger than that of adjacent vertices. `bent` is the
+    absolute curvature of each vertex, and `ends` are the vertices of each edge.
     """
     tip = (bent > constants.TIP_CURVATURE) & ~on_sharp
     unsure = tip & on_soft

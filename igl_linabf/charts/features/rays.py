@@ -1,4 +1,4 @@
-"""Charts that cannot be seen from outside, such as the walls of a cavity: no ray reaches them."""
+"""Find charts that cannot be seen from outside, such as the walls of a cavity, by tracing rays."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 
-FACES_WITH_RAYS = 8  # faces of a chart from which rays start
-RAYS_OF_FACE = 100  # rays from each of them
-RAY_START = 1e-6  # distance of a ray's start from its face over the surface's extent
+FACES_WITH_RAYS = 8  # number of faces of a chart from which rays start
+RAYS_OF_FACE = 100  # number of rays that start at each sampled face
+RAY_START = 1e-6  # distance between the start of a ray and its face, relative to the extent of the surface
 
 
 def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
-    """Of which charts no ray from the centres of some faces leaves the surface, to either side.
+    """Return a mask of the charts from which no ray leaves the surface.
 
-    `charts` has the faces of each, as rows of `F`. The faces are at equal shares of the chart's area, and the
-    rays go in the same directions from each: so the answer is the same each time.
+    Rays start at the centres of a few faces of each chart, on both sides. `charts` has the faces of each
+    chart as rows of `F`. The result is deterministic: the sampled faces are spaced evenly by area, and the
+    rays have the same directions at each face.
     """
     tree, directions = igl.AABB(), _directions(RAYS_OF_FACE)
     tree.init(V, F)
@@ -39,13 +40,13 @@ def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolAr
 
 
 def _faces_at(area: FloatArray, faces: IntArray, shares: FloatArray) -> IntArray:
-    """The faces of a chart at these shares of its area."""
+    """Return the faces of a chart at which the cumulative area reaches the given shares of the total."""
     own = np.cumsum(area[faces])
     return np.asarray(faces[np.searchsorted(own[:-1], shares * own[-1])])
 
 
 def _directions(n: int) -> FloatArray:
-    """Unit vectors on a spiral around the sphere, which are equally far from each other, (n, 3)."""
+    """Return unit vectors on a spiral around the sphere, evenly distributed, (n, 3)."""
     z, turn = (2 * np.arange(n) + 1) / n - 1, np.pi * (3 - np.sqrt(5)) * np.arange(n)
     r = np.sqrt(1 - z**2)
     return np.column_stack((r * np.cos(turn), r * np.sin(turn), z))

@@ -1,11 +1,12 @@
-"""Where a seam shows, and where the caller wants it hidden.
+"""The visibility of seams: weights of faces and factors on edge lengths, which hide seams where requested.
 
-What is measured of faces and edges is averaged over `SMOOTHING_REACH`: noise and single faces do not matter.
+The weights of faces are averaged over the distance `SMOOTHING_REACH`, so that noise and single faces do not
+matter.
 
-A body may hide its seams on its back, as far as its shape tells where that is. A face has eyes, nose and
-mouth; the back of a head has none. So the front is where most detail looks to: the mean of the normals,
-weighted by the salience of Lee, Varshney, Jacobs 2005, the difference between the mean curvature at a fine
-scale and at a coarse one.
+Seams can be hidden on the back of a body if its shape shows where the back is. A head has eyes, nose and
+mouth in front, and no such details behind. Therefore the front is the direction that most details face: the
+mean of the normals weighted by salience (Lee, Varshney, Jacobs 2005), which is the difference between the
+mean curvature at a fine scale and at a coarse scale.
 """
 
 import warnings
@@ -21,24 +22,24 @@ from ...surface import Submesh, sum_by
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
-HIDING = 3.0  # factor of the length of an edge in full view, and divisor of a hidden one
-HIDING_ON_BACK = 2.0  # the same for the back of a body, which is a guess
-MIN_BODY_SHARE = 0.01  # share of the triangles of a body whose front is sought
-MIN_DETAILED_FACES = 300  # triangles of a body that has details
-FINE_SCALE = 0.01  # scale of details over the square root of the area
-COARSE_SCALE = 0.05  # scale of limbs over the square root of the area
-MAX_SALIENCE_STEPS = 60  # averages over neighbours up to the coarse scale
-CLEAR_FRONT = 0.1  # length of the mean normal, weighted by salience, of a clear front
-MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a body has no front
+HIDING = 3.0  # the length of an edge in full view is multiplied by this factor, of a hidden edge divided
+HIDING_ON_BACK = 2.0  # `HIDING` for hide="back"; lower, because the back is only estimated
+MIN_BODY_SHARE = 0.01  # least share of all triangles of a component whose front is determined
+MIN_DETAILED_FACES = 300  # least number of triangles of a component whose front is determined
+FINE_SCALE = 0.01  # scale of details, relative to the square root of the area
+COARSE_SCALE = 0.05  # scale of limbs, relative to the square root of the area
+MAX_SALIENCE_STEPS = 60  # largest number of averages over adjacent vertices that reach the coarse scale
+CLEAR_FRONT = 0.1  # length of the salience-weighted mean normal from which the front is unambiguous
+MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a component has no front
 
-SMOOTHING_REACH = 0.02  # square roots of the area over which hiding is averaged
-MAX_SMOOTHING_STEPS = 30  # averages over neighbours on fine meshes
+SMOOTHING_REACH = 0.02  # distance over which hiding is averaged, in square roots of the area
+MAX_SMOOTHING_STEPS = 30  # largest number of averages of hiding over adjacent vertices
 
 Hiding = ArrayLike | Literal["back"]
 
 
 def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
-    """How well each triangle hides a seam, from -1 to 1; None if seams need not be hidden.
+    """Return how well each triangle hides a seam, from -1 to 1; None if `hide` is None.
 
     `hide` is a direction, (3,), a weight for each of the caller's faces, or "back". `face` is the caller's
     face of each triangle.
@@ -68,7 +69,7 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
 
 
 def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
-    """How well triangles hide seams by being on a back, of bodies whose details tell where that is."""
+    """Return how well triangles hide seams, which is positive on the backs of components with a front."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made, as_hidden = np.zeros(n_faces), np.log(HIDING_ON_BACK) / np.log(HIDING)
@@ -82,7 +83,10 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
 
 
 def _facing_away(component: Submesh) -> FloatArray:
-    """How far each face looks away from the front, from -1 to 1; all 0 if the body has no front."""
+    """Return minus the cosine of each face's normal with the front; all 0 if the component has no front.
+
+    If the front is not clear, the values are scaled down.
+    """
     nowhere = np.zeros(len(component.F))
     if len(component.F) < MIN_DETAILED_FACES:
         return nowhere
@@ -91,7 +95,7 @@ def _facing_away(component: Submesh) -> FloatArray:
         return nowhere
     double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
-    normal = np.cross(b - a, c - a)  # times twice the area
+    normal = np.cross(b - a, c - a)  # length is twice the area
     looking = salience @ normal
     length, clear = float(np.linalg.norm(looking)), CLEAR_FRONT * float(salience @ double_area)
     if not MIN_FRONT_SHARE * clear < length < np.inf:
@@ -101,11 +105,11 @@ def _facing_away(component: Submesh) -> FloatArray:
 
 
 def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
-    """The salience of each vertex: its mean curvature at the fine scale less that at the coarse one."""
+    """Return the salience of each vertex: the difference of mean curvatures at the fine and coarse scale."""
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
+    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # integrals and areas
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
     coarse = max(smoothing.steps(COARSE_SCALE * size, MAX_SALIENCE_STEPS), 1)
     fine = max(round(coarse * (FINE_SCALE / COARSE_SCALE) ** 2), 1)
@@ -117,7 +121,7 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
 
 
 def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
-    """Cosine of the angle between a direction and the outer normal of each face."""
+    """Return the cosine of the angle between a direction and the outer normal of each face."""
     length = float(np.linalg.norm(direction))
     if length == 0:
         raise MeshError("hide is a direction of no length: point to where seams are to be")
@@ -133,9 +137,9 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
 
 
 def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray) -> FloatArray:
-    """Return the factor of a seam's length at each edge with two faces.
+    """Return the factor on the length of a seam at each inner edge.
 
-    On fine meshes, how well faces hide a seam is averaged over `SMOOTHING_REACH`.
+    On fine meshes, the `hiding_weights` are averaged over the distance `SMOOTHING_REACH`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Regions that can be laid flat without stretch, put together edge to edge.
+"""Panels: regions between creases that can be flattened without stretch, joined edge to edge.
 
 In: a surface with creases. Out: seams around the planes, cylinders and cones between sharp or rounded
 creases.

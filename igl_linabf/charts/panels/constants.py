@@ -1,3 +1,3 @@
-"""Constants that several modules share."""
+"""Constants that several modules of `panels` share."""
 
-MAX_DEPTH_OF_HEIGHT = 0.05  # depth over the height of a face to which it may overlap others
+MAX_DEPTH_OF_HEIGHT = 0.05  # largest depth of an overlap between faces, relative to the height of a face

@@ -1,13 +1,14 @@
-"""Panels: the regions between creases, each laid flat alone, and joined edge to edge.
+"""Find panels, which are the regions between creases, flatten them, and join them edge to edge.
 
-Where all that is curved is on sharp creases, panels are planes, cylinders and cones. Their net is found at
-once: two panels are joined along their common crease, the longest creases first, as long as no face lies
-over another one. A crease along which they are not joined is a seam.
+If all curved vertices of a component are on sharp creases, its panels are planes, cylinders and cones. A net
+of the panels is built greedily: starting with the longest creases, two panels are joined along their common
+crease unless faces would overlap. Creases along which panels are not joined are seams.
 
-Machine parts have fillets, too. A fillet ends in corners that are curved a little at each of many vertices,
-and no net goes through all of these. But the planes on its two sides are panels: each takes half of the
-fillet, whose middle is a crease between them. Panels are joined along these as along sharp creases, with some
-play. The curved vertices are then on the boundaries of charts, which are flattened.
+Machine parts also have fillets. A fillet ends in corners whose curvature is spread over many vertices, and
+no net passes through all of these vertices. However, the planes on the two sides of a fillet are panels: each
+plane is extended by half of the fillet, and the middle of the fillet is a crease between the two panels.
+Panels are joined along such rounded creases as along sharp creases, but with larger tolerances. The curved
+vertices are then on the boundaries of charts.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ from . import constants
 from .unfolding import joints, overlap_depths, unfold, upright_turns
 
 PANEL_ANGLE = np.deg2rad(5.0)  # dihedral angle from which an edge separates panels
-MAX_CREASE_GAP = 1e-5  # gap between the two sides of a joined crease over the body's extent
-# Depth over the body's extent to which faces may overlap: single precision bends edges as much.
+MAX_CREASE_GAP = 1e-5  # largest gap at a joined crease, relative to the extent of the component
+# Largest depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
 MAX_OVERLAP_DEPTH = 2e-6
-# Difference over the extent, and in radians, of two motions that join panels along one crease.
+# Tolerance for equal motions: of the rotation in radians, of the translation relative to the extent.
 SAME_MOTION = 1e-3
-PLANAR_SHARE_OF_ROUNDED = 0.3  # share of the area in large planes from which a body has rounded creases
-ROUNDED_PLAY = 2e-3  # gap, and depth of overlaps, over the extent at rounded creases
-ROUNDED_PLAY_OF_EDGE = 0.1  # the same gap over the length of the edge
-ROUNDED_DEPTH_OF_HEIGHT = 0.3  # the same depth over the height of a face of a fillet
+PLANAR_SHARE_OF_ROUNDED = 0.3  # least share of area in large planes of a component with rounded creases
+ROUNDED_PLAY = 2e-3  # largest gap and overlap depth at rounded creases, relative to the extent
+ROUNDED_PLAY_OF_EDGE = 0.1  # largest gap at an edge of a rounded crease, relative to the edge length
+ROUNDED_DEPTH_OF_HEIGHT = 0.3  # largest overlap depth of a fillet's face, relative to the height of the face
 SAME_ROUNDED_MOTION = 1e-2  # `SAME_MOTION` at rounded creases
 
 
@@ -47,9 +48,10 @@ class Panels:
     ----------
     creased : CreasedSurface
     same_motion : float
-        Difference over the extent, and in radians, up to which two motions that join panels are one.
+        Tolerance for equal motions of two edges: of the rotation in radians, of the translation relative to
+        the extent.
     opens_handles : bool
-        Whether panels may have handles, which seams then open.
+        Whether panels may have handles. If so, seams cut the handles open.
     """
 
     creased: CreasedSurface
@@ -58,17 +60,17 @@ class Panels:
 
     @cached_property
     def fold(self) -> BoolArray:
-        """Which edges part panels."""
+        """Mask of the inner edges that separate panels."""
         return np.asarray(self.creased.crease_angle >= PANEL_ANGLE)
 
     @cached_property
     def terminals(self) -> BoolArray:
-        """Which vertices seams have to reach: the curved ones."""
+        """Mask of the curved vertices, which seams have to reach."""
         return np.asarray(self.creased.curvature > 0)
 
     @cached_property
     def unclosed(self) -> BoolArray:
-        """Mark the edges at which a panel that is laid flat does not close, such as a cylinder's."""
+        """Mask of the inner edges where the two sides of an unfolded panel do not meet, as in a cylinder."""
         creased, rows = self.creased, np.flatnonzero(~self.fold)
         z = unfold(creased, ~self.fold).ravel()
         one, other = creased.sides(rows)
@@ -77,16 +79,16 @@ class Panels:
         return made
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        """Return the largest gap between the two sides of each edge that is joined."""
+        """Return the largest allowed gap between the two sides of the joined edges `rows`."""
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        """The `overlap_depths` of the faces, laid flat."""
+        """Return the `overlap_depths` of the unfolded faces `z`."""
         extent = self.creased.extent[self.creased.label]
         return overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
     def made(self) -> BoolArray:
-        """Mark the components that consist of panels: all that is curved is on creases, or a tip."""
+        """Return a mask of the components of panels, whose curved vertices are tips or on creases."""
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_crease
         made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
@@ -100,14 +102,14 @@ class Panels:
 
 @dataclass(frozen=True, eq=False)
 class RoundedPanels(Panels):
-    """The panels of a surface with rounded creases."""
+    """The panels of a surface with rounded creases, such as the fillets of machine parts."""
 
     same_motion: ClassVar[float] = SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
 
     @cached_property
     def fold(self) -> BoolArray:
-        """Mark the edges that separate panels: sharp creases, and those halfway between two large planes."""
+        """Mask of the inner edges that separate panels: sharp creases, and middles of fillets."""
         return np.asarray(
             self.creased.sharp | np.not_equal(*self.creased.nearest_plane[self.creased.faces].T)
         )
@@ -132,7 +134,7 @@ class RoundedPanels(Panels):
         return overlap_depths(z, self.creased.extent[self.creased.label], ROUNDED_PLAY, shallow)
 
     def made(self) -> BoolArray:
-        """Mark the components that have creases and many of their faces in large planes."""
+        """Return a mask of the components with creases and with much of their area in large planes."""
         creased = self.creased
         made = creased.may_fall_apart
         if made.any():
@@ -145,9 +147,9 @@ class RoundedPanels(Panels):
 
 
 def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the seams of components that consist of panels, which lay every panel flat.
+    """Return the seams along which components that consist of panels are cut, so that every panel is flat.
 
-    Panels that lie flat around their holes keep them: a slit would be in plain view.
+    Holes in panels that are flat without a further cut are not cut open, because that seam would be visible.
 
     Parameters
     ----------
@@ -158,11 +160,11 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, Float
     Returns
     -------
     edges : (#E, 2) int64
-        As the caller's vertices.
+        The edges of the seams, given by the caller's vertices.
     component : (#E,) int64
         The component of each edge.
     cost : (#C,) float64
-        The price of the seams of each component over `trade`; infinite where a panel has handles.
+        The price of the seams of each component over `trade`; infinite if a panel has uncut handles.
     """
     creased, fold = panels.creased, panels.fold
     slit, handles = _slits(panels, fold, panels.unclosed)
@@ -177,9 +179,9 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, Float
 
 
 def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
-    """The folds along which panels are not joined.
+    """Return a mask of the folds along which panels are not joined, and which therefore become seams.
 
-    `z` are the corners of the faces, (#F, 3), where each panel lies flat.
+    `z` has the positions of the corners of each face, (#F, 3), in the unfolded panel.
     """
     creased, fold = panels.creased, panels.fold
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
@@ -199,10 +201,10 @@ def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolAr
 
 
 def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArray, IntArray]:
-    """Return the edges that open the parts of a cut surface to disks, with all terminals on their boundaries.
+    """Return a mask of the edges that cut the parts of a cut surface to disks with terminals on the boundary.
 
-    Parts without an edge that is `unclosed` keep their holes. Also return the faces of the parts with handles
-    that are not opened.
+    Parts without an edge in `unclosed` keep their holes. Also return the faces of the parts with handles that
+    are not cut open.
     """
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
@@ -250,7 +252,7 @@ def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArr
 def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
     """Return the edges (#E, 2) that open a part of several components; one component may have handles.
 
-    `tip` is the mask of vertices, (n,), that the edges have to reach.
+    `tip` is a mask of the vertices, (n,), that the edges have to reach.
     """
     piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Panels laid flat: where each lies in the plane, and where two of them may be joined."""
+"""Unfold panels to the plane, and find the rigid motions that join two panels along a crease."""
 
 import numpy as np
 
@@ -8,39 +8,39 @@ from ...surface import Ragged, connected_labels, index_and_rank, sum_by
 from ..features import CreasedSurface
 from . import constants
 
-MAX_PROJECTED_LOSS = 1e-4  # share of its area that a plane may lose when it is projected
-MIN_OVERLAPPING_HEIGHT = 1e-12  # height of a face over the body's extent up to which it overlaps nothing
-MAX_CREASES_OF_PAIR = 8  # number of creases between two panels along which they are tried
-UNFILLED_SHARE = 0.0015  # price of a seam over the area of the page that it is worth, relative to E
-PAGE_OVER_AREA = 2.0  # area of the page over that of the body for charts that may be as long as the page
-PAGE_OVER_SQUARED_LENGTH = 0.6  # area of the page over the squared length of the longest panel
+MAX_PROJECTED_LOSS = 1e-4  # largest share of a plane's area that is lost when its faces are projected
+MIN_OVERLAPPING_HEIGHT = 1e-12  # ignore overlaps of faces with at most this height, relative to the extent
+MAX_CREASES_OF_PAIR = 8  # largest number of creases that are tried to join two panels
+UNFILLED_SHARE = 0.0015  # weight of page area when panels are joined, relative to its weight in `AtlasCost`
+PAGE_OVER_AREA = 2.0  # area of the page, relative to the area of the component
+PAGE_OVER_SQUARED_LENGTH = 0.6  # least area of the page, relative to the squared length of the longest panel
 
 
 def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
-    """The corners of the faces, (#F, 3), each panel unfolded to a plane across the edges within it."""
+    """Unfold each panel to the plane across the edges in `joined`; return the corners of faces, (#F, 3)."""
     m = len(creased.surface.F)
     z, plane = _in_planes(creased, joined)
     rows = np.flatnonzero(joined)
     flat = np.equal(*plane[creased.faces[rows]].T)
-    rows = rows[np.lexsort((-creased.length[rows], ~flat))]  # those within planes first, then the longest
+    rows = rows[np.lexsort((-creased.length[rows], ~flat))]  # edges within planes first, then by length
     tree = spanning_forest(creased.faces, rows, m)
     one, other = (z.ravel()[side] for side in creased.sides(tree))
     turn, shift = _motions(one, other)
     pairs = creased.faces[tree]
     parent = forest_parents(pairs, m)
     by, to = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
-    down = parent[pairs[:, 1]] == pairs[:, 0]  # motions are those of the second face to the first
+    down = parent[pairs[:, 1]] == pairs[:, 0]  # a motion maps the second face to the frame of the first
     child = np.where(down, pairs[:, 1], pairs[:, 0])
     by[child] = np.where(down, turn, turn.conj())
     to[child] = np.where(down, shift, -turn.conj() * shift)
-    while (parent[parent] != parent).any():  # each round halves the ways to the roots
+    while (parent[parent] != parent).any():  # pointer doubling: each round halves the depth of the trees
         by, to, parent = by[parent] * by, by[parent] * to + to[parent], parent[parent]
     by /= np.abs(by)
     return np.asarray(by[:, None] * z + to[:, None])
 
 
 def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
-    """The corners of the faces in the planes that they lie in, and the plane of each face."""
+    """Return the corners of each face in the coordinates of its plane, (#F, 3), and the plane's number."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
     plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
@@ -65,9 +65,9 @@ def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray
 
 
 def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """The motions, turns and shifts, that bring edges, (2, #E), from other frames to where one has them.
+    """Return the rotations and translations that map the edges `other` to the edges `one`, (2, #E) each.
 
-    An edge whose length is rounded away in its frame is not turned.
+    The rotation is the identity for an edge whose two ends coincide after rounding.
     """
     turn = (one[1] - one[0]) * (other[1] - other[0]).conj()
     size = np.abs(turn)
@@ -76,7 +76,7 @@ def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, Comp
 
 
 def upright_turns(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
-    """The turn of each panel that brings its longest side along the first axis."""
+    """Return the rotation of each panel that aligns its longest side with the first axis."""
     side = np.roll(z, -1, axis=1) - z
     longest = side[np.arange(len(side)), np.abs(side.T).argmax(axis=0)]
     by_length = order[np.lexsort((np.abs(longest)[order], panel[order]))]
@@ -85,7 +85,7 @@ def upright_turns(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexA
 
 
 def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> FloatArray:
-    """The width of the widest panel of each component along the first axis."""
+    """Return the extent along the first axis of the longest panel of each component."""
     order = np.argsort(panel, kind="stable")
     panels = Ragged(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
     x = np.ascontiguousarray(z.real.T)[:, order]
@@ -101,9 +101,10 @@ def overlap_depths(
     most: float,
     shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
-    """Return the depth to which each triangle may overlap others; negative for slivers, which are ignored.
+    """Return the depth up to which each triangle may overlap other triangles; negative for slivers.
 
-    That is a share `most` of the extent, and `shallow` of its height, at most.
+    The depth is at most `most` times the extent and at most `shallow` times the height of the triangle.
+    Overlaps of slivers are ignored.
     """
     side = np.roll(triangle, -1, axis=1) - triangle
     longest = np.maximum(np.abs(side.T).max(axis=0), np.finfo(float).tiny)
@@ -113,7 +114,7 @@ def overlap_depths(
 
 
 def _few_of_each(label: IntArray) -> IntArray:
-    """A few rows of each label, spread evenly over all of its rows, in order."""
+    """Return up to `MAX_CREASES_OF_PAIR` rows of each label, evenly spaced among its rows, ascending."""
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
     own, rank = index_and_rank(sizes)
@@ -122,16 +123,16 @@ def _few_of_each(label: IntArray) -> IntArray:
     return np.sort(order[step > before])
 
 
-_Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # as `merge_regions` takes them
+_Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # arguments of `merge_regions`
 
 
 def joints(
     creased: CreasedSurface, fold: BoolArray, panel: IntArray, z: ComplexArray, same: float, trade: float
 ) -> _Joints:
-    """Where panels may be joined across edges that part them, the dearest creases first.
+    """Return the pairs of panels that may be joined, with their motions, the most expensive creases first.
 
-    Edges at which one motion joins two panels, up to `same`, are one crease. Joining is worth as much area of
-    the page as a seam along the crease costs.
+    Edges at which the same motion, up to the tolerance `same`, joins two panels belong to one crease. Joining
+    two panels is worth as much page area as a seam along the crease would cost.
     """
     rows = np.flatnonzero(fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]

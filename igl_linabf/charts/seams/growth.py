@@ -1,4 +1,4 @@
-"""The seam of one component: it is grown branch by branch, then shortened."""
+"""Find the seam of one component: grow it branch by branch, then shorten it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ..cut_graphs import (
 )
 from . import constants
 
-# Seam length, in square roots of the area, that the seams of a surface that needs none have to save.
+# Cut a disk only if the net gain is worth a seam of this length, in square roots of the area.
 DISK_GAIN = 0.3
 
-SeamAndLeaves = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at its tips
+SeamAndLeaves = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at the tips of its branches
 
 
 def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndLeaves:
@@ -39,8 +39,8 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
 
 
 def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Move the branch points of a seam; where some edges are hidden, also remove branches that do not pay."""
-    known: dict[bytes, float] = {}  # one seam is compared with several others
+    """Move the branch points of a seam; if some edges are hidden, first remove branches that do not pay."""
+    known: dict[bytes, float] = {}  # cache, because the cost of the same seam is needed several times
 
     def cost(seam: IntArray) -> float:
         key = seam.tobytes()
@@ -54,13 +54,13 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
 
 
 def _slit(closed: ClosedSurface) -> SeamAndLeaves:
-    """Return a path that opens a sphere, between the two points that would shrink most, and these points."""
+    """Return a path that opens a sphere, and its ends: the two points that a map would shrink most."""
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
     start = int(np.argmin(log_scale(closed, np.array([0]), extra) / closed.node_hiding))
     end = int(np.argmin(log_scale(closed, np.array([start]), closed.curvature) / closed.node_hiding))
     distance, before, _ = closed.graph.shortest_paths(np.array([start]))
     path = closed.graph.path_edges(before, [end])
-    if len(path) == 1:  # a single edge opens nothing
+    if len(path) == 1:  # a cut along a single edge does not open a sphere
         distance[[start, end]] = np.inf
         path = np.append(path, closed.graph.path_edges(before, [int(np.argmin(distance))]))
     return path, np.array([start, end])
@@ -71,7 +71,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(constants.MAX_LEAVES):
-        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # no stretch is less than 1
+        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # the stretch is at least 1
             break
         fixed = closed.graph.boundary_nodes(seam)
         stretch, scale = expected(closed, fixed)
@@ -92,11 +92,13 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
 def estimate_branch_gains(
     closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray
 ) -> FloatArray:
-    """Return the estimated saving of a branch to each node, (n,), from the `expected` log scale.
+    """Return the estimated saving of a branch to each node, (n,).
 
-    A conformal map shrinks tips: a branch helps most where u is farthest from zero. A branch lets w of an
-    isometric map be something else at its node. How fast the integral of w^2 then falls is the solution of
-    L x = w; many small bumps stretch that map, so it is compared by how `far` the node is from the seam.
+    `scale` is the log scale from `expected`. A conformal map shrinks tips; therefore a branch saves most
+    where the log scale u is farthest from zero. With an isometric map, a branch frees the value of w at its
+    node. The rate at which the integral of w^2 then decreases is the solution x of L x = w. Since an
+    isometric map is stretched by many small bumps, x is divided by the distance `far` of the node from the
+    seam.
     """
     if not closed.isometric:
         return np.abs(scale) / closed.node_hiding
@@ -105,7 +107,7 @@ def estimate_branch_gains(
 
 
 def keep_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Return the seam of a surface that needs none, or no edge if it saves less than `DISK_GAIN`."""
+    """Return the seam of a surface that could stay whole, or no edges if the gain is below `DISK_GAIN`."""
     gain = seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade)
     return seam if gain >= DISK_GAIN / trade else seam[:0]
 

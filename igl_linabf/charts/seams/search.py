@@ -21,14 +21,14 @@ from . import constants
 from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
 from .small_bodies import SmallBodies
 
-# Factor on `trade` for seams of clusters, which get shorter when they are pulled tight.
+# Factor on `trade` for seams of contracted surfaces, because such seams become shorter when pulled tight.
 CLUSTER_TRADE_FACTOR = 1.6
-CHEAP_PANELS = 0.1  # cost of seams around panels up to which no others are searched
-MAX_FACES_OF_SMALL_BODY = 100  # faces of a component that is processed in a batch
-MIN_SMALL_BODIES = 8  # number of components from which there are batches
-MAX_FACES_OF_MEDIUM_BODY = 2_000  # faces of a smooth component that is processed in a large batch
-MIN_MEDIUM_BODIES = 100  # number of components from which there are large batches
-MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # share of its area that lies flat, below which a component is smooth
+CHEAP_PANELS = 0.1  # cost of seams around panels, up to which no other seams are searched
+MAX_FACES_OF_SMALL_BODY = 100  # largest number of faces of a component that is processed in a batch
+MIN_SMALL_BODIES = 8  # least number of components from which small components are processed in a batch
+MAX_FACES_OF_MEDIUM_BODY = 2_000  # largest number of faces of a smooth component in a batch of many
+MIN_MEDIUM_BODIES = 100  # number of components from which medium-sized components join the batch
+MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # share of flat area below which a component is smooth
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -41,9 +41,9 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     seams : (#E, 2) int, or (#F, 3) bool
-        The edges, as pairs of vertices. Or a mask: `[f, k]` is True if the edge from `F[f, k]` to
-        `F[f, k + 1]` is a seam; one of the edge's two sides is enough. Boundary edges have no
-        effect, nor has a single edge between interior vertices.
+        The edges, as pairs of vertices, or a mask: `[f, k]` is True if the edge from `F[f, k]` to
+        `F[f, k + 1]` is a seam. It suffices to mark one of the edge's two sides. Boundary edges have no
+        effect, and neither does a single edge between interior vertices.
 
     Returns
     -------
@@ -89,16 +89,17 @@ def find_seams(
     """Find the short seams along which `unwrap` cuts a surface.
 
     A component that consists of panels (planes, cylinders and cones between creases, and planes with rounded
-    creases) is cut along seams that lay all of its panels flat, if these cost less than a tree of seams.
+    creases) is cut along seams that let all panels lie flat, if these seams cost less than a tree of seams.
 
     On every other component a tree of seams is grown. Handles are opened along short loops through one point
     (shortest-path tree and cotree of Erickson, Whittlesey 2005). Holes are joined by a tree of shortest
-    paths. Then branches are added one by one. Each is a shortest path from the point where the scale of the
-    conformal map is farthest from one, such as a tip that would shrink (one Laplace system per branch, as in
-    boundary first flattening), or with "isometric" from the point where the stretch falls most for the length
-    of the branch. A branch is kept if the stretch that it saves is worth its length. Finally, branch points
-    move if a shorter seam is worth the change of stretch. On surfaces of more than 6,000 vertices all this is
-    done on clusters of vertices, and the seam is then pulled tight along the edges.
+    paths. Then branches are added one by one. Each branch is a shortest path from the seam to the point where
+    the scale of the conformal map is farthest from 1, such as a tip that would shrink (one Laplace system per
+    branch, as in boundary first flattening). With "isometric", it leads to the point where the stretch
+    decreases most relative to the length of the branch. A branch is kept if the stretch that it saves is
+    worth its length. Finally, branch points move if a shorter seam is worth the change of stretch. A surface
+    of more than 6,000 vertices is first contracted to clusters of vertices, on which the seam is found; the
+    seam is then pulled tight along the edges of the surface.
 
     Parameters
     ----------
@@ -107,30 +108,32 @@ def find_seams(
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     method : str or method object
-        The method that `unwrap` will use. With "isometric", the stretch of the isometric map counts, times 6:
-        it is about a sixth of the stretch of the conformal map.
+        The method that `unwrap` will use. With "isometric", the stretch of the isometric map counts six
+        times, because it is about a sixth of the stretch of the conformal map.
     trade : float
         Seam length, in units of the square root of the component's area, that is worth a decrease of the L2
-        stretch by 1. Edges along creases count less: a crease of a right angle half, and a sharp crease
-        (40 degrees or more) 0.15 of that. 0: only the seams that disks need. Large: branches grow as long as
-        the expected stretch falls, at most 100 per component.
+        stretch by 1. Edges along creases count less: a crease of 90 degrees counts half and, on bodies with
+        planes, a sharp crease (40 degrees or more) 0.15 of that. With 0, only the seams are cut that are
+        needed to obtain disks. With a large value, branches are added as long as the expected stretch falls,
+        at most 100 per component.
     keep_holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes, and planes keep their holes.
     disks : bool
-        Also cut components that are disks, where that is worth the stretch that it saves, as `unwrap` does.
-        By default they stay whole.
+        Also cut components that are disks if the saved stretch is worth the seam, as `unwrap` does. By
+        default disks stay whole.
     hide : (3,) or (#F,) float, or "back", optional
-        Where seams may lie: the direction that hidden faces look to, such as `[0, 0, -1]` for the underside
-        if z is up; or a weight per face, larger where a seam is hidden better. Weights are scaled to their
-        own range. An edge in full view counts three times its length, a hidden one
-        a third. "back": the side of each body with the least detail, such as the back of a head; an edge in
-        front then counts twice its length.
+        Where seams are hidden: a direction in which hidden faces look, such as `[0, 0, -1]` for the underside
+        if z is up, or a weight for each face, larger where a seam is hidden better. Weights are scaled to the
+        range from -1 to 1. An edge in full view counts three times its length, and a hidden edge a third of
+        its length. "back" is the side of each body with the least detail, such as the back of a head. An edge
+        in front then counts twice its length.
 
     Returns
     -------
     seams : (#E, 2) int64
-        Vertices of the edges, as `cut` takes them. Each component is cut into pieces that lie flat: panels
-        joined edge to edge, or one disk. A smooth component without handles stays one disk.
+        Vertices of the edges, in the form that `cut` takes. Each component is cut into pieces that can be
+        flattened: panels joined edge to edge, or one disk. A smooth component without handles becomes one
+        disk.
 
     Raises
     ------
@@ -156,12 +159,12 @@ def find_seams(
 
 
 def check_trade(trade: float) -> None:
-    """Raise a ValueError if `trade` is not a valid price of seams."""
+    """Raise a `ValueError` if `trade` is not a number of at least 0."""
     if not is_number(trade, 0):
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
 
 
-Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
+Shape = tuple[Submesh, int, int]  # a component, its number of boundary loops, and its number of handles
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +180,7 @@ class SeamSearch:
     method : Method
         The method that will flatten the surface.
     hidden : (#F,) float64 or None
-        How well each of the caller's faces hides a seam: `hiding_weights`.
+        The `hiding_weights`, which state how well each of the caller's faces hides a seam.
     """
 
     trade: float
@@ -186,15 +189,15 @@ class SeamSearch:
     hidden: FloatArray | None = None
 
     def seams(self, surface: Submesh) -> IntArray:
-        """Return the edges to cut a checked manifold along, (#E, 2), as the caller's vertices.
+        """Return the edges along which to cut a checked manifold, (#E, 2), given by the caller's vertices.
 
-        A component that needs no seam gets one only if it saves some cost beyond its price. A component that
-        keeps its holes gets none, except around its panels.
+        A disk is cut only if the saved stretch exceeds the price of the seam by `DISK_GAIN`. A component that
+        keeps its holes is cut only around panels.
         """
         return self._find(surface, only_needed=False)
 
     def needed_seams(self, surface: Submesh) -> IntArray:
-        """Return the edges as `seams`, but leave components whole that need no seam."""
+        """Return the same edges as `seams`, but without the seams of components that are disks."""
         return self._find(surface, only_needed=True)
 
     def _find(self, surface: Submesh, only_needed: bool) -> IntArray:
@@ -230,13 +233,14 @@ class SeamSearch:
         return ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
 
     def _uncut_cost(self, creased: CreasedSurface) -> float:
-        """Return the expected cost of a component that stays whole."""
+        """Return the expected cost of a component that is not cut."""
         return seam_cost(self._closed(creased), np.zeros(0, dtype=np.int64), self.trade)
 
     def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
-        """Return the edges of a tree of seams of component k, or those around its panels if they cost less.
+        """Return the seam edges of component k: a tree of seams or, if it costs less, seams around panels.
 
-        On many nodes the tree is found on clusters of them. A component that is open needs no seam.
+        On large components, the tree is found on clusters of nodes. If the component `is_open`, it could stay
+        whole, and the tree is discarded unless it is worth its price.
         """
         closed = self._closed(creased)
         levels = Levels.of(closed)
@@ -250,14 +254,14 @@ class SeamSearch:
         if panels.cost[k] == np.inf:
             return edges
         cost = seam_cost(levels.coarse, coarse, self.trade)
-        if cost < panels.cost[k]:  # a map that presses corners flat stretches more than expected
+        if cost < panels.cost[k]:  # corners in the interior of a chart stretch it more than expected
             cost = self._measured_cost(creased, edges)
         return panels.of(k) if panels.cost[k] <= cost else edges
 
     def _measured_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
-        """Return the cost of seams by the maps that they leave, and the seams between overlaps of these.
+        """Return the cost of seams, measured on the maps of the pieces after overlaps have been cut apart.
 
-        The shear of the maps counts as well: coarse triangles at a vertex that is pressed flat are sheared.
+        Conformal distortion counts as well, because coarse triangles around a flattened corner are sheared.
         """
         parts, area, squared, shear = list[Submesh](), 0.0, 0.0, 0.0
         for piece in creased.surface.cut_along(edges):
@@ -300,11 +304,11 @@ class _PanelSeams:
     Attributes
     ----------
     edges : (#E, 2) int64
-        As the caller's vertices.
+        The edges of the seams, given by the caller's vertices.
     component : (#E,) int64
         The component of each edge.
     cost : (#C,) float64
-        The cost of the seams of each component, infinite where it does not consist of panels.
+        The cost of the seams of each component; infinite if the component does not consist of panels.
     """
 
     edges: IntArray
@@ -317,7 +321,7 @@ class _PanelSeams:
         return cls(none, none[:, 0], np.full(number, np.inf))
 
     def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
-        """Add the seams of some components; `label` counts these."""
+        """Add the seams of some components; `label` has the index in `components` for each edge."""
         self.cost[components] = cost
         self.edges = np.concatenate((self.edges, edges))
         self.component = np.concatenate((self.component, components[label]))

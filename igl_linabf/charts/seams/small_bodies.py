@@ -1,6 +1,6 @@
-"""Seams of many small bodies at once: the search of `find_seams`, one branch per body at a time.
+"""Find the seams of many small components at once, adding one branch to each component at a time.
 
-The bodies do not touch, so one Laplace system, and one search for shortest paths, serves all of them.
+The components are disjoint, so that one Laplace system and one shortest-path search serve all of them.
 """
 
 import numpy as np
@@ -14,14 +14,14 @@ from .growth import DISK_GAIN
 
 
 class SmallBodies:
-    """Bodies without handles, side by side as one closed surface.
+    """Small components without handles, which are processed as one closed surface.
 
     Parameters
     ----------
     surface : Submesh
-        Of all of them.
+        The surface that consists of all small components.
     hidden : (#F,) float64, optional
-        As `hiding_weights` returns it.
+        The `hiding_weights` of the caller's faces.
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
@@ -37,9 +37,9 @@ class SmallBodies:
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
     def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return the edges to cut all bodies along, as the caller's vertices, and their costs.
+        """Return the edges along which to cut all bodies, given by the caller's vertices, and the costs.
 
-        A body that needs no seam gets one only if it saves `DISK_GAIN`.
+        A disk is cut only if the net gain is at least `DISK_GAIN`.
 
         Returns
         -------
@@ -63,7 +63,7 @@ class SmallBodies:
         return self.vertices[self.closed.edges[seam]], self._body(seam), cost
 
     def _slits(self) -> IntArray:
-        """A path to open each sphere: between the tips farthest from it, as the scale sees it."""
+        """Return the edges of a path that opens each sphere, between the two points that shrink most."""
         closed, rims = self.closed, np.arange(self.closed.graph.n_holes)
         bare = np.bincount(self._of[rims], minlength=self._n) == 0
         if not bare.any():
@@ -74,20 +74,20 @@ class SmallBodies:
         end = self._least(log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
         distance, before, _ = closed.graph.shortest_paths(start)
         path = closed.graph.path_edges(before, end)
-        # a single edge opens nothing
+        # a cut along a single edge does not open a sphere
         short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
         more = closed.graph.path_edges(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
     def _grown(self, seam: IntArray, trade: float) -> IntArray:
-        """Add leaves one by one to each body, and return of its seams the one of least cost."""
+        """Add branches one by one to the seam of each body, and return each body's seam of least cost."""
         closed = self.closed
-        when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
+        when = np.zeros(len(seam), dtype=np.int64)  # the round in which each edge was added
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
         for leaf in range(constants.MAX_LEAVES):
-            # no stretch is less than 1: beyond this length, no seam costs less than the best one
+            # the stretch is at least 1: stop when the price of the seam alone exceeds the least cost
             growing &= 1 + self._length(seam) / trade < least
             if not growing.any():
                 break
@@ -119,12 +119,12 @@ class SmallBodies:
         return np.asarray(self._stretch(u) - 1 + self._length(seam) / trade)
 
     def _stretch(self, u: FloatArray) -> FloatArray:
-        """The L2 stretch to expect of each body."""
+        """Return the expected L2 stretch of each body."""
         shrunk, grown = (sum_by(self._of, self.closed.area * np.exp(k * u), self._n) for k in (-2, 2))
         return np.asarray(np.sqrt(shrunk * grown) / self._area)
 
     def _length(self, seam: IntArray) -> FloatArray:
-        """Of each body's seam, in units of the square root of its area."""
+        """Return the length of each body's seam, in units of the square root of the body's area."""
         length = np.bincount(self._body(seam), self.closed.graph.length[seam], self._n)
         return np.asarray(length / np.sqrt(self._area))
 
@@ -132,11 +132,11 @@ class SmallBodies:
         return np.union1d(self.closed.graph.ends[seam], np.arange(self.closed.graph.n_holes))
 
     def _body(self, edges: IntArray) -> IntArray:
-        """The bodies that edges are on."""
+        """Return the body of each of the given edges."""
         return np.asarray(self._of[self.closed.graph.ends[edges, 0]])
 
     def _least(self, values: FloatArray) -> IntArray:
-        """Return the node with the least value in each body, the first among equals."""
+        """Return the node with the least value in each body; the first such node if several are equal."""
         values = values[self._by_body]
         least = np.flatnonzero(values == self._nodes.repeat(self._nodes.min(values)))
         first = np.searchsorted(least, self._nodes.start[:-1])

@@ -1,4 +1,4 @@
-"""Charts cut further, or mended, where their maps overlap, flip or shrink.
+"""Split or repair charts whose maps overlap, flip triangles or shrink tips.
 
 In: a chart with its map. Out: seams that split it; charts merged into neighbours; maps moved apart.
 SCAF is Jiang, Schaefer, Panozzo 2017.

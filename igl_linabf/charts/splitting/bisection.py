@@ -1,4 +1,4 @@
-"""A chart in two, for where seams do not help."""
+"""Halve a chart, as a last resort if no seam improves its map."""
 
 import numpy as np
 from scipy import sparse
@@ -9,9 +9,9 @@ from ..least_cuts import divide_at_least_cut, edges_between_polygons, terminals_
 
 
 def bisect(piece: Submesh) -> list[Submesh]:
-    """The parts on both sides of a short seam about halfway between two faces far from each other.
+    """Return the parts on both sides of a short seam about halfway between two distant faces.
 
-    A piece of one face has no parts.
+    A piece that consists of a single polygon cannot be divided; its list of parts is empty.
     """
     polygon = piece.polygon_labels
     if not polygon.any():
@@ -19,7 +19,7 @@ def bisect(piece: Submesh) -> list[Submesh]:
     sides, price = edges_between_polygons(piece)
     centre = centres(polygon, piece.V[piece.F].mean(axis=1))
     step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
-    # two faces may share two edges: the graph then has the sum of equal steps, which does not matter
+    # csr_array sums the equal lengths of two edges between the same faces, which does little harm
     graph = sparse.csr_array((step, tuple(sides)), shape=(len(centre), len(centre)))
 
     def distance(face: int) -> np.ndarray:

@@ -14,20 +14,21 @@ from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
 from ..features import CreasedSurface, box_sides
 
-MAX_OVERLAPS = 6  # overlaps that one search separates; each doubles its graph
-MAX_SEARCH_NODES = 1 << 19  # nodes of that graph
-BARRIER_COST = 1e3  # factor on the price of edges within a sheet of an overlap
-PART_COST = 0.1  # price of one more part as a share of the bounding box's diagonal
+MAX_OVERLAPS = 6  # number of overlaps that one search separates; each overlap doubles the search graph
+MAX_SEARCH_NODES = 1 << 19  # largest number of nodes of the search graph
+BARRIER_COST = 1e3  # factor on the price of seam edges within an overlapping region
+PART_COST = 0.1  # price of an additional part, relative to the diagonal of the bounding box
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
-    """Short seams that separate the overlapping parts of a flat map.
+    """Find short seams that separate the overlapping parts of a flat map.
 
-    Each seam is a shortest path along edges of the surface, from boundary to boundary, with the two
-    sheets of an overlap on different sides. If that is shorter, it runs from the boundary around
-    one sheet and back to itself. Either way, one disk becomes two. The largest overlap comes first,
-    until no pair of faces is left in one part. A part may overlap itself again when it is
-    flattened: repeat until none does.
+    An overlap consists of two *sheets*: connected regions of faces that cover the same place in the map. Each
+    seam is a shortest path along edges of the surface, from boundary to boundary, that has the two sheets of
+    an overlap on different sides. If it is shorter, the seam runs from the boundary around one sheet and back
+    to itself instead. In both cases one disk becomes two disks. The largest overlaps are separated first,
+    until no pair of faces is left in one part. A part may overlap itself again after it has been flattened.
+    In this case, repeat the procedure.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     F : (#F, 3) int
         Oriented triangles. A chart with overlaps is a disk; charts without overlaps may be any surface.
     pairs : (#P, 2) int
-        The pairs that `overlaps(uv, F)` returns; the two faces of a pair are of one chart.
+        The pairs that `overlaps(uv, F)` returns. The two faces of each pair belong to the same chart.
 
     Returns
     -------
@@ -46,8 +47,8 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     Raises
     ------
     MeshError
-        The arrays do not fit together; a pair is not two different faces of one chart; a chart
-        with overlaps is not an oriented manifold disk.
+        The arrays do not fit together, a pair is not two different faces of the same chart, or a chart with
+        overlaps is not an oriented manifold disk.
 
     Examples
     --------
@@ -79,13 +80,13 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 
 def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
-    """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
+    """Return the `separating_seams` of checked charts. Faces and vertices have the caller's indices."""
     seams, _ = _separated(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
 def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
-    """Cut a chart along these seams; each search separates at most `most` overlaps."""
+    """Cut a chart along its `separating_seams`; each search separates at most `most` overlaps."""
     return _separated([chart], pairs, most)[1]
 
 
@@ -102,7 +103,7 @@ def _separated(
         apart = local
         if part.inner is not None:
             apart = part.polygon_labels[local]
-            apart = apart[apart[:, 0] != apart[:, 1]]  # no seam takes a polygon apart
+            apart = apart[apart[:, 0] != apart[:, 1]]  # seams cannot separate triangles of the same polygon
         if len(apart):
             check_planar(part.topology, part.vertices)
             seams.append(np.sort(part.vertices[_shortest_seam(part, apart, most)], axis=1))
@@ -113,7 +114,7 @@ def _separated(
 
 
 def _with_pairs(whole: Submesh, parts: list[Submesh], pairs: IntArray) -> list[tuple[Submesh, IntArray]]:
-    """The parts of a whole, each with those pairs of faces that are both in it, as the part has them."""
+    """Return each part of `whole` with the pairs of faces that are both in the part, in its numbering."""
     of, row = np.empty(len(whole.F), dtype=np.int64), np.empty(len(whole.F), dtype=np.int64)
     for k, part in enumerate(parts):
         rows = np.searchsorted(whole.faces, part.faces)
@@ -126,7 +127,7 @@ def _with_pairs(whole: Submesh, parts: list[Submesh], pairs: IntArray) -> list[t
 
 
 def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
-    """`pairs` as (#P, 2) int64, checked."""
+    """Check `pairs` and return it as a (#P, 2) int64 array."""
     array = np.asarray(pairs)
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
         raise MeshError(
@@ -144,33 +145,34 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 
 
 def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
-    """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
+    """Return the edges (#E, 2) of seams that separate the largest overlaps of the polygons in `pairs`."""
     search, doublings = _Search(part), int(np.log2(MAX_SEARCH_NODES / part.topology.n))
     overlaps = search.largest(pairs, min(most, max(1, doublings)))
     while not len(seam := search.seam(overlaps)):
-        # three single faces over each other: no closed line crosses all three ways an odd number of times
+        # three mutually overlapping faces: no closed curve crosses all three connecting paths an odd number
+        # of times
         overlaps.pop()
     return seam
 
 
 class _Overlap(NamedTuple):
-    """The edges that a way from one of two sheets to the other crosses, and the edges in a sheet."""
+    """The edges that a path between the two sheets of an overlap crosses, and the edges in the sheets."""
 
     way: IntArray
     barred: IntArray
 
 
 class _Search:
-    """The graphs of a part in which seams are sought."""
+    """A search for seams in a part: the edge graph of the part, and the dual graph of its polygons."""
 
     def __init__(self, part: Submesh) -> None:
         cell, inner = part.polygon_labels, part.cuttable_edges
         topology = part.topology
         self._m, self._n = int(cell.max()) + 1, topology.n
-        sides = cell[topology.sides[:, inner] % len(part.F)].T  # the faces that such an edge separates
+        sides = cell[topology.sides[:, inner] % len(part.F)].T  # polygons on both sides of each inner edge
         self._dual = _Dual(*shortest_pairs(sides, np.zeros(len(inner)), self._m))
         edges = topology.edges[inner]
-        # each boundary loop is one more vertex: a seam may end there, and another begin elsewhere on it
+        # an additional vertex per boundary loop: a seam may end at the loop and continue anywhere else on it
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
@@ -180,7 +182,7 @@ class _Search:
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 
     def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
-        """Return at most `most` overlaps of pairs of polygons, the largest first."""
+        """Return the overlaps that the pairs of polygons form, largest first, at most `most`."""
         m, dual = self._m, self._dual
         code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
         upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
@@ -195,16 +197,17 @@ class _Search:
         return overlaps
 
     def seam(self, overlaps: list[_Overlap]) -> IntArray:
-        """The shortest that has the two sheets of each overlap on different sides; no edge if none does."""
+        """Return the edges of the shortest seam that separates all overlaps; empty if none exists."""
         indptr, indices, edge = self._graph
         flip, cost = np.zeros(len(self._cost), dtype=np.int64), self._cost.copy()
         barred = np.concatenate([overlap.barred for overlap in overlaps])
         cost[barred] = BARRIER_COST * self._cost[barred]
         for k, overlap in enumerate(overlaps):
             flip[overlap.way] |= 1 << k
-        # A closed line separates two sheets if it crosses the way from one to the other an odd number of
-        # times. With a copy of the vertices for each combination of odd and even, and edges across a way
-        # leading from copy to copy, it goes from a point to that point's all-odd copy.
+        # A closed curve separates two sheets if it crosses the path between them an odd number of times. The
+        # search graph has a copy of the vertices for each combination of parities. An edge that crosses a
+        # path leads to the copy in which the parity of this path is flipped. Therefore a seam that separates
+        # all overlaps is a walk from a vertex to the all-odd copy of this vertex.
         n, copies = len(indptr) - 1, 1 << len(overlaps)
         walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
         path = np.array(_pruned(walk, n, self._n), dtype=np.int64)
@@ -213,10 +216,10 @@ class _Search:
 
 
 def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
-    """The vertices of a walk over copies of n; `rim` and above are boundary loops.
+    """Return the vertices of a walk over copies of n vertices; the indices from `rim` on are boundary loops.
 
-    Where an arc runs around a sheet and back to itself, a second way from there to the
-    boundary, of the same length as the first, is left out.
+    If an arc runs from the boundary around a sheet and back to itself, the walk returns to the boundary
+    along a second path of equal length. This second path is removed.
     """
     path, arc = [], []
     for node in walk:
@@ -239,25 +242,25 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
 
 
 class _Dual(NamedTuple):
-    """The faces beside each face, as in CSR, with the edges between."""
+    """The adjacent faces of each face, and the edges between them, in CSR format."""
 
     begin: IntArray
     neighbour: IntArray
     edge: IntArray
 
     def edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
-        """Return the edges that a shortest path between two sheets crosses; both are masks of faces."""
+        """Return the edges that a shortest path between two sheets crosses; sheets are masks of faces."""
         way = breadth_first_path(self.begin, self.neighbour, one, other)
         at, of = self._around(way[:-1])
         return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])
 
     def inside(self, faces: IntArray, within: BoolArray) -> IntArray:
-        """The edges between two of some faces, which are also given as a mask; each twice."""
+        """Return the edges between two of the given faces, each twice; `within` is a mask of the faces."""
         at, _ = self._around(faces)
         return np.asarray(self.edge[at[within[self.neighbour[at]]]])
 
     def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the entries of some faces, and the face of each entry."""
+        """Return the CSR entries of the given faces, and the position in `faces` for each entry."""
         number = self.begin[faces + 1] - self.begin[faces]
         of = np.repeat(np.arange(len(faces)), number)
         return (self.begin[faces] - np.cumsum(number) + number)[of] + np.arange(len(of)), of

@@ -1,4 +1,4 @@
-"""Overlapping parts of a map moved apart without a cut, by igl's SCAF."""
+"""Move overlapping parts of a map apart without a cut, using libigl's SCAF."""
 
 import warnings
 from dataclasses import replace
@@ -26,12 +26,12 @@ from ...surface import (
 )
 from .tips import MapMeasure
 
-SCAF_SECONDS = 300.0  # seconds after which SCAF hangs
-SCAF_SECONDS_PER_FACE = 1e-2  # seconds per face in addition
-SCAF_ITERATIONS = 50  # iterations of SCAF
-# Factor on the L2 stretch and conformal distortion that moving parts apart may bring.
+SCAF_SECONDS = 300.0  # time limit of SCAF, which hangs on some maps
+SCAF_SECONDS_PER_FACE = 1e-2  # additional time limit of SCAF per face
+SCAF_ITERATIONS = 50  # default number of iterations of SCAF
+# Largest ratio of the L2 stretch, and of the conformal distortion, after SCAF to the value before.
 MAX_SCAF_STRETCH_FACTOR = 1.2
-MIN_SCAF_AREA = 1e-14  # share of the map's area that a triangle needs: the barrier overflows at thinner ones
+MIN_SCAF_AREA = 1e-14  # least share of a triangle in the area of the map; the energy overflows below
 
 SCAF = "igl's SCAF"
 
@@ -108,7 +108,7 @@ def make_bijective(
 def separate_parts(
     flat: FloatArray, topology: Topology, iterations: int, timeout: float
 ) -> tuple[FloatArray, str]:
-    """Run `make_bijective` on a checked map of one disk; also return a sentence on faults, or ""."""
+    """Run `make_bijective` on a checked map of a disk; also return a description of defects, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
     bad = np.flatnonzero(~(np.abs(area) > MIN_SCAF_AREA * total))
@@ -132,7 +132,10 @@ def separate_parts(
 
 
 def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
-    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1; at area 1/2 igl hangs."""
+    """Run SCAF from an embedding in a circle towards the map `rest`, whose area must be 1.
+
+    With an area of 1/2, `igl.triangle.scaf_solve` hangs.
+    """
     for z in on_circle(topology, Solvers()):
         area = signed_double_areas(z, topology.corner)
         if (area > 0).all():
@@ -164,12 +167,12 @@ def _scaf(arrays: Arrays) -> Arrays:
         0.0,
         data,
     )
-    # the vertices of the scaffold come after those of the mesh
+    # in the result, the vertices of the scaffold follow the vertices of the mesh
     return {"uv": igl.triangle.scaf_solve(int(arrays["iterations"]), data)[: len(rest), :2]}
 
 
 def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
-    """`uv` rotated and moved to fit `onto` best."""
+    """Return `uv` after the rotation and translation that fit it best to `onto`."""
     z, w = complex_positions(uv), complex_positions(onto)
     middle = w.mean()
     z = z - z.mean()
@@ -181,13 +184,14 @@ def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
 def move_parts_apart(
     piece: Submesh, result: Flattening, before: MapMeasure
 ) -> tuple[Flattening, float] | None:
-    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
+    """Move overlapping parts of a map apart; return the new map and the increase of F/3nt, or None.
 
-    `before` is the measured map. On long strips SCAF stops far from it, and a seam is better. The number of
-    iterations is fixed, so the result does not depend on how busy the machine is.
+    The result is None if SCAF fails or distorts the map too much, for example on long strips, where a seam is
+    better. `before` measures the given map. The number of iterations is fixed, so that the result does not
+    depend on the speed of the machine.
     """
     hangs = SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
-    try:  # the atlas reports the remaining overlaps and flips
+    try:  # remaining overlaps and flips are reported by the atlas
         uv, _ = separate_parts(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
     except MeshError as error:
         _tell(piece, str(error))
@@ -212,7 +216,7 @@ def move_parts_apart(
 
 
 def _tell(piece: Submesh, why: str) -> None:
-    """Warn that parts of a chart cannot be moved apart."""
+    """Warn that the overlapping parts of a chart are cut apart, because SCAF cannot move them apart."""
     warnings.warn(
         f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
         FallbackWarning,

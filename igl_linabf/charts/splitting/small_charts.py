@@ -1,7 +1,8 @@
-"""Small charts that a split leaves, merged into a neighbour where they have room beside it.
+"""Merge small charts, which remain after splitting, into adjacent charts with room next to their boundary.
 
-The neighbour keeps its map, so the vertices of the common seam keep their places. The small chart is moved
-there if it fits unchanged. Otherwise it is laid out as conformally as the places on the seam allow.
+The map of the adjacent chart does not change; therefore the positions on the common seam are fixed. If the
+map of the small chart matches the seam after a similarity transform, it is used. Otherwise the small chart is
+mapped again by LSCM with fixed vertices on the seam.
 """
 
 from __future__ import annotations
@@ -20,19 +21,19 @@ from ...measures import measure_change, measure_qualities
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
 
-MAX_SMALL_AREA = 0.01  # share of the surface's area that a small chart may have
-MAX_SMALL_FACES = 300  # faces of a small chart
-FIT_TOL = 1e-5  # share of its extent by which a chart may miss the vertices of a seam and still fit unchanged
-MAX_STRETCH_FACTOR = 1.01  # factor on the L2 stretch of the neighbour that small charts may bring
+MAX_SMALL_AREA = 0.01  # largest share of a small chart in the area of the surface
+MAX_SMALL_FACES = 300  # largest number of faces of a small chart
+FIT_TOL = 1e-5  # largest distance between a chart and the vertices of a seam, relative to the chart's extent
+MAX_STRETCH_FACTOR = 1.01  # largest factor by which merging small charts may increase the L2 stretch
 
-Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
+Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
 Made = tuple[Key, Chart, Submesh]
 
 
 def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
-    """Merge small charts into others of the same piece, where these have room.
+    """Merge small charts into adjacent charts of the same piece that have room for them.
 
-    The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
+    The edges `kept`, (#E, 2) of the caller's vertices, remain seams.
     """
     split = [len(key) > 1 for key, _, _ in made]
     if not any(split):
@@ -69,7 +70,17 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
 
 
 class _Run(NamedTuple):
-    """Consecutive edges between a small chart and a host: vertices in both, their places, and the length."""
+    """A run of consecutive edges between a small chart and a host, which is an adjacent larger chart.
+
+    Attributes
+    ----------
+    host : _Host
+    own, of_host : (#R,) int64
+        The vertices along the run, in the small chart and in the host.
+    at : (#R,) complex128
+        The positions of these vertices in the host's map.
+    length : float
+    """
 
     host: _Host
     own: IntArray
@@ -80,7 +91,11 @@ class _Run(NamedTuple):
 
 @dataclass(frozen=True)
 class _Guest:
-    """A small chart, its vertices' places and, on the run, their index in the host; else -1."""
+    """A small chart that is merged into a host, which is an adjacent larger chart.
+
+    `z` has the positions of its vertices in the host's map. `of_host` has the host's index of each vertex on
+    the common boundary, and -1 at all other vertices.
+    """
 
     piece: Submesh
     z: ComplexArray
@@ -88,14 +103,14 @@ class _Guest:
 
 
 class _Candidate:
-    """A small chart and its map, which is laid out beside others."""
+    """A small chart with its map, which may be merged into an adjacent chart."""
 
     def __init__(self, piece: Submesh, flat: FloatArray) -> None:
         self._piece, self._z = piece, complex_positions(flat)
         self._cot = np.divide(piece.measured[1], piece.measured[0])
 
     def positions(self, runs: list[_Run]) -> Iterator[tuple[_Run, ComplexArray]]:
-        """Yield runs with positions: the map itself where it fits, then conformal layouts."""
+        """Yield runs with positions of the vertices: first the given map where it fits, then LSCM maps."""
         if not runs:
             return
         fits, moved = self._fit(runs)
@@ -120,7 +135,7 @@ class _Candidate:
         return apart & (off <= FIT_TOL * np.abs(moved - start[:, None]).max(axis=1)), moved
 
     def _lay_out(self, fixed: IntArray, position: ComplexArray) -> ComplexArray | None:
-        """Return the least-squares conformal map (LSCM) with some vertices held; None if it is too thin."""
+        """Return the least-squares conformal map (LSCM) with fixed vertices; None if LSCM fails."""
         try:
             return least_squares(self._piece.topology, self._cot, fixed, position, Solvers("auto"))[0]
         except NotPositiveDefiniteError:
@@ -128,31 +143,33 @@ class _Candidate:
 
 
 class _Host:
-    """A chart with the small charts that are merged into it."""
+    """A chart, together with the small charts that are merged into it."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
         self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
         self._chart, self._piece = chart, piece
-        self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
+        self._double_area = self._flat_area = float(
+            piece.measured[0].sum()
+        )  # the map preserves the total area
         self._squared = chart.quality.stretch_l2**2 * self._double_area
         self._z = complex_positions(chart.result.uv)
         size = -int(np.frexp(np.abs(chart.result.uv).max())[1])
-        self._unit = float(np.ldexp(1.0, size))  # squares of larger ones could overflow
+        self._unit = float(np.ldexp(1.0, size))  # scales coordinates so that their squares cannot overflow
         self._in_chart = self._z[piece.F] * self._unit
 
     def rim(self) -> tuple[IntArray, IntArray]:
-        """Its boundary edges, (#E, 2), and their codes."""
+        """Return the boundary edges of the chart, (#E, 2), and the code of each edge."""
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
         rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
         return rim, _codes(self._piece, *rim.T)
 
     def at(self, vertices: IntArray) -> ComplexArray:
-        """Where these are in its map."""
+        """Return the positions of vertices in the map of the chart."""
         return np.asarray(self._z[vertices])
 
     def merge(self, piece: Submesh, z: ComplexArray, run: _Run, most_stretch: float) -> bool:
-        """Merge a chart at these positions if there is room; return True if it is merged."""
+        """Merge a small chart whose vertices are at `z`, if there is room; return True if it is merged."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
@@ -161,7 +178,7 @@ class _Host:
             return False
         changed = measure_change(piece, coordinates(z))
         own_area = float(changed.double_area.sum())
-        share = own_area / double_area.sum()  # stretch is measured at a scale of its own; the host's is one
+        share = own_area / double_area.sum()  # `squared_stretch` assumes that the map preserves the area
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
         stretch = np.sqrt(squared * flat_area) / area
@@ -175,7 +192,7 @@ class _Host:
         return True
 
     def joined(self, entry: Made) -> Made:
-        """Return the chart with all merged charts; its quality is still the one before the merge."""
+        """Return the chart with all merged charts. `quality` is not updated."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
         faces, vertices = [piece.faces], [piece.vertices]
@@ -218,27 +235,30 @@ class _Host:
 
 
 class _Rims:
-    """The boundary edges of hosts except the edges `kept`, indexed by their vertices."""
+    """The boundary edges of large charts, except the edges `kept`, indexed by their vertices."""
 
     def __init__(self, hosts: list[_Host], kept: IntArray) -> None:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)
         of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
         n, code = hosts[0].n_given, np.concatenate(codes)
-        code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # that of no edge
+        code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # never equal to a code
         order = np.argsort(code)
         self._hosts, self._of, self._code = hosts, of[order], code[order]
         self._rim = np.concatenate(rims)[order]
 
     def beside(self, piece: Submesh) -> list[_Run]:
-        """Where a chart of one boundary loop lies beside hosts, and parts of that; the longest first."""
+        """Return the runs of boundary edges that a chart with one boundary loop shares with large charts.
+
+        The longest runs come first.
+        """
         loop = piece.topology.loops[0]
         after = Ragged.of_sizes([len(loop)]).following
         following = loop[after]
-        code = _codes(piece, following, loop)  # as the host goes along them
+        code = _codes(piece, following, loop)  # the host has the edges in the opposite direction
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
-        # edge k, from loop[k] to loop[k + 1], goes on in edge k + 1 if the host's vertex there is one
+        # a run continues from edge k to edge k + 1 of the loop if both meet at the same vertex of the host
         goes_on = beside & (of == of[after]) & (end == start[after])
         first = beside.copy()
         first[after] &= ~goes_on
@@ -248,7 +268,7 @@ class _Rims:
             number = 1
             while goes[(k + number - 1) % len(loop)]:
                 number += 1
-            number = min(number, len(loop) - 1)  # no vertex twice
+            number = min(number, len(loop) - 1)  # an open run: no vertex is repeated
             edges = np.arange(k, k + number) % len(loop)
             own = np.concatenate((loop[edges], following[edges[-1:]]))
             of_host = np.concatenate((start[edges], end[edges[-1:]]))

@@ -1,4 +1,4 @@
-"""Seams to the tips that a map shrinks."""
+"""Find seams to the tips of a surface that its map shrinks."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,14 +11,14 @@ from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
 from ..features import CreasedSurface
 
-TIP_STRETCH = 1.2  # L2 stretch of a map from which seams to its tips are sought
-TIP_AREA_SHARE = 1 / 16  # share of its area that a face at a shrunk tip has in the map
-MIN_TIP_GAIN = 0.008  # L2 stretch that seams to tips save beyond their price
+TIP_STRETCH = 1.2  # L2 stretch of a map above which seams to shrunk tips are considered
+TIP_AREA_SHARE = 1 / 16  # largest ratio of a face's area in the map to its area in space, at a shrunk tip
+MIN_TIP_GAIN = 0.008  # least decrease of the L2 stretch, minus the price of the seams, for seams to tips
 
 
 @dataclass(frozen=True, eq=False)
 class MapMeasure:
-    """What a map does to a piece, measured when it is asked for."""
+    """The distortion of a piece by its map, measured on first access."""
 
     piece: Submesh
     uv: FloatArray
@@ -29,14 +29,15 @@ class MapMeasure:
 
     @cached_property
     def stretch(self) -> float:
-        """In L2."""
+        """The L2 stretch of the map."""
         return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 
 def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
-    """A face at each tip that a map shrinks to less than a share, (#T,); and the squared L2 stretch there.
+    """Return a face at each tip whose area is shrunk below the factor `shrunk`, (#T,), and the tip's stretch.
 
-    That is what more than 1 there adds to the whole's. The tip that adds most comes first.
+    The stretch of a tip is its contribution to the squared L2 stretch beyond 1 of the map. The tips are
+    sorted by stretch, largest first.
     """
     area, grown = changed.double_area / changed.double_area.sum(), changed.log_area_ratio
     small = np.flatnonzero(grown < np.log(shrunk))
@@ -50,18 +51,19 @@ def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntA
 
 
 def size_and_stretch(changed: Change) -> tuple[float, float]:
-    """The square root of a surface's area, and the squared L2 stretch of its map."""
+    """Return the square root of a surface's area, and the squared L2 stretch of its map."""
     return float(np.sqrt(changed.double_area.sum() / 2)), changed.mean(changed.squared_stretch)
 
 
 def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
     """Choose the seams to tips that save more stretch than they cost; also return their total gain.
 
-    A seam saves its part of the squared L2 stretch, which is `total`. Prices are in units of L2 stretch.
+    Seam k decreases the squared L2 stretch of the map, `total`, by `saved[k]`. Prices are in units of L2
+    stretch.
     """
     left, chosen = total, list[int]()
     for k in range(len(price)):
-        less = max(left - saved[k], 1.0)  # which is a map without stretch
+        less = max(left - saved[k], 1.0)  # an isometric map has a squared L2 stretch of 1
         if np.sqrt(left) - np.sqrt(less) > price[k] > 0:
             chosen.append(k)
             left = less
@@ -70,16 +72,17 @@ def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[Int
 
 
 def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
-    """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
+    """Return the edges of seams from the boundary to shrunk tips, if the saved stretch is worth the seams.
 
-    `changed` is the distortion of the map. Faces at a tip keep their size if a seam ends there.
+    Edges are given by the caller's vertices. `changed` is the distortion of the map. A seam that ends at a
+    tip is assumed to restore the size of the faces there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
     if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
     faces, saved = find_tips(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
-    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not even with seams for nothing
+    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # the gain is too small even for free seams
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     is_inside, closed, unit = (
@@ -88,7 +91,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
         size * trade,
     )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
-    # a seam whose price is more than all stretch beyond 1 is worth nothing
+    # ignore seams whose price exceeds the stretch beyond 1 of the whole map
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
     chosen, gain = seams_worth(distance[nodes] / unit, saved[is_inside], total)
     if gain < MIN_TIP_GAIN:
