@@ -1,4 +1,4 @@
-"""Run scripts of the repository in a separate process, or import them."""
+"""Calls of the scripts of the repository, in a new process or as a module."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from conftest import ROOT
 
 
 def run(folder, *arguments: object) -> str:
-    """Run a script in a folder, and return its output."""
+    """Run a Python script in a folder, and return its output."""
     process = subprocess.run(
         [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8", timeout=500
     )

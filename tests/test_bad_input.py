@@ -1,4 +1,4 @@
-"""Bad input is refused with its place before it reaches igl or CHOLMOD."""
+"""Bad input is refused before it reaches igl or CHOLMOD, with the place of the fault."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ SCRIPT = Path(__file__).with_name("bad_input.py")
 
 @cache
 def apart() -> dict[str, list[str]]:
-    """Return how each method ends in each case; after a case that crashes, another process goes on."""
+    """Return how each method ends in each case; after a crash, another process continues."""
     names, ends = [*REFUSED, *WARNED], {}
     while names:
         process = subprocess.run(
@@ -64,7 +64,7 @@ def test_refused_by_name_and_place(name: str) -> None:
     assert [line.split(":")[1] for line in lines] == [" MeshError"] * len(METHODS)
     for line in lines:
         assert re.search(says, line), line
-        assert ": " in line.split("MeshError: ")[1]  # followed by advice
+        assert ": " in line.split("MeshError: ")[1]  # advice follows the colon
 
 
 @pytest.mark.parametrize("name", WARNED)

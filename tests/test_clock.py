@@ -1,4 +1,4 @@
-"""Results do not depend on the clock or the load: each option gives the same bits beside busy processes."""
+"""Results do not depend on the clock or the load: busy processes change no bit of any option's result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hostile_meshes import doubled
 from igl_linabf import ABF, ChartOptions, Cones, Isometric, LinABF, Packing, find_seams, flatten, unwrap
 from igl_linabf.flattening import METHODS
 
-BUSY = 3 * (os.cpu_count() or 1)  # processes
+BUSY = 3 * (os.cpu_count() or 1)  # number of processes that keep all cores busy
 DISK = bumps(300)
 BODY = doubled(*bumps(250))
 SPIRAL_T = np.repeat(np.linspace(0, 15, 400), 2)
@@ -90,7 +90,7 @@ def unwrap_options() -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def compute_all() -> dict[str, bytes]:
-    """Return the bytes of the results of each option."""
+    """Return the results of each option as bytes."""
     results: dict[str, bytes] = {}
 
     def keep(name: str, *arrays: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Results are the same bit for bit in sequence, in threads, in processes, and for all hash seeds."""
+"""Results are identical to the bit in sequence, in threads, in processes, and for all hash seeds."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_eight_threads_give_the_same_numbers() -> None:
     assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(300,))) == in_turn()
 
 
-# supernodal CHOLMOD may have started the threads of OpenBLAS before the fork
+# supernodal factorization by CHOLMOD may have started threads of OpenBLAS before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 @pytest.mark.parametrize(
     "method",
@@ -89,7 +89,7 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
 
     V, F = bumps(4000)
     before, method = cholmod.SIMPLICIAL_ROWS, LinABF(solver="cholmod")
-    cholmod.SIMPLICIAL_ROWS = 100  # by default, only meshes of 40,000 vertices have supernodes
+    cholmod.SIMPLICIAL_ROWS = 100  # the default creates supernodes only for meshes of 40,000 vertices
     try:
         first = flatten(V, F, method=method).uv
         with ThreadPoolExecutor(8) as pool:

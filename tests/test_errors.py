@@ -1,4 +1,4 @@
-"""Lists in messages, checks of numbers, and the line that a warning names."""
+"""Tests of messages: lists of indices, checks of numbers, and the line that a warning names."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_numbers_within_bounds() -> None:
 
 
 def test_a_warning_names_the_line_that_called_the_library() -> None:
-    """The depth of the call and context managers do not matter."""
+    """Neither the depth of the call nor a context manager changes the reported line."""
     inside: dict[str, object] = {
         "__name__": "igl_linabf.somewhere",
         "contextmanager": contextmanager,
@@ -58,7 +58,7 @@ def test_control_characters_of_names_are_printed_as_codes(capsys) -> None:
     for command in (["check", name], ["unwrap", name, "-o", "out.obj"], ["flatten", "--" + name]):
         try:
             assert main(command) == 2
-        except SystemExit as end:  # of the parser
+        except SystemExit as end:  # the parser exits on an invalid argument
             assert end.code == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.isprintable()

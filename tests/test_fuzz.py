@@ -1,5 +1,5 @@
-"""Hostile meshes and files: no crashes, no NaN in good results, no incomplete files, no messages without a
-place.
+"""Hostile meshes and files cause no crash, no NaN in good results, no incomplete file, and no message without
+a place.
 
 `benchmarks/fuzz.py` runs ten thousand of these cases.
 """
@@ -24,16 +24,16 @@ from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.io.formats import parse
 from igl_linabf.io.mesh_file import at_triangles
 
-# cases that broke a promise in the past
+# cases that broke a promise in earlier versions
 FOUND = [
-    ("`flatten`, random disks", 18),  # fourth powers overflowed: NaN in a result
+    ("`flatten`, random disks", 18),  # fourth powers overflowed, and a result was NaN
     ("`flatten`, random disks", 1303),  # an internal error in the rows that close holes
-    ("`quality`, `overlaps`, `layout`, `cut`", 0),  # NaN for a map of 1e300
-    ("`quality`, `overlaps`, `layout`, `cut`", 94),  # three overlapping faces: an infinite loop
+    ("`quality`, `overlaps`, `layout`, `cut`", 0),  # NaN for a map as large as 1e300
+    ("`quality`, `overlaps`, `layout`, `cut`", 94),  # an infinite loop for three overlapping faces
     ("`unwrap`, any triangles", 11633),  # a singular system of angles in the last attempt
     ("`unwrap`, any triangles", 14417),  # a singular layout
     ("`unwrap`, any triangles", 14435),  # a chart as thin as the rounding error
-    ("`unwrap`, mixtures of nasty and real meshes", 459),  # a singular layout during the comparison of seams
+    ("`unwrap`, mixtures of nasty and real meshes", 459),  # a singular layout while seams are compared
     ("damaged files, `igl-linabf flatten`", 350),  # an index beyond 64 bits
 ]
 SUFFIXES = [".obj", ".off", ".ply", ".stl"]
@@ -114,7 +114,7 @@ def test_damaged_files_are_read_or_refused(seed: int, suffix: str) -> None:
 
 
 def write_file_of_format(folder: Path, name: str) -> None:
-    """Write an undamaged file of a format of scenes, or of a format that another package reads."""
+    """Write an undamaged file of a scene format, or of a format that another package reads."""
     if name == "a.glb":
         gltf_files.scene(folder / name)
         return
@@ -146,7 +146,8 @@ def test_damaged_scenes_and_files_of_packages_are_read_or_refused_in_one_sentenc
         assert mesh.triangles.min() >= 0
         assert mesh.triangles.max() < len(mesh.V)
     assert refused > 50
-    assert capfd.readouterr() == ("", "")  # some readers, such as VTK, print errors and continue
+    # nothing is printed, although readers such as VTK print errors and continue
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_vtp_with_one_texture_coordinate_a_point_has_no_map_and_keeps_the_numbers(tmp_path: Path) -> None:
@@ -200,7 +201,7 @@ def test_the_guarantee_is_used_where_maps_flip() -> None:
 
 
 def test_the_exact_test_of_orientation_is_exact() -> None:
-    # points 1e-17 away from the line, which a difference of products in double precision does not detect
+    # points 1e-17 away from a line, which products in double precision do not distinguish from the line
     uv = np.array([[0, 0], [1, 1], [0.5, 0.5 + 2.0**-53], [0.5, 0.5], [0.5, 0.5 - 2.0**-54]])
     F = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
     assert exactly_flipped(uv, F).tolist() == [1, 2]

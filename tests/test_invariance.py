@@ -1,4 +1,4 @@
-"""The map does not depend on position, scale, numbering, or the storage of the arrays."""
+"""A map does not depend on position, scale, numbering, or storage of the arrays."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None
     turned = F[np.arange(len(F))[:, None], (np.arange(3) + rng.integers(0, 3, (len(F), 1))) % 3]
     renumbered = np.empty_like(V)
     renumbered[new] = V
-    # after one exact step, the angles are not flat, and both layouts must distribute the residual equally
+    # after one exact step, the angles do not fit together, and both layouts must distribute the residual
+    # equally
     method = LinABF(layout=layout, iterations=1, rtol=1e-10)
     a = flatten(V, F, method=method)
     b = flatten(renumbered, new[turned][rng.permutation(len(F))], method=method)
@@ -71,7 +72,7 @@ def test_pins_do_not_depend_on_numbering(name: str) -> None:
 
 def test_arrays_of_any_dtype_and_order() -> None:
     V, F = load("bumps")
-    V = np.round(V * 4096) / 4096  # exact in float32, and in integers after scaling
+    V = np.round(V * 4096) / 4096  # exact in single precision, and in integers after scaling
     uv = linabf(V, F)
     same = [
         (V.astype(np.float32), F.astype(np.int32)),
@@ -108,7 +109,7 @@ def test_the_spectral_map_has_the_size_of_the_surface_in_any_unit(scale: float) 
     uv, other = (flatten(factor * V, F, method="scp").uv @ [1, 1j] for factor in (1.0, scale))
     one, other = uv - uv.mean(), (other - other.mean()) / scale
     turn = np.vdot(one, other) / np.vdot(one, one)
-    assert np.abs(other - turn * one).max() <= 1e-4 * np.abs(one).max()  # igl iterates to 1e-6
+    assert np.abs(other - turn * one).max() <= 1e-4 * np.abs(one).max()  # igl iterates until 1e-6
     assert abs(abs(turn) - 1) <= 1e-4
     covered, area = (igl.doublearea(P, F).sum() for P in (np.column_stack((uv.real, uv.imag)), V))
-    assert abs(covered / area - 1) < 1e-2  # two triangles are flipped
+    assert abs(covered / area - 1) < 1e-2  # two triangles of this map are flipped

@@ -269,14 +269,14 @@ def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     for vertex in ends:
         viewer.drawn.add_vertex(vertex)
     length = sum(np.linalg.norm(V[a] - V[b]) for a, b in viewer.drawn.edges)
-    assert np.pi < length < 1.1 * np.pi  # two quarters of a great circle, along edges
+    assert np.pi < length < 1.1 * np.pi  # a path along edges, near two quarters of a great circle
     cut = viewer.shown
     assert (
         len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1
-    )  # inner vertices of the path are doubled
+    )  # the interior vertices of the path are duplicated
     viewer.take_back()
     assert len(viewer.drawn.paths) == 1
-    assert viewer.drawn.end == ends[1]  # the next click continues there
+    assert viewer.drawn.end == ends[1]  # the next click continues at the end of the remaining path
     viewer.take_back()
     assert viewer.drawn.edges == ()
     assert viewer.drawn.end == ends[0]
@@ -287,12 +287,12 @@ def test_a_seam_ends_at_its_last_vertex_and_between_components() -> None:
     V, F = igl.icosahedron()
     two = DrawnSeams(np.concatenate((V, V + 5)), np.concatenate((F, F + len(V))))
     first, second = F[0, :2].tolist()
-    for vertex in (first, second, second):  # a click on the last vertex ends the seam
+    for vertex in (first, second, second):  # a second click on the last vertex ends the seam
         two.add_vertex(vertex)
     assert two.end is None
     assert two.edges == ((min(first, second), max(first, second)),)
     two.add_vertex(first)
-    two.add_vertex(int(F[0, 0]) + len(V))  # in another component, where a new seam starts
+    two.add_vertex(int(F[0, 0]) + len(V))  # a vertex of another component starts a new seam
     assert two.end == F[0, 0] + len(V)
     assert len(two.paths) == 1
 
@@ -304,7 +304,7 @@ def test_a_click_marks_the_visible_side() -> None:
     renderer, drawn = viewer.plotter.renderers[0], viewer.shown.drawn
     towards = -np.array(renderer.camera.direction)
     middle = drawn.V[drawn.F].mean(axis=1)
-    face = int(np.argmax(middle @ (towards + np.array([0.2, 0.1, 0]))))  # off the axis
+    face = int(np.argmax(middle @ (towards + np.array([0.2, 0.1, 0]))))  # a face to the side of the view axis
     renderer.SetWorldPoint(*middle[face], 1.0)
     renderer.WorldToDisplay()
     x, y, _ = renderer.GetDisplayPoint()
@@ -326,7 +326,7 @@ def test_saved_files_get_new_names(tmp_path) -> None:
     assert np.allclose(TC[FTC], (uv / uv.max())[F])
     viewer.plotter.close()
     missing = Viewer(V, F, off_screen=True, save_as=tmp_path / "none" / "bumps")
-    missing.act(missing.save_mesh)  # the window shows the error
+    missing.act(missing.save_mesh)  # the window shows the error instead of raising an exception
     assert not (tmp_path / "none").exists()
     missing.plotter.close()
 
@@ -366,7 +366,7 @@ def test_a_missing_display_is_one_sentence(tmp_path, display) -> None:
 
 def test_a_screenshot_needs_no_display(tmp_path) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
-    two = np.concatenate((V, V + np.array([3, 0, 0]))), np.concatenate((F, F + len(V)))  # closed, two pieces
+    two = np.concatenate((V, V + np.array([3, 0, 0]))), np.concatenate((F, F + len(V)))  # two closed pieces
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *two)
     path = tmp_path / "shot.png"
     command = ["view", str(tmp_path / "mesh.ply"), "--screenshot", str(path), "--method", "lscm"]

@@ -1,6 +1,6 @@
-"""The extension works in Blender without a display, installed from its archive.
+"""The Blender extension works without a display after installation from its archive.
 
-The Python is the one of `make blender`, or a Python with `bpy` that IGL_LINABF_BPY names.
+The tests use the Python of `make blender`, or a Python with `bpy` that IGL_LINABF_BPY names.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory) -> Path:
-    """Build the extension from these sources, and return its archive."""
+    """Build the Blender extension from these sources, and return the path of its archive."""
     into = tmp_path_factory.mktemp("extension")
     code = "import sys; print('%d.%d' % sys.version_info[:2])"
     asked = subprocess.run(

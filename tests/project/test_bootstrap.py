@@ -25,14 +25,14 @@ def write_program(folder: Path, name: str, text: str) -> Path:
 
 
 def read_calls(folder: Path) -> list[str]:
-    """Return the logged calls of the programs in a folder."""
+    """Return the calls that programs in a folder have logged."""
     path = folder / "calls"
     return path.read_text().splitlines() if path.exists() else []
 
 
 @pytest.fixture
 def bootstrap(tmp_path, monkeypatch) -> ModuleType:
-    """Import the script for a temporary `.venv` with a fake Python, without network and pip."""
+    """Import `scripts/bootstrap` for a temporary `.venv` with a fake Python, without network and pip."""
     module = script("bootstrap")
     for name, path in {"VENV": "", "INSTALLED": "installed", "READY": "ready", "LOG": "cholmod.log"}.items():
         monkeypatch.setattr(module, name, tmp_path / ".venv" / path)
@@ -99,7 +99,7 @@ def test_existing_parts_are_not_changed(bootstrap, tmp_path, monkeypatch, capsys
     assert capsys.readouterr().err == ""
     assert read_calls(tmp_path / "bin") == []
     assert [call for call in read_calls(tmp_path / ".venv" / "bin") if "pip" in call] == []
-    (tmp_path / "pyproject.toml").write_text("two")  # the dependencies have changed
+    (tmp_path / "pyproject.toml").write_text("two")  # the dependencies change
     bootstrap.main()
     assert [call for call in read_calls(tmp_path / ".venv" / "bin") if "[test]" in call]
 

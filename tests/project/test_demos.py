@@ -1,4 +1,4 @@
-"""The demos run as documented in the README, and their numbers are right."""
+"""The demos run as the README describes, and the numbers that they print are right."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from igl_linabf.plot import MARK, WARNING
 
 
 def row(text: str, label: str) -> list[float]:
-    """Return the numbers of a row of a table, without the columns of other programs."""
+    """Return the numbers of the table row that starts with `label`, without columns of other programs."""
     lines = text.splitlines()
     i = next(i for i, line in enumerate(lines) if line.startswith(label))
     values = [float(v.replace(",", "")) for v in re.split(r"\s{2,}", lines[i])[1:]]
@@ -40,7 +40,7 @@ def test_cortex(tmp_path) -> None:
     assert coordinates.min() == 0
     assert coordinates.max() == 1
     assert (igl.doublearea(np.ascontiguousarray(coordinates[:, :2]), corners) > 0).all()
-    assert np.isclose(np.ptp(V, axis=0).max(), 170, atol=10)  # millimetres
+    assert np.isclose(np.ptp(V, axis=0).max(), 170, atol=10)  # the size of a cortex in millimetres
     maps = 4 + len(peers.installed_programs())
     assert pixels(tmp_path / "out" / "cortex.png").shape[:2] == (700 * maps, 1400)
 
@@ -54,7 +54,7 @@ def test_compare_lscm_on_any_mesh(tmp_path) -> None:
 
 
 def flipped_in(picture: Path) -> list[bool]:
-    """Return whether each row of a comparison shows flipped triangles, in the colour that marks them."""
+    """Return, for each row of a comparison, whether flipped triangles are drawn in their colour."""
     image = pixels(picture)[:, 700:, :3].astype(int)
     red = np.abs(image - pv.Color(WARNING).int_rgb).sum(axis=2) < 12
     return [part.sum() > 200 for part in np.split(red, len(image) // 700)]
@@ -96,7 +96,7 @@ def test_holes_close_uncut(tmp_path) -> None:
     holes = [line.split() for line in text.splitlines() if re.match(r" +\d+ +(20|24)  ", line)]
     assert len(holes) == 7
     assert all(float(value) < 1e-8 for line in holes for value in line[5:])
-    assert any(float(line[4]) > 1e-2 for line in holes)  # after one step, the loops are open
+    assert any(float(line[4]) > 1e-2 for line in holes)  # the loops are still open after one step
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
@@ -168,13 +168,14 @@ def test_charts_share_no_texel_and_pages_hold_two_surfaces(tmp_path) -> None:
     found = re.findall(r"(.+): (\d+)% covered, (\d+) texels shared", text)
     assert [name for name, *_ in found][:3] == ["padding 2", "padding 12", "two surfaces"]
     near, apart = (int(share) for _, share, _ in found[:2])
-    assert near > apart  # padding takes space
+    assert near > apart  # more padding leaves less space for charts
     picture = pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     parts = [part for row in np.split(picture, 2) for part in np.split(row, 3, axis=1)]
-    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, the page is not
+    # charts are coloured, the background is not
+    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]
     for (_, share, _), seen in zip(found, shown, strict=True):
-        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page covers 0.8 of its panel
+        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page covers 0.8 of its panel in the picture
 
 
 @pytest.mark.slow
@@ -196,10 +197,10 @@ def test_boundaries_to_order(tmp_path) -> None:
     for name in ("face", "sleeve"):
         picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
         assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
-        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are in the lower row
+        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are in the lower row of the picture
         circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
         height, width = (np.ptp(part) + 1 for part in circle)
-        assert abs(height - width) <= 4  # a circle; the checkerboard makes about half of it blue
+        assert abs(height - width) <= 4  # the boundary is a circle; half of the checkerboard is blue
         share = len(rectangle[0]) / np.prod([np.ptp(part) + 1 for part in rectangle])
         assert 0.4 < share < 0.62
 
@@ -220,7 +221,7 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "stretch.py")
     models = [name for name in ("horse", "dino", "bunny") if f"\n{name}, " in text]
     assert "bunny" in models
-    for name in ("horse", "dino"):  # each is measured or reported as missing
+    for name in ("horse", "dino"):  # each model is either measured or reported as missing
         there = FOLDER is not None and any(Path(FOLDER).glob(f"*{name}*"))
         assert (f"\n{name}, " in text) == there
         assert (f"{name}: no such file" in text) == (not there)
@@ -244,7 +245,7 @@ def test_checkerboards(tmp_path) -> None:
         for row in np.split(pixels(picture), 2)
         for part in np.split(row, 3, axis=1)
     ]
-    assert min(seams[4:]) > 1000  # the closed surfaces have seams
+    assert min(seams[4:]) > 1000  # seams are drawn on the closed surfaces
     assert min(seams[4:]) > 2 * max(seams[1:4])
 
 
@@ -257,7 +258,7 @@ def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
     assert ours < lscm
     picture = pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
     bright = [((p[..., 1] > 150) & (p[..., 2] < 120)).mean() for p in np.split(picture, 2, axis=1)]
-    assert bright[0] > 5 * bright[1]  # only the colour bar is still green and yellow
+    assert bright[0] > 5 * bright[1]  # after flattening, only the colour bar is green and yellow
 
 
 @pytest.mark.slow
@@ -305,7 +306,7 @@ def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None
     image = pixels(tmp_path / "out" / "cones_bunny.png")
     assert (
         np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
-    )  # arcs in colours
+    )  # the two sides of each seam have colours
 
 
 @pytest.mark.slow
@@ -320,8 +321,8 @@ def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -
 @pytest.mark.slow
 def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "pattern.py")
-    assert "edges change by 0.00% at most" in text  # the lampshade is a cone
-    assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the bodice's seams
+    assert "edges change by 0.00% at most" in text  # the lampshade is a cone, which is developable
+    assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the six seams of the bodice
     for name in ("lampshade", "bodice"):
         for suffix in ("svg", "dxf", "pdf"):
             assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500

@@ -1,4 +1,4 @@
-"""The pages build without a warning, and refer to existing functions, files, tests and pictures."""
+"""The pages of the docs build without a warning, and refer to existing functions, files and pictures."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to ope
 
 
 def public() -> Iterator[tuple[str, object]]:
-    """Yield every public function and class of the package, with its public name.
+    """Yield each public function and class of the package with its public name.
 
-    The public names: the root, the `__all__` of each room, and the reference.
+    Public are the names of the package, the `__all__` of each room, and the API reference.
     """
-    # of the adapters, only one function for each library needs an example
+    # of the adapters, only one function per library needs an example
     yield from ((name, resolve(name)) for name in read_reference() if ".adapters." not in name)
     for name in igl_linabf.__all__:
         if not inspect.ismodule(getattr(igl_linabf, name)):
@@ -63,7 +63,7 @@ def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
     assert len(blocks) >= 2
     names: dict[str, object] = {}
     for block in blocks:
-        exec(block, names)  # each block uses the names of the previous blocks
+        exec(block, names)  # later blocks use the names of earlier blocks
     pv.close_all()
     assert names["uv"].shape == (len(names["V"]), 2)
     assert Path("camelhead.glb").stat().st_size > 10_000
@@ -93,15 +93,15 @@ def test_citation_and_changelog_are_of_this_version() -> None:
 )
 def test_the_galleries_can_show_what_a_script_draws(script: Path) -> None:
     text = script.read_text(encoding="utf-8")
-    # the gallery takes the picture that `show` made, even after the plotter is closed
+    # the galleries take the picture that `show` draws, even after the plotter is closed
     assert ".screenshot(" not in text
-    if script.stem != "compare_lscm":  # not run by the galleries
-        assert "sys.exit" not in text  # this would end the build without an error
+    if script.stem != "compare_lscm":  # the galleries do not run this demo
+        assert "sys.exit" not in text  # sys.exit would end the build without an error
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
-    """Build the pages; of all demos, run only the demo with an interactive scene."""
+    """Build the docs; the only demo that runs is the one with an interactive scene."""
     pytest.importorskip(
         "sphinx", "8.2", reason="older versions, as on Python 3.10, do not support type aliases"
     )
@@ -119,7 +119,7 @@ def site(tmp_path_factory) -> Path:
 
 
 def chromium(page: Path, folder: Path, *arguments: str) -> str:
-    """Open a page without a display, and return the output."""
+    """Open a page in Chromium without a display, and return the output of Chromium."""
     command = [
         CHROMIUM,
         "--headless",
@@ -160,14 +160,14 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     light, dark = near(flat, LIGHT).mean(), near(flat, DARK).mean()
     assert 0.08 < light < 0.4
     assert 0.7 < light / dark < 1.4  # half of a checkerboard is light
-    assert near(flat, "black").any()  # the boundary
+    assert near(flat, "black").any()  # the boundary of the map is drawn in black
     assert 20 <= squares(flat) <= 30
     drawn = ~near(surface, "white")
     assert 0.15 < drawn.mean() < 0.8
-    assert np.unique(surface[drawn], axis=0).shape[0] > 1000  # shaded
+    assert np.unique(surface[drawn], axis=0).shape[0] > 1000  # the surface is shaded
     blue = (
         surface[..., 2].astype(int) - surface[..., 0]
-    )  # dark squares are blue and light squares yellow, whatever the shading
+    )  # whatever the shading, dark squares are blue and light squares are yellow
     assert 0.5 < (blue[drawn] > 15).sum() / (blue[drawn] < 0).sum() < 2
 
 

@@ -1,4 +1,4 @@
-"""The reference documents all parameters and results, according to the checks of numpydoc."""
+"""The API reference documents all parameters and results, according to the checks of numpydoc."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from numpydoc.validate import Validator, validate
 CHECKS = {
     "PR01",  # a parameter is not documented
     "PR02",  # a documented parameter does not exist
-    "PR03",  # the order of the parameters differs from the signature
+    "PR03",
     "PR04",  # a parameter has no type
-    "PR10",  # no space before the colon after its name
+    "PR10",  # there is no space before the colon after a parameter
     "RT01",  # the returned value is not documented
     "YD01",  # the yielded value is not documented
     "GL06",  # a section has an unknown title
@@ -47,5 +47,6 @@ def test_parameters_and_returns_are_documented(name: str) -> None:
     thing = resolve(name)
     wrong = [error for error in validate(name, DataclassValidator)["errors"] if error[0] in CHECKS]
     if isinstance(thing, type) and issubclass(thing, enum.Enum):
-        wrong = [error for error in wrong if not error[0].startswith("PR")]  # inherited from Enum
+        # enumerations inherit undocumented parameters from Enum
+        wrong = [error for error in wrong if not error[0].startswith("PR")]
     assert not wrong, wrong

@@ -1,4 +1,4 @@
-"""Every patch of tests/mutants.diff applies, and changes the program."""
+"""Every patch of tests/mutants.diff can be applied, and changes the program."""
 
 from __future__ import annotations
 

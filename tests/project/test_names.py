@@ -1,4 +1,4 @@
-"""All names that docs, docstrings and messages use exist."""
+"""All names that the docs, docstrings and messages use exist."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_every_name_that_a_script_uses_of_a_module_exists(path: Path) -> None:
     check_names(find_imports(path.read_text(encoding="utf-8")))
 
 
-# the changelog also names what earlier versions had
+# the changelog also names objects that later versions removed
 @pytest.mark.parametrize("path", [path for path in PAGES if path.name != "CHANGELOG.md"], ids=label)
 def test_every_dotted_name_in_backticks_exists(path: Path) -> None:
     names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text(encoding="utf-8"))

@@ -50,7 +50,7 @@ def test_the_peak_memory_includes_the_call() -> None:
     code = "import performance as p; import numpy as np; a = p.peak_memory(); np.ones(20_000_000); "
     code += "print(p.peak_memory() - a)"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-c", code]  # a new process, whose peak is low
+    command = [sys.executable, "-c", code]  # in a new process, whose peak memory is low
     output = subprocess.run(
         command, capture_output=True, encoding="utf-8", env=environment, check=True
     ).stdout

@@ -22,7 +22,7 @@ def test_each_has_a_title_a_test_and_its_place_in_the_gallery() -> None:
         assert name in WHAT
 
 
-# name: ((rows, columns) of panels in the picture, pattern of the output)
+# name of the recipe: ((rows, columns) of panels in its picture, pattern of its output)
 WHAT = {
     "blender_python": ((1, 2), r"all +576 .* 0 +0"),
     "colours_into_glb": ((1, 2), r"off by [0-2] of 255 in the median"),

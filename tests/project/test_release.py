@@ -1,4 +1,4 @@
-"""The release: lazy imports, the command, wheels, and consistent metadata and workflows."""
+"""A release has lazy imports, a command, wheels, and consistent metadata and workflows."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ HEAVY = ("numpy", "scipy", "igl", "igl_linabf._core", "shapely", "pyvista")
 
 
 def python(*arguments: str, **options: object) -> str:
-    """Run another Python, and return its output."""
+    """Run Python in a new process, and return its output."""
     process = subprocess.run(
         [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 500, **options}
     )
@@ -103,7 +103,7 @@ def test_the_package_is_a_command_and_says_its_version() -> None:
 
 @cache
 def completion() -> str:
-    """What the command prints for bash."""
+    """Return the completion script that the command prints for bash."""
     return python("-m", "igl_linabf", "--print-completion", "bash")
 
 

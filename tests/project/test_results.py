@@ -1,4 +1,4 @@
-"""docs/results.md is the output of the benchmarks, and no run removes a mesh from it."""
+"""docs/results.md is the output of the benchmarks; runs with fewer meshes do not change the page."""
 
 from __future__ import annotations
 

@@ -6,7 +6,8 @@ Zayer, Levy, Seidel, Linear Angle Based Parameterization, SGP 2007.
 import numpy as np
 from scipy import sparse
 
-NEXT, PREV = [1, 2, 0], [2, 0, 1]  # corners k + 1 and k + 2: the left and right angles in the wheel of k
+# NEXT[k] and PREV[k] are corners k + 1 and k + 2, the left and right angle in the wheel of corner k
+NEXT, PREV = [1, 2, 0], [2, 0, 1]
 
 
 def sum_by(index, values, n):
@@ -17,7 +18,7 @@ def sum_by(index, values, n):
 
 
 def side_products(V, corner):
-    """Compute twice the areas, the scalar products of sides at corners, and the rounding errors of areas."""
+    """Compute twice the areas, the scalar products of sides at corners, and the area rounding errors."""
     at = V[corner]
     side = at[PREV] - at[NEXT]
     dot = -(side[NEXT] * side[PREV]).sum(axis=2)
@@ -34,7 +35,7 @@ def normals(V, corner):
 
 
 def dihedrals(V, corner, sides, normal):
-    """Compute the angles between normals at edges; negative at concave edges."""
+    """Compute the angles between the normals at edges; concave edges have negative angles."""
     m = corner.shape[1]
     turned = normal[sides[0] % m] - normal[sides[1] % m]
     angle = 2 * np.arcsin(np.minimum(np.linalg.norm(turned, axis=1) / 2, 1))
@@ -55,7 +56,7 @@ def cotangents(alpha):
 
 
 def rescaled_angles(corner, length, factor):
-    """Compute the angles after sides are multiplied by factors; mark triangles that cannot exist."""
+    """Compute the angles of triangles after scaling their sides; mark triangles that cannot exist."""
     side = length * factor[corner]
     side /= side.max(axis=0)
     half = side.sum(axis=0) / 2
@@ -72,17 +73,17 @@ def angle_sums(corner, alpha, cot, n):
 
 
 def limit_step(alpha, e, reach):
-    """Limit steps to a share of the way to a vanishing angle; mark triangles where an angle would vanish."""
+    """Limit steps to a share of the step at which an angle vanishes; mark triangles that reach that step."""
     with np.errstate(divide="ignore"):
         times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
     return e * np.minimum(reach * times, 1), times <= 1
 
 
-# --- the linear system of the errors e, without its triangle rows
+# --- the linear system of the angle changes e, without the rows of the triangles
 
 
 def rows(corner, cot, n):
-    """Return M as sparse matrices (n, 3 #F): vertex rows (eq. 5), derivatives of wheel rows (eq. 8 to 10)."""
+    """Return M, (n, 3 #F) sparse: vertex rows (eq. 5) and derivatives of the wheel rows (eq. 8 to 10)."""
     m = corner.shape[1]
     number = np.arange(3 * m).reshape(3, m)
     shape = (n, 3 * m)
@@ -93,17 +94,17 @@ def rows(corner, cot, n):
 
 
 def row_sums(corner, cot, e, n):
-    """Return M e."""
+    """Return the products M e with the vertex rows and the wheel rows."""
     return tuple(part @ e.ravel() for part in rows(corner, cot, n))
 
 
 def projection(w):
-    """Return P = diag(w) - w w^T / sum w of each triangle, (#F, 3, 3)."""
+    """Return the matrix P = diag(w) - w w^T / sum w of each triangle, (#F, 3, 3)."""
     return np.eye(3) * w.T[:, None] - w.T[:, :, None] * (w / w.sum(axis=0)).T[:, None]
 
 
 def conformal(cot):
-    """Return the cotangent matrices K, (#F, 3, 3)."""
+    """Return the cotangent matrix K of each triangle, (#F, 3, 3)."""
     K = np.empty((cot.shape[1], 3, 3))
     for k in range(3):
         K[:, NEXT[k], PREV[k]] = K[:, PREV[k], NEXT[k]] = -cot[k] / 2
@@ -116,7 +117,7 @@ def times(matrices, y):
 
 
 def transposed(corner, cot, vertex, wheel):
-    """Return M^T x."""
+    """Return the product M^T x with vertex and wheel multipliers x."""
     parts = rows(corner, cot, len(vertex))
     return (parts[0].T @ vertex + parts[1].T @ wheel).reshape(3, -1)
 
@@ -126,12 +127,12 @@ def project_errors(w, d, y):
 
 
 def errors(corner, w, d, cot, vertex, wheel):
-    """Return P M^T x."""
+    """Return the angle changes P M^T x."""
     return times(projection(w), transposed(corner, cot, vertex, wheel))
 
 
 def conformal_errors(corner, cot, vertex, wheel):
-    """Return K M^T x."""
+    """Return the angle changes K M^T x in the conformal metric."""
     return times(conformal(cot), transposed(corner, cot, vertex, wheel))
 
 
@@ -147,7 +148,7 @@ def reduced(corner, row, n, w, cot):
 
 
 def conformal_scale(w):
-    """Return the scale s of s K, the geometric mean of the eigenvalue ratios of P and K."""
+    """Return s, the geometric mean of the eigenvalue ratios of P and K; s K is close to P."""
     return 2 * np.sqrt(w.prod(axis=0) / w.sum(axis=0))
 
 
@@ -160,7 +161,7 @@ def disparity(w, d, cot):
 
 
 def laplacian(ends, weight, n):
-    """Return L such that x^T L x sums weight (x_i - x_j)^2 over edges between rows `ends`; x is 0 at -1."""
+    """Return L with x^T L x = sum weight (x_i - x_j)^2 over edges between rows `ends`; x is 0 at row -1."""
     L = np.zeros((n + 1, n + 1))
     for (i, j), w in zip(ends.T, weight, strict=True):
         if i != j:
@@ -180,7 +181,7 @@ def signed_double_areas(z, corner):
 
 
 def triangle_changes(V, uv, corner, double_area, dot):
-    """Compute angles, their changes by the map, signed double areas, singular values, and length ratios."""
+    """Compute angles, their changes, signed double areas, singular values, and length ratios of a map."""
     z, at = (uv @ [1, 1j])[corner], V[corner]
     right, left = z[NEXT] - z, z[PREV] - z
     cross = right.conj() * left
@@ -196,7 +197,7 @@ def triangle_changes(V, uv, corner, double_area, dot):
 
 
 def normalize_maps(z, corner, double_area, area):
-    """Scale a map to an area, with centroid 0, principal axes along x and y, and a positive third moment."""
+    """Scale a map to an area, centre it, and rotate it to its principal axes with a positive third moment."""
     at, share = z[corner], double_area / double_area.sum()
     z = z - share @ at.mean(axis=0)
     a, b, c = z[corner]
@@ -210,7 +211,7 @@ def normalize_maps(z, corner, double_area, area):
 
 
 def developed_edges(turning, log_ratio):
-    """Return the edges of a loop, divided by their total length; edge k starts at vertex k."""
+    """Return the edges of a loop from its turning, over its total length; edge k starts at vertex k."""
     length = np.cumsum(log_ratio - log_ratio.mean())
     edge = np.exp(length - length.max() + 1j * np.cumsum(turning))
     return edge / np.abs(edge).sum()
@@ -222,19 +223,21 @@ def developed_loop(turning, log_ratio, movable):
     edge = developed_edges(turning + np.where(movable, missing, 0.0), log_ratio)
     length, u = np.abs(edge), np.stack((edge.real, edge.imag)) / np.abs(edge)
     gap = edge.sum()
-    mu = np.linalg.solve((u * length) @ u.T, -np.array([gap.real, gap.imag]))  # delta = l u . mu
+    # length changes delta = l u . mu
+    mu = np.linalg.solve((u * length) @ u.T, -np.array([gap.real, gap.imag]))
     return np.append(0, np.cumsum(edge * (1 + mu @ u))[:-1]), abs(gap)
 
 
 def loop_gaps(loops, turning, log_ratio):
-    """Return the gaps of closed loops of vertices, and their derivatives, one loop after another."""
+    """Return the gap of each loop of vertices, and the derivatives of the gaps, one loop after another."""
     gaps, q = [], [np.empty(0, np.complex128)]
     for loop in loops:
         angle, ratio = turning[loop], log_ratio[loop]
-        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)  # clockwise, with the mesh on the left
+        # clockwise, because the mesh is to the left of the loop
+        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)
         edge = developed_edges(angle, ratio)
         to_end = np.cumsum(edge[::-1])[::-1]
         gaps.append(to_end[0])
-        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # the mean over all start vertices
+        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # average over all starting vertices
         q.append(to_end - to_end.mean())
     return np.array(gaps), np.concatenate(q)

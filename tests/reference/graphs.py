@@ -87,7 +87,7 @@ def is_connected(sides, n_faces):
 def count_fans(corner, sides, n):
     m = corner.shape[1]
     a, b = sides[:, sides[1] >= 0]
-    # half-edge (k, t) begins at corner k + 1 and ends at k + 2; across an edge, its end meets the other start
+    # half-edge (k, t) leads from corner k + 1 to k + 2; the opposite half-edge has the reverse direction
     ka, ta, kb, tb = a // m, a % m, b // m, b % m
     start, end = (np.column_stack(((ka + i) % 3 * m + ta, (kb + 3 - i) % 3 * m + tb)) for i in (1, 2))
     label = connected_labels(np.concatenate((start, end)), 3 * m)
@@ -100,7 +100,7 @@ def shortest_pairs(ends, length, n):
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     (i, j), edge = ends[proper].T, np.tile(proper, 2)
     key = np.append(i * n + j, j * n + i)
-    order = np.lexsort((edge, length[edge], key))  # the first of equally short edges
+    order = np.lexsort((edge, length[edge], key))  # of equally short edges, the first one
     key, first = np.unique(key[order], return_index=True)
     return np.searchsorted(key, n * np.arange(n + 1)), key % n, edge[order][first]
 
@@ -118,7 +118,7 @@ def choose_distant_nodes(indptr, indices, order, hops, closed):
         return values
 
     chosen, waiting = np.zeros(n, dtype=bool), rank > 0
-    while waiting.any():  # choose all nodes that come first within their reach at once
+    while waiting.any():  # in each round, choose all nodes that come first within their reach
         left = np.where(waiting, rank, 0)
         new = waiting & (spread(left) == left)
         chosen |= new
@@ -128,7 +128,7 @@ def choose_distant_nodes(indptr, indices, order, hops, closed):
 
 def forest_parents(pairs, n):
     root = np.unique(connected_labels(pairs, n), return_index=True)[1]
-    # breadth-first search from a node that is connected to each root
+    # breadth-first search from an extra node that is connected to each root
     ends = np.concatenate((pairs, np.column_stack((root, np.full(len(root), n)))))
     graph = sparse.csr_array((np.ones(len(ends), dtype=np.int8), ends.T), shape=(n + 1, n + 1))
     before = csgraph.breadth_first_order(graph, n, directed=False)[1][:n].astype(np.int64)
@@ -147,7 +147,7 @@ def nearest_sources(indptr, indices, length, sources, open_, limit):
     distance, before, source = csgraph.dijkstra(
         graph, indices=sources, min_only=True, return_predecessors=True, limit=max(limit, 0.0)
     )
-    far = np.isinf(distance)  # SciPy 1.15 returns a predecessor for some of these
+    far = np.isinf(distance)  # SciPy 1.15 returns a predecessor for some nodes that are out of reach
     before, source = (np.where(far, -1, np.maximum(nodes, -1)).astype(np.int64) for nodes in (before, source))
     return distance, before, source
 
@@ -169,7 +169,8 @@ def breadth_first_path(indptr, indices, sources, ends):
     n, source = len(indptr) - 1, np.flatnonzero(sources)
     pattern = np.append(indices, source), np.append(indptr, len(indices) + len(source))
     graph = sparse.csr_array((np.ones(len(pattern[0])), *pattern), shape=(n + 1, n + 1))
-    reached, before = csgraph.breadth_first_order(graph, n)  # from a node that is connected to all sources
+    # search from an extra node that is connected to all sources
+    reached, before = csgraph.breadth_first_order(graph, n)
     at = np.flatnonzero(np.append(ends, False)[reached])[:1]
     way = reached[at].tolist()
     while way and before[way[-1]] != n:
@@ -244,11 +245,11 @@ def cut_topology(ends, faces, seam, holes, n, n_faces):
     on[:holes], on[ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(ends[seam], n).max()) + 1 - (n - nodes)
-    cycles = number + len(np.unique(seam)) - nodes  # two merged paths do not form a cycle
+    cycles = number + len(np.unique(seam)) - nodes  # two paths that merge do not form a cycle
     if not cycles:
         return number, cycles, np.array([n_faces])
     sides = faces.copy()
-    sides[seam] = 0  # a self-loop
+    sides[seam] = 0  # a self-loop, so that the edge connects no faces
     return number, cycles, np.sort(np.bincount(connected_labels(sides, n_faces)))
 
 

@@ -13,7 +13,7 @@ def derivatives(corner, gradient, z):
 
 
 def by_squares(A, B, weight):
-    """Return E = c a^weight as a function of A = |p|^2 and B = |q|^2; J = A - B."""
+    """Return the energy c a^weight as a function of A = |p|^2 and B = |q|^2; J = A - B is the Jacobian."""
     J = A - B
     return (A + B) / J * ((J + 1 / J) / 2) ** weight
 
@@ -28,7 +28,7 @@ def isometric_energy(corner, gradient, share, z, weight):
 
 
 def first_and_second(A, B, weight):
-    """Return E_A, E_B, E_AA, E_AB, E_BB, by the product rule for c and h = a^weight."""
+    """Return the derivatives E_A, E_B, E_AA, E_AB and E_BB of the energy, by the product rule."""
     J = A - B
     c, c_A, c_B = (A + B) / J, -2 * B / J**2, 2 * A / J**2
     c_AA, c_AB, c_BB = 4 * B / J**3, -2 * (A + B) / J**3, 4 * A / J**3
@@ -45,7 +45,7 @@ def first_and_second(A, B, weight):
 
 
 def slope_and_hessian(corner, gradient, share, z, weight):
-    """Return the gradient (6, #F) and the convexified Hessian (6, 6, #F) by x of the three corners, then y.
+    """Return the gradient (6, #F) and the convexified Hessian (6, 6, #F) by x, then y, of the three corners.
 
     With respect to the real and imaginary parts of p and q, the Hessian is that of a function of |p| and |q|:
     E_r / r in the angular directions, and the second derivatives by |p| and |q| in the plane of p and q.
@@ -56,7 +56,7 @@ def slope_and_hessian(corner, gradient, share, z, weight):
     E_A, E_B, E_AA, E_AB, E_BB = first_and_second(r * r, s * s, weight)
     u, v = p / r, np.where(s > 0, q, 1) / np.where(s > 0, s, 1)
     zero = np.zeros_like(r)
-    basis = np.array([[u.real, u.imag, zero, zero], [zero, zero, v.real, v.imag]])  # along p, along q
+    basis = np.array([[u.real, u.imag, zero, zero], [zero, zero, v.real, v.imag]])  # directions of p and q
     normal = np.array([[-u.imag, u.real, zero, zero], [zero, zero, -v.imag, v.real]])
     plane = np.array(
         [[2 * E_A + 4 * r * r * E_AA, 4 * r * s * E_AB], [4 * r * s * E_AB, 2 * E_B + 4 * s * s * E_BB]]
@@ -67,7 +67,7 @@ def slope_and_hessian(corner, gradient, share, z, weight):
     convex = np.einsum("tai,ti,tbi->tab", vectors, np.maximum(values, 0), vectors)
     g = gradient
     to_corners = (
-        np.array(  # derivatives of the real and imaginary parts of p and q by x of the corners, then y
+        np.array(  # derivatives of the real and imaginary parts of p and q by x, then y, of the corners
             [
                 np.concatenate((g.real, -g.imag)),
                 np.concatenate((g.imag, g.real)),
@@ -82,9 +82,9 @@ def slope_and_hessian(corner, gradient, share, z, weight):
 
 
 def outer_products(rows, own, across, entries):
-    """Assemble the blocks of the sum of row row^T; `across` is ~position if a block is added transposed."""
+    """Assemble the 2 x 2 blocks of the sum of row row^T; blocks with `across` < 0 are added transposed."""
     made = np.zeros((entries, 2, 2))
-    for row in rows.reshape(-1, 2, 3, rows.shape[1]):  # x or y, corner, triangle
+    for row in rows.reshape(-1, 2, 3, rows.shape[1]):  # axes: (x or y, corner, triangle)
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             np.add.at(made, own[k], np.einsum("at,bt->tab", row[:, k], row[:, k]))
@@ -96,12 +96,12 @@ def outer_products(rows, own, across, entries):
 
 
 def collapse_lengths(corner, gradient, z, direction):
-    """Return the smallest positive root t of |p + t dp|^2 = |q + t dq|^2, or infinity."""
+    """Return the smallest positive root t of |p + t dp|^2 = |q + t dq|^2, where a triangle collapses."""
     (p, q), (dp, dq) = derivatives(corner, gradient, z), derivatives(corner, gradient, direction)
     a = np.abs(dp) ** 2 - np.abs(dq) ** 2
     b = (p.conj() * dp).real - (q.conj() * dq).real
     c = np.abs(p) ** 2 - np.abs(q) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
-        total = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # avoids cancellation
+        total = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # this sign avoids cancellation
         roots = np.stack((total / a, c / total))
     return np.where(roots > 0, roots, np.inf).min(axis=0)

@@ -1,4 +1,4 @@
-"""Reference for overlaps, their sheets, and the assembly of regions, by comparing all pairs of triangles."""
+"""Reference for overlaps, their sheets, and the merging of regions, by comparing all pairs of triangles."""
 
 import numpy as np
 import shapely
@@ -12,7 +12,7 @@ LONG, DIRECTIONS = 15.0, 24
 
 
 def upright(triangle):
-    """Orient triangles, (#T, 3), counter-clockwise; also return heights and rounding errors of corners."""
+    """Orient triangles, (#T, 3), counter-clockwise; also return their heights and rounding errors."""
     a, b, c = triangle.T
     area = ((b - a).conj() * (c - a)).imag
     longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
@@ -22,7 +22,7 @@ def upright(triangle):
 
 
 def overlap_of(one, other, least):
-    """Return True if no side of either counter-clockwise triangle separates them, up to the depth `least`."""
+    """Return True if two counter-clockwise triangles overlap more deeply than `least` (separating axes)."""
 
     def separates(a, b):
         side = np.roll(a, -1) - a
@@ -34,7 +34,7 @@ def overlap_of(one, other, least):
 
 
 def find_overlaps(z, F, chart):
-    """Return pairs of faces i < j of a chart that overlap by more than a millionth of the smaller height."""
+    """Return the pairs of faces i < j of one chart that overlap by more than a millionth of a height."""
     triangle, height, rounding = upright(z[F])
     solid = np.flatnonzero(height > rounding)
     pairs = [(i, j) for i in solid for j in solid if i < j and chart[i] == chart[j]]
@@ -44,7 +44,7 @@ def find_overlaps(z, F, chart):
 
 
 def common_areas(z, F, pairs):
-    """Return the areas of the intersections of triangles."""
+    """Return the area of the intersection of each pair of triangles."""
     one, other = (
         shapely.make_valid(shapely.polygons(np.stack((z[F[side]].real, z[F[side]].imag), axis=2)))
         for side in pairs.T
@@ -53,7 +53,7 @@ def common_areas(z, F, pairs):
 
 
 def overlap_sheets(pairs, beside, m, most):
-    """Return the two sheets of each of the `most` largest overlaps of m faces, `beside` their neighbours."""
+    """Return the two sheets of the `most` largest overlaps of m faces, whose neighbours are `beside`."""
     pairs = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0)
     number = {pair: k for k, pair in enumerate(map(tuple, pairs.tolist()))}
     near = [set() for _ in range(m)]
@@ -94,7 +94,7 @@ def overlap_sheets(pairs, beside, m, most):
 
 
 def taken(points, page):
-    """Return the area of the smallest bounding rectangle in a few directions, with a penalty if overlong."""
+    """Return the smallest area of a bounding rectangle in a few directions; long rectangles are penalized."""
     along = np.exp(-2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     far = (points[:, None] * along).real.max(axis=0).reshape(4, -1)
     sides = np.array([far[0] + far[2], far[1] + far[3]])
@@ -102,7 +102,7 @@ def taken(points, page):
 
 
 def merge_regions(regions, depths, pairs, turns, shifts, worths, pages):
-    """Try the hinges one after another; return the chart of each region, and its motion to the chart."""
+    """Merge regions along hinges in the given order; return the chart and the motion of each region."""
     n = len(regions)
     chart, turn, shift = np.arange(n), np.ones(n, dtype=complex), np.zeros(n, dtype=complex)
     corner = [

@@ -8,7 +8,7 @@ FREE = -1
 
 
 def winding(start, end, weight, point):
-    """Compute the winding number of an outline around a point from crossings of the ray to its right."""
+    """Compute the winding number of an outline around a point from the sides that cross the ray to +x."""
     rise = end.imag - start.imag
     crossed = (start.imag <= point.imag) != (end.imag <= point.imag)
     x = start.real + (point.imag - start.imag) / np.where(crossed, rise, 1) * (end.real - start.real)
@@ -16,7 +16,7 @@ def winding(start, end, weight, point):
 
 
 def meets(start, end, low, high):
-    """Return True for sides that meet the rectangle from low to high (Liang, Barsky 1984)."""
+    """Return True for sides that meet the rectangle from `low` to `high` (Liang, Barsky 1984)."""
     first, last = np.zeros(len(start)), np.ones(len(start))
     for part in (np.real, np.imag):
         a, by = part(start), part(end) - part(start)
@@ -29,7 +29,7 @@ def meets(start, end, low, high):
 
 
 def mask(start, end, weight, half):
-    """Return the corner of the grid of an outline, and a mask (rows, columns) of the cells that it touches.
+    """Return the corner of the cell grid of an outline, and a mask (rows, columns) of the touched cells.
 
     A cell is touched if the outline winds around its centre, or if a side is within `half` in u and in v.
     """
@@ -47,7 +47,7 @@ def mask(start, end, weight, half):
 
 
 def cells_of(shape, blocks):
-    """Return the cells of a mask from its blocks, which must not overlap."""
+    """Return the cells of a mask as the union of rectangular blocks, which must not overlap."""
     cells = np.zeros(shape, dtype=np.int64)
     for row, column, length, high in blocks:
         cells[row : row + high, column : column + length] += 1
@@ -56,7 +56,7 @@ def cells_of(shape, blocks):
 
 
 def place(taken, extent, masks):
-    """Return the best mask and its position (x, y): smallest bounding square, then nearest to the origin.
+    """Return the mask and position (x, y) with the smallest bounding square, then nearest to the origin.
 
     `extent` is the width and the height of the occupied part.
     """
@@ -71,7 +71,7 @@ def place(taken, extent, masks):
 
 
 def place_masks(side, most, spans, cells):
-    """Place charts one after another; return mask, page, x and y, or -1, and the extents of the pages."""
+    """Place charts in order; return mask, page, x and y of each (-1 if impossible), and the page extents."""
     places, pages = np.full((len(spans), 4), FREE), []
     for chart, (first, after) in enumerate(spans):
         page = 0
@@ -92,7 +92,7 @@ def place_masks(side, most, spans, cells):
 
 
 def pack_shelves(sizes, taken):
-    """Place as many rectangles as fit into each gap between occupied cells of a shelf; return the corners."""
+    """Place rectangles on shelves, in the gaps between occupied cells; return their lower left corners."""
     side, places, first, bottom = len(taken), [], 0, 0.0
     while first < len(sizes) and bottom + sizes[first, 1] <= side:
         height, before = sizes[first, 1], first
@@ -113,13 +113,13 @@ def rectangle(z):
 
 
 def least_rectangle(z):
-    """Return the smallest area of a bounding rectangle along the line through any two points."""
+    """Return the smallest area of a bounding rectangle with a side parallel to a line through two points."""
     ways = np.unique((z[:, None] - z).ravel())
     return min(rectangle(z * way.conj() / abs(way)) for way in ways[ways != 0])
 
 
 def divisions(points, ends, length, outer, normal, offset, outwards):
-    """Return, for each line, the area of hulls, the longest diagonal of a part, and the length of the cut."""
+    """Return, for each dividing line, the area of the hulls, the longest diagonal, and the cut length."""
     made = []
     for side, to in zip(normal, offset, strict=True):
         beyond = points @ side > to

@@ -16,7 +16,7 @@ from igl_linabf.surface import planar_mesh
 
 
 class Given:
-    """A mesh with holes and sharp angles, and derived arrays."""
+    """A mesh with holes and sharp angles, with arrays that are derived from it."""
 
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
@@ -29,7 +29,8 @@ class Given:
         self.d, self.e = self.w.sum(axis=0), rng.normal(size=alpha.shape)
         self.x, self.z = rng.normal(size=(2, t.n)), mesh.V[:, :2] @ [1, 1j]
         self.pattern, self.row = (constraints := build_constraints(t)).pattern, constraints.row
-        self.merged = np.minimum(self.row, 20)  # many vertices share the last row, like vertices of a hole
+        # many vertices share the last row, as the vertices of a hole do
+        self.merged = np.minimum(self.row, 20)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def same(made, expected):
 
 
 def arguments(g):
-    """Return the arguments of each function."""
+    """Return arguments for each function, by name."""
     inside = np.ascontiguousarray(g.sides[:, g.sides[1] >= 0])
     beyond = np.concatenate((g.alpha, [[1e-12, 1.0, 3.0], [-1.0, 4.0, 6.0], [0.5, 2.0, 1.6]]), axis=1)
     huge = np.where(g.rng.random(g.cot.shape) < 0.1, 1e70, g.cot)
@@ -75,7 +76,7 @@ def arguments(g):
 @pytest.mark.parametrize("name", arguments(Given()))
 def test_the_core_agrees_with_the_formulas_of_the_paper(name, given):
     args = arguments(given)[name]
-    if name == "disparity":  # requires angles of triangles, because K is singular otherwise
+    if name == "disparity":  # needs the angles of triangles, because K is singular for other values
         alpha = np.arctan2(given.mesh.double_area, given.mesh.dot)
         args = (alpha**2, (alpha**2).sum(axis=0), 1 / np.tan(alpha))
     same(getattr(core, name)(*args), getattr(reference, name)(*args))
@@ -245,7 +246,7 @@ def test_conjugate_gradient_steps_are_taken_block_by_block(size):
     same(square, dots(left, left))
     core.cg_direction(start, share, np.array([1, 2, 0, 0.0]), q, turned)
     same(turned, q + each * p)
-    with pytest.raises(TypeError):  # the function would write to a copy
+    with pytest.raises(TypeError):  # an array of another type would be copied, and the result lost
         core.cg_direction(start, share, share, q, turned.astype(np.float32))
 
 
@@ -253,7 +254,7 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
     rng, start = np.random.default_rng(0), np.array([0, 600_000])
     a, b = rng.normal(size=(2, 600_000))
     found = set()
-    for threads in ("1", "2", "5", "0", "all"):  # invalid values select the number of cores
+    for threads in ("1", "2", "5", "0", "all"):  # invalid values ("0", "all") mean the number of cores
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         found.add((*core.block_dots(start, a, b), *core.cg_step(start, np.ones(1), b, a, b.copy(), a.copy())))
     assert len(found) == 1
@@ -261,7 +262,7 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
 def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads(kind, monkeypatch):
-    """From 250,000 rows on, threads share the rows, and rows contribute to both halves of the result."""
+    """From 250,000 rows on, threads share the rows, and rows of each thread add to both halves of the result."""
     rng, n = np.random.default_rng(0), 250_001
     ends = np.stack((rng.integers(n, size=n), rng.integers(n, size=n)))
     indptr, indices, _ = core.symmetric_pattern(ends, n)
@@ -329,7 +330,7 @@ def test_loops_follow_their_turning_and_scale():
     rng, n = np.random.default_rng(1), 40
     loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
     turning, log_ratio = rng.normal(size=(2, n)) / 3
-    log_ratio[5] = 800.0  # exp overflows
+    log_ratio[5] = 800.0  # exp of this value overflows
     made = core.loop_gaps(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
     for a, b in zip(made, reference.loop_gaps(loops, turning, log_ratio), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
@@ -351,7 +352,7 @@ def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
             assert gap == pytest.approx(relative, abs=1e-11)
 
 
-@pytest.mark.parametrize("ratio", [800.0, 2000.0])  # exp overflows, and some edges have no length
+@pytest.mark.parametrize("ratio", [800.0, 2000.0])  # exp overflows, and some edges have zero length
 def test_an_outer_loop_with_vanishing_edges_is_laid_out(ratio):
     log_ratio = np.array([0.0, ratio, 0.0, 0.1, 0.0])
     z, gaps = core.develop_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))

@@ -16,7 +16,7 @@ NO_PAIRS = np.empty((0, 2), dtype=np.int64)
 
 
 def mesh_and_graph():
-    """Return a disk with holes, and its graph in CSR with random edge lengths."""
+    """Return a disk with holes, and the CSR graph of its edges with random lengths."""
     mesh = planar_mesh(*MESHES["crown"]())
     t, rng = mesh.topology, np.random.default_rng(1)
     length = rng.uniform(1, 2, len(t.edges))
@@ -25,7 +25,7 @@ def mesh_and_graph():
 
 
 def cases():
-    """Return arguments for each function, on a mesh and on graphs with multiple edges."""
+    """Return arguments for each function: those of a mesh, and of graphs with multiple edges."""
     mesh, t, length, ways = mesh_and_graph()
     rng, m = np.random.default_rng(1), t.corner.shape[1]
     few, count = np.minimum(t.edges, 20), rng.integers(5, size=(2, 40))
@@ -53,7 +53,7 @@ def cases():
         "shortest_pairs": [
             (t.edges, length, t.n),
             (few + 3, rng.permutation(len(few)) * 1.0, 24),
-            (count.T, rng.integers(2, size=40) * 1.0, 5),  # edges of equal length and self-loops
+            (count.T, rng.integers(2, size=40) * 1.0, 5),  # multigraph with equally long edges and self-loops
         ],
         "choose_distant_nodes": [
             (*graph, order, hops, np.arange(t.n) % 9 == 4) for graph in (ways[:2], wide) for hops in (0, 1, 2)
@@ -86,22 +86,15 @@ def cases():
                 t.edges[::2],
                 t.edges[t.sides[1] < 0],
                 NO_PAIRS,
-            )  # the second consists of closed arcs
+            )  # the second set of edges consists of closed arcs
         ],
         "cut_topology": [
             (t.edges, faces, half, 5, t.n, m),
             (t.edges, faces, half[:20], 0, t.n, m),
             (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
-            (
-                t.edges,
-                faces,
-                reference.spanning_forest(t.edges, half, t.n)[::2],
-                3,
-                t.n,
-                m,
-            ),  # without a cycle
+            (t.edges, faces, reference.spanning_forest(t.edges, half, t.n)[::2], 3, t.n, m),  # no cycle
             (t.edges, faces, NONE, 3, t.n, m),
-            (*around_a_torus(), 0, 36, 72),  # a cycle that does not separate the surface
+            (*around_a_torus(), 0, 36, 72),  # a cycle that does not divide the surface
         ],
         "minimum_cut_side": [
             (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
@@ -111,7 +104,7 @@ def cases():
 
 
 def around_a_torus():
-    """Return the edges of a torus, their nodes and faces, and a loop around it."""
+    """Return the edges of a torus, the faces beside each edge, and the edges of a loop around the torus."""
     i, j = np.divmod(np.arange(36), 6)
     a, b, c, d = 6 * i + j, (i + 1) % 6 * 6 + j, (i + 1) % 6 * 6 + (j + 1) % 6, 6 * i + (j + 1) % 6
     corner = np.concatenate((np.stack((a, b, c)), np.stack((a, c, d))), axis=1)
@@ -133,7 +126,7 @@ def test_the_core_agrees_with_the_reference(name, k):
     for a, b in zip(made, expected, strict=True):
         a, b = np.asarray(a), np.asarray(b)
         assert a.dtype == b.dtype and a.shape == b.shape
-        np.testing.assert_allclose(a, b, rtol=1e-11)  # all results except distances are integers
+        np.testing.assert_allclose(a, b, rtol=1e-11)  # only distances are not integers
 
 
 def test_edges_with_three_sides_or_two_sides_of_the_same_direction_are_not_sound():
@@ -149,7 +142,7 @@ def test_edges_with_three_sides_or_two_sides_of_the_same_direction_are_not_sound
 def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
     n = 300_000
     corner = np.stack((np.arange(n - 2), np.arange(1, n - 1), np.arange(2, n)))
-    corner[:, 1::2] = corner[[0, 2, 1], 1::2]  # a strip
+    corner[:, 1::2] = corner[[0, 2, 1], 1::2]  # a strip of triangles with consistent orientation
     found = []
     for cores in ("1", "3"):
         monkeypatch.setenv("OMP_NUM_THREADS", cores)
@@ -161,14 +154,14 @@ def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
 
 
 def steps(walk, n):
-    """Return the edges, as pairs of ends, of a walk over copies of n nodes."""
+    """Return the edges of a walk, as pairs of nodes, in the original graph of n nodes."""
     return [sorted(step) for step in pairwise((walk % n).tolist())]
 
 
 @pytest.mark.parametrize("ways", [1, 3, 6])
 @pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
 def test_walks_that_cross_many_curves_are_as_short_as_in_copies_of_the_graph(ways, to_the_rim):
-    """On a square whose rim is a single node, the walk is the shortest set of excursions from the rim."""
+    """The rim of a square is joined to a single node, and the walk consists of excursions from that node."""
     rng, k = np.random.default_rng(ways), 24
     square = np.arange(k * k).reshape(k, k)
     rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
@@ -215,7 +208,7 @@ def test_nodes_too_far_from_the_targets_are_omitted_from_paths_towards_them():
     whole, _ = _core.goal_directed_search(*ways, 3, open_, position, position[:0], 0.0, 20.0)
     share = 0.5 * (
         ways[2].min() / np.ptp(position, axis=0).max()
-    )  # a valid lower bound, even for the shortest edge
+    )  # a valid lower bound of lengths, even for the shortest edge
     end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
     for most in (whole[end], whole[end] / 2):
         part, before = _core.goal_directed_search(*ways, 3, open_, position, position[[end]], share, most)
@@ -227,7 +220,7 @@ def test_nodes_too_far_from_the_targets_are_omitted_from_paths_towards_them():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_steiner_point_minimizes_the_total_length(seed):
-    """There is no Steiner point beyond the limit. Sets may share a node or be enclosed by closed nodes."""
+    """No Steiner point is beyond the limit; sets may share a node or be enclosed by closed nodes."""
     *_, (indptr, indices, length) = mesh_and_graph()
     rng, n = np.random.default_rng(seed), len(indptr) - 1
     length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length

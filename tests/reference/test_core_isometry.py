@@ -11,7 +11,7 @@ from igl_linabf.surface import Ragged, planar_mesh
 
 
 class Given:
-    """A mesh with holes, and a map of it that is far from an isometry but has no flips."""
+    """A mesh with holes, and a random map of its triangles."""
 
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
@@ -35,7 +35,7 @@ def same(made, expected):
 
 
 def upright_only(g, weight):
-    """Mark the triangles that are not flipped, whose energy is finite."""
+    """Restrict the arguments to triangles that are not flipped, whose energy is finite."""
     corner, gradient, share, z, _ = g.arguments(weight)
     p, q = reference.derivatives(corner, gradient, z)
     good = np.abs(p) > 1.2 * np.abs(q)
@@ -74,7 +74,7 @@ def test_gradients_and_convex_parts_agree_with_the_hessian_by_p_and_q(weight, gi
 def test_a_similarity_has_no_direction_of_q(weight):
     flat = np.array([[0], [1], [2]])
     gradient = np.array([[-1 + 1j], [1], [-1j]]) / 2
-    for scale in (1.0, 3.0):  # q is 0 for a similarity
+    for scale in (1.0, 3.0):  # a similarity has q = 0
         args = (flat, gradient, np.ones(1), scale * np.array([0, 1, 1j]), weight)
         slope, rows = core.isometric_rows(*args)
         expected, convex = reference.slope_and_hessian(*args)

@@ -12,7 +12,7 @@ KINDS = ("any", "ties", "sizes", "rounding", "apart")
 
 
 def corners(rng, n, kind):
-    """Return random points: plain, on a lattice, of all magnitudes, far away, or in two clusters."""
+    """Return random points: plain, on a lattice, of all magnitudes, far away, or in two clusters (`kind`)."""
     z = rng.normal(size=(n, 2)) @ [1, 1j]
     if kind == "ties":
         return (np.round(z.real * 2) + 1j * np.round(z.imag * 2)) / 2
@@ -29,7 +29,7 @@ def test_overlapping_pairs_are_all_pairs_without_a_separating_axis(kind) -> None
     for n in [3] * 3 + [40] * 5:
         z = corners(rng, n, kind)
         F = rng.integers(n, size=(3 * n, 3))
-        F[0], F[-1] = 0, [0, 1, 1]  # a point, a segment
+        F[0], F[-1] = 0, [0, 1, 1]  # degenerate faces: a point and a segment
         for chart in (np.zeros(3 * n, dtype=np.int64), rng.integers(-1, 3, size=3 * n)):
             found = _core.find_overlaps(z, F, chart, 10**6)
             np.testing.assert_array_equal(found, reference.find_overlaps(z, F, chart))
@@ -62,7 +62,7 @@ def test_degenerate_triangles_do_not_overlap() -> None:
 @pytest.mark.parametrize("height", [1e-4, 1.0, 1e4])
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_the_least_depth_is_a_millionth_of_the_smaller_height(height, share) -> None:
-    """A long triangle reaches into a unit triangle in either order; the smaller height decides."""
+    """A long triangle reaches into a unit triangle; the order of the two triangles does not matter."""
     unit, tip = np.array([0, 2, 1 + 1j]), 1 + 1j * share * 1e-6 * min(height, 1.0)
     other = tip + height * np.array([-1 - 1j, 1 - 1j, 0])
     for one in (unit, unit[[0, 2, 1]]):
@@ -81,7 +81,7 @@ def test_lie_over_agrees_with_overlapping_pairs(kind) -> None:
         n, m = rng.integers(1, 4), rng.integers(0, 6)
         triangle = corners(rng, 3 * (n + m), kind).reshape(-1, 3)
         if k % 3 == 0:
-            triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # small triangles, which may not overlap
+            triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # triangles so small that no pair may overlap
             triangle += np.where(np.arange(n + m) < n, np.arange(n + m), 0)[:, None]
         pairs = reference.find_overlaps(
             triangle.ravel(), np.arange(3 * (n + m)).reshape(-1, 3), np.zeros(n + m)
@@ -95,13 +95,13 @@ def test_lie_over_agrees_with_overlapping_pairs(kind) -> None:
 
 
 def faces_beside(edges, m):
-    """Return the adjacent faces of each face in CSR."""
+    """Return the adjacent faces of each face, in CSR format."""
     i, j = np.unique(np.concatenate((edges, edges[:, ::-1])), axis=0).T
     return np.searchsorted(i, np.arange(m + 1)), j
 
 
 def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
-    """The cases are strips that overlap themselves, and random overlaps in random graphs of faces."""
+    """The test uses strips that overlap themselves, and random overlaps in random graphs of faces."""
     rng, number = np.random.default_rng(7), 0
     for k in range(80):
         m = int(rng.integers(2, 60))
@@ -110,7 +110,7 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
             edges = np.concatenate((edges, rng.integers(m, size=(m // 3, 2))))
             edges = edges[edges[:, 0] != edges[:, 1]]
         face = np.arange(m)
-        if k % 5 == 4:  # each face overlaps two adjacent faces, in one turn or several
+        if k % 5 == 4:  # each face overlaps two adjacent faces, in one turn of the strip or in several
             apart = m - m // 2 if k % 2 else m // 4 + 1
             upper = np.repeat(face[: m - apart], 2)
             pairs = np.column_stack((upper, np.minimum(upper + apart + np.tile([0, 1], m - apart), m - 1)))
@@ -131,7 +131,7 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
 
 
 def a_region(rng, kind):
-    """Return counter-clockwise triangles: a square, a disk of slivers, a long strip, or random ones."""
+    """Return the counter-clockwise triangles of a square, a disk of slivers, a long strip, or random ones."""
     if kind == 0:
         return np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
     if kind == 1:

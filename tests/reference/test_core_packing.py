@@ -18,12 +18,12 @@ def star(size, n=30, arms=5):
 
 
 def sides_of(*rims):
-    """Return start and end of the sides of closed outlines."""
+    """Return the starts and the ends of the sides of closed outlines."""
     return np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
 
 
 def outlines():
-    """Return a star, a box with horizontal sides around a hole, and random sides that cross."""
+    """Return the sides of three outlines: a star, a box with a hole, and random sides that cross."""
     rng = np.random.default_rng(3)
     box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
     hole = (box - 5.6 - 3.7j)[::-1] / 2 + 5.6 + 3.7j
@@ -36,7 +36,7 @@ def outlines():
 
 
 def masks_in_turn(scale):
-    """Return masks of rings and of stars that fit into some rings, in several directions; and their spans."""
+    """Return masks of rings and of small stars in several directions, and the range of masks of each."""
     sizes = (1.5, 1.1, 0.8, 1.3, 0.5, 0.4)
     each = [sides_of(*(star(s, 40), 0.6 * star(s, 40)[::-1])[: 1 + (s > 1)]) for s in sizes]
     start, end = (np.concatenate(rims) for rims in zip(*each, strict=True))
@@ -51,7 +51,7 @@ def masks_in_turn(scale):
 
 
 def cells_of(shapes, blocks, begin):
-    """Return the cells of each mask."""
+    """Return the cells of each mask as an array."""
     return [
         reference.cells_of(shape, blocks[i:j]) for shape, (i, j) in zip(shapes, pairwise(begin), strict=True)
     ]
@@ -67,10 +67,11 @@ def test_masks_contain_the_cells_that_rotated_outlines_touch(half):
         own = slice(sides[of[k]], sides[of[k] + 1])
         corner, expected = reference.mask(turns[k] * start[own], turns[k] * end[own], weight[own], half)
         assert low[k] == pytest.approx(corner)
-        if half or k not in (3, 4, 6):  # a side along the border of a cell does not touch it at half = 0
+        # a side along the border of a cell does not touch the cell at half = 0
+        if half or k not in (3, 4, 6):
             np.testing.assert_array_equal(touched, expected)
         size = blocks[begin[k] : begin[k + 1], 2:].prod(axis=1)
-        assert (np.diff(size) <= 0).all()  # largest block first
+        assert (np.diff(size) <= 0).all()  # the largest block comes first
 
 
 def test_opposite_rotations_give_the_mask_rotated_by_180_degrees():
@@ -112,7 +113,7 @@ def test_placed_charts_occupy_disjoint_cells(side):
     np.testing.assert_array_equal(_core.occupied_cells(side, places, blocks, begin), expected > 0)
 
 
-@pytest.mark.parametrize("widest", [6, 60, 200])  # some are wider than a page
+@pytest.mark.parametrize("widest", [6, 60, 200])  # the widest rectangles are wider than a page
 def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
     spans, shapes, blocks, begin = masks_in_turn(9)
     places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin)
@@ -125,7 +126,7 @@ def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
 
 
 def groups_of_points():
-    """Return a rotated grid with four equivalent sides; a pentagon; and clouds, one with repeated points."""
+    """Return four groups of points: a rotated grid, a pentagon, a random cloud, and repeated points."""
     x, y = np.divmod(np.arange(12), 4)
     five, rng = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2)
     cloud, flat = rng.normal(size=(40, 2)) @ [1, 1j], rng.normal(size=(20, 2)) @ [1, 1e-3j] * np.exp(0.3j)
@@ -143,7 +144,8 @@ def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
 def test_the_first_of_equivalent_sides_is_chosen():
     grid, five = groups_of_points()[:2]
     turns = _core.narrowest_turns(np.concatenate((grid, five)), np.array([0, len(grid), len(grid) + 5]))
-    for z, turn in zip((grid, five), turns, strict=True):  # the first side clockwise from the lowest corner
+    # the first of equivalent sides, clockwise from the lowest corner
+    for z, turn in zip((grid, five), turns, strict=True):
         lowest = z[z.imag.argmin()] * turn
         assert lowest.imag == pytest.approx((z * turn).imag.max(), abs=1e-9)
         assert ((z * turn).real[(z * turn).imag > lowest.imag - 1e-9] > lowest.real - 1e-9).all()

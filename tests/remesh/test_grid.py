@@ -35,7 +35,7 @@ def surface(request) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def plate(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a flat square of n by n unit squares, each with two triangles."""
+    """Return a flat square of n by n unit squares, each split into two triangles."""
     x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
     i = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
@@ -48,7 +48,7 @@ def half_edges(grid: QuadGrid) -> np.ndarray:
 
 
 def area(points: np.ndarray) -> float:
-    """Return the area of a polygon, as the length of its area vector."""
+    """Return the area of a polygon in space, half the length of the sum of its cross products."""
     return float(np.linalg.norm(np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)) / 2)
 
 
@@ -71,7 +71,7 @@ def test_the_grid_is_a_manifold_with_the_topology_of_the_surface(surface, cells)
     rim = edges[count == 1]
     tails, links = np.unique(rim, return_counts=True)
     assert (links == 2).all()
-    # the boundary has the length of the surface's boundary in the flat map
+    # in the map, the boundary of the grid is as long as the boundary of the surface
     around = igl.boundary_facets(F)[0]
     length = np.linalg.norm(uv[around[:, 0]] - uv[around[:, 1]], axis=1).sum()
     assert np.isclose(np.linalg.norm(grid.uv[rim[:, 0]] - grid.uv[rim[:, 1]], axis=1).sum(), length)
@@ -90,7 +90,7 @@ def test_the_cells_cover_the_map_once_and_quads_dominate(surface) -> None:
     assert np.allclose(np.array(signed)[grid.whole], grid.spacing**2)
     assert 900 < len(grid.faces) < 1250
     assert len(grid.quads) == grid.whole.sum() > 0.7 * len(grid.faces)
-    # whole cells are the squares between neighbouring lines
+    # the corners of complete cells lie on neighbouring iso-lines
     corners = grid.uv[grid.quads] / grid.spacing
     assert np.allclose(corners, np.round(corners))
     assert np.allclose(np.ptp(corners, axis=1), 1)
@@ -117,7 +117,7 @@ def test_on_a_flat_mesh_the_cells_are_squares() -> None:
         assert len(grid.faces) == len(grid.quads) == cells
         assert np.allclose(corner_angles(grid), 90)
         assert np.isclose(sum(area(grid.V[face]) for face in grid.faces), 144)
-    shifted = quad_grid(V, F, V[:, :2] + [0.5, 0.25], 1.0)  # no lines through vertices
+    shifted = quad_grid(V, F, V[:, :2] + [0.5, 0.25], 1.0)  # no iso-line runs through a vertex
     assert len(shifted.faces) == 13 * 13
     assert len(shifted.quads) == 11 * 11
     assert {len(face) for face in shifted.faces} == {4}
@@ -141,7 +141,7 @@ def test_area_and_angles_converge() -> None:
 def test_overlapping_maps_and_atlases_are_supported() -> None:
     V, F = plate(8)
     spiral = complex_positions(V[:, :2]) + 3
-    wound = np.exp((spiral - 7) * 0.9j)  # the map winds around almost one and a half times
+    wound = np.exp((spiral - 7) * 0.9j)  # a map that winds almost one and a half times around the origin
     uv = np.column_stack((wound.real, wound.imag))
     assert (igl.doublearea(uv, F) > 0).all()
     grid = quad_grid(V, F, uv, 0.2 * np.ptp(uv))
@@ -156,7 +156,7 @@ def test_overlapping_maps_and_atlases_are_supported() -> None:
 def test_several_holes_in_one_cell_are_cut_apart() -> None:
     V, F = plate(9)
     middle = V[F].mean(axis=1)[:, :2]
-    punched = F[~((np.floor(middle) % 3 == 1).all(axis=1))]  # nine square holes
+    punched = F[~((np.floor(middle) % 3 == 1).all(axis=1))]  # a plate with nine square holes
     assert igl.euler_characteristic(punched) == 1 - 9
     grid = quad_grid(V, punched, V[:, :2], 100.0)
     sides = half_edges(grid)
@@ -168,7 +168,8 @@ def test_several_holes_in_one_cell_are_cut_apart() -> None:
 def test_each_cell_with_a_hole_is_cut_in_two() -> None:
     V, F = plate(12)
     middle = np.floor(V[F].mean(axis=1)[:, :2])
-    punched = F[~(middle % 6 == 2).all(axis=1)]  # the cut through the middle of a hole meets no vertices
+    # four holes; the cuts through the middle of the holes meet no vertices
+    punched = F[~(middle % 6 == 2).all(axis=1)]
     grid = quad_grid(V, punched, V[:, :2], 6.0)
     assert sorted(area(grid.V[face]) for face in grid.faces) == pytest.approx([14.5] * 4 + [20.5] * 4)
 
@@ -177,7 +178,7 @@ def test_corners_of_the_boundary_in_the_map_are_kept() -> None:
     V, F = plate(6)
     square = V[:, :2] - 3
     round_ = square * (np.abs(square).max(axis=1) / np.maximum(np.linalg.norm(square, axis=1), 1))[:, None]
-    grid = quad_grid(V, F, round_, 20.0)  # four cells that meet at the centre
+    grid = quad_grid(V, F, round_, 20.0)  # four cells that meet in the centre
     assert len(grid.faces) == 4
     rim = igl.boundary_facets(F)[0]
     assert {tuple(p) for p in grid.uv.tolist()} >= {tuple(p) for p in round_[rim].reshape(-1, 2).tolist()}
@@ -192,7 +193,7 @@ def test_vertices_near_a_line_are_snapped_to_it() -> None:
 
 
 def test_lines_across_a_thin_strip_are_counted() -> None:
-    """A thin strip has little area but crosses many lines."""
+    """The strip has little area but crosses too many lines."""
     V, F = plate(1)
     thin = V * [1e8, 1e-3, 1]
     with pytest.raises(MeshError, match="cells: give more"):

@@ -1,4 +1,4 @@
-"""Flat segments keep lengths, orientation and direction, and refuse what cannot be right."""
+"""Flat segments keep lengths, orientation and direction; segments that cannot be flattened are refused."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ STEP = 20.0
 
 
 def make_cylinder(rows: int = 30, columns: int = 50, radius: float = 400.0) -> Segment:
-    """Make an exact cylinder around z, with z falling along the rows."""
+    """Return an exact cylinder around z, whose z falls along the rows of the grid."""
     row, column = np.mgrid[:rows, :columns].astype(float)
     turn = STEP * column / radius
-    chord = 2 * radius * np.sin(STEP / radius / 2)  # cells are squares
+    chord = 2 * radius * np.sin(STEP / radius / 2)  # the height of the rows, which makes the cells squares
     points = np.stack((radius * np.cos(turn), radius * np.sin(turn), 100 + chord * (rows - row)), axis=2)
     points[..., :2] += 1000
     return Segment(points, (1 / chord, 1 / chord), {"uuid": "cylinder"})
@@ -85,7 +85,7 @@ def test_every_given_point_has_coordinates_and_holes_stay(flat: FlatSegment) -> 
 
 
 def test_points_of_the_flat_grid_lie_on_the_surface(flat: FlatSegment) -> None:
-    """Each point is where its cell of the map says, by the nearest given point."""
+    """Each vertex is near the point of the segment at its row and column in the map."""
     rows = flat.segment.points.shape[0]
     u, v = flat.uv.T
     column, row = u / STEP, rows - 1 - v / STEP

@@ -1,4 +1,4 @@
-"""Validation of a mesh: defects are rejected with their place, and the outer loop encloses all others."""
+"""Defects of a mesh are rejected with their place, and the outer loop encloses all other loops."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def test_each_defect_is_rejected_with_its_location(name: str) -> None:
     with pytest.raises(MeshError, match=says) as caught:
         mesh = planar_mesh(V, F)
         pins(*(pinned or (None, None)), mesh.vertices, mesh.n_given)
-    assert ": " in str(caught.value)  # followed by a remedy
+    assert ": " in str(caught.value)  # a remedy follows the colon
 
 
 def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return concentric circles with the given numbers of vertices, and the triangles between them."""
+    """Return triangles between concentric circles with the given radii and numbers of vertices."""
     V = [r * np.exp(2j * np.pi * np.arange(n) / n) for r, n in zip(radii, around, strict=True)]
     F, first = [], 0
     for n, m in pairwise(around):
@@ -73,7 +73,7 @@ def test_the_outer_loop_is_the_rim_even_if_a_window_has_the_longer_edge(name: st
 def test_an_area_within_the_rounding_error_counts_as_zero(height: float, centre: float) -> None:
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     V = np.array([[0, 0, 0], [1, 0, 0], [0.4, height, 0]]) @ turn + centre
-    rounding = 2 * np.finfo(float).eps * max(1.0, centre)  # error of the coordinates
+    rounding = 2 * np.finfo(float).eps * max(1.0, centre)  # rounding error of the coordinates
     if height < rounding:
         with pytest.raises(MeshError, match=r"faces 0 have zero area \(face 0 has vertices \[0, 1, 2\]\)"):
             planar_mesh(V, [[0, 1, 2]])

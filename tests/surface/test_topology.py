@@ -1,4 +1,4 @@
-"""Connectivity of surfaces: outer loops, disks and handles."""
+"""Tests of the connectivity of surfaces: outer loops, disks and handles."""
 
 from __future__ import annotations
 

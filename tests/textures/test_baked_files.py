@@ -1,4 +1,4 @@
-"""Files written with `--bake` show the colours of vertices and materials, and the normals of the object."""
+"""Files written with `--bake` show colours of vertices and materials, and normals of the object."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RESOLUTION = 256
 
 
 def scene(path: Path, node: dict, materials: list[dict], colours: np.ndarray | None) -> None:
-    """Write an icosahedron whose first half of faces has the first material, and the second half the last."""
+    """Write an icosahedron; its first ten faces have the first material, all other faces the last one."""
     V, F = igl.icosahedron()
     parts = [V.astype("<f4").tobytes(), F[:10].astype("<u4").tobytes(), F[10:].astype("<u4").tobytes()]
     accessors = [{"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3"}]
@@ -44,7 +44,7 @@ def scene(path: Path, node: dict, materials: list[dict], colours: np.ndarray | N
 
 
 def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np.ndarray]:
-    """Return the written mesh, and its image from 0 to 1 with the lower row first."""
+    """Unwrap and bake a file; return the written mesh, and its image (0 to 1, lower row first)."""
     out = tmp_path / f"out{suffix}"
     words = ["--bake", kind, "--resolution", str(RESOLUTION), "--quiet"]
     assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(out), *words]) == 0
@@ -59,7 +59,7 @@ def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np
 
 
 def at_centres(mesh: MeshFile, image: np.ndarray) -> np.ndarray:
-    """Return the image at the centre of each face."""
+    """Return the colour of an image at the centre of each face."""
     x, y = (mesh.TC[mesh.FTC].mean(axis=1) * RESOLUTION).astype(int).T
     return image[y, x]
 
@@ -81,7 +81,7 @@ def test_baked_colours_are_vertex_colours_times_material_colours(tmp_path: Path)
     assert image.shape == (RESOLUTION, RESOLUTION, 4)
     assert np.abs(at_centres(mesh, image) - wanted.mean(axis=1)).max() < 0.02
     text = mesh.extras.source.gltf.text
-    for material in text["materials"]:  # factors are baked into the image
+    for material in text["materials"]:  # the image includes the colour factors of the materials
         assert "baseColorFactor" not in material["pbrMetallicRoughness"]
         assert material["alphaMode"] == "BLEND"
     assert mesh.colours is None
@@ -112,9 +112,9 @@ def test_baked_normals_do_not_depend_on_the_transform_of_the_node(node: dict, tm
     outwards = V[F].mean(axis=1)
     outwards /= np.linalg.norm(outwards, axis=1)[:, None]
     found = 2 * at_centres(mesh, image) - 1
-    limit = 0.99 if "scale" not in node else 0.9  # stretched vertex normals deviate slightly
+    limit = 0.99 if "scale" not in node else 0.9  # vertex normals deviate slightly after a stretch
     assert ((found * outwards).sum(axis=1) > limit).all()
-    # a format without nodes has the transformed object
+    # a format without nodes stores the transformed object
     other, image = baked(tmp_path, "normals", ".obj")
     found = 2 * at_centres(other, image) - 1
     a, b, c = other.V[other.triangles].transpose(1, 0, 2)

@@ -1,4 +1,4 @@
-"""A lookup in a baked texture returns the value of the surface at the point."""
+"""A lookup in a baked texture returns the value at the point of the surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RESOLUTION = 256
 
 
 def several() -> Surface:
-    """Return a ball beside small bodies, many of them smaller than a texel."""
+    """Return a ball beside 40 small boxes, many of which are smaller than a texel."""
     V, F = ball()
     cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     square = np.array([[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4]])
@@ -60,7 +60,7 @@ def looked_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def random_points(V: np.ndarray, F: np.ndarray, atlas: Atlas, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return random points, equally many per face on average, and their texture coordinates."""
+    """Return random points with the same expected number in each face, and their texture coordinates."""
     rng = np.random.default_rng(0)
     face, weights = rng.integers(len(F), size=count), rng.dirichlet(np.full(3, 0.5), size=count)
     return (
@@ -108,7 +108,7 @@ def test_every_texel_whose_centre_lies_in_a_triangle_is_set(surface: Surface) ->
     inside, known = distance < 1e-20, np.isfinite(image[..., 0]).ravel()
     assert known[inside].all()
     assert inside.sum() > 0.4 * inside.size
-    assert not known[distance > (1.5 / RESOLUTION) ** 2].any()  # texels far away are not set
+    assert not known[distance > (1.5 / RESOLUTION) ** 2].any()  # texels far away from all charts are not set
 
 
 def test_a_function_is_evaluated_at_points_of_the_surface() -> None:
@@ -172,7 +172,7 @@ def test_an_image_that_does_not_fit_is_refused_before_the_work(
     with pytest.raises(MemoryLimitError, match=says):
         bake(V, F, atlas, V, 16384)
     igl.write_triangle_mesh(str(tmp_path / "a.obj"), V, F)
-    monkeypatch.setattr(unwrapping, "unwrap", None)  # is not called
+    monkeypatch.setattr(unwrapping, "unwrap", None)  # must not be called
     words = ["--bake", "normals", "--resolution", "16384"]
     assert main(["unwrap", str(tmp_path / "a.obj"), "-o", str(tmp_path / "a.glb"), *words]) == 2
     assert "use a smaller resolution" in capsys.readouterr().err
@@ -271,6 +271,7 @@ def test_a_texel_beside_a_chart_has_the_value_of_the_nearest_point_of_its_outlin
     image = bake(V, F, atlas, atlas.TC, 128, padding=0, background=np.nan)
     row, column = np.nonzero(np.isfinite(image[..., 0]))
     centre = np.column_stack((column + 0.5, 128 - row - 0.5)) / 128
-    nearest = np.clip(centre, atlas.TC.min(axis=0), atlas.TC.max(axis=0))  # the chart is an upright rectangle
+    # the chart is an axis-aligned rectangle
+    nearest = np.clip(centre, atlas.TC.min(axis=0), atlas.TC.max(axis=0))
     assert (nearest != centre).any(axis=1).sum() > 100
     np.testing.assert_allclose(image[row, column], nearest, atol=1e-9)

@@ -18,14 +18,14 @@ from igl_linabf.io import MeshFile, image_maps, read_file
 from igl_linabf.textures import Picture, bake, bake_texture
 from igl_linabf.textures.texels import covered
 
-# a box whose faces do not share vertices, as in glTF files with sharp edges
+# the sides of a box that share no vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
 BAKE_TEXTURE = ["--bake", "texture", "--resolution", "128", "--quiet"]
 KINDS = ("baseColorTexture", "metallicRoughnessTexture", "occlusionTexture", "emissiveTexture")
 
 
 def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return positions, normals, texture coordinates (v downwards) and triangles of a 1 x 2 x 3 box."""
+    """Return positions, normals, texture coordinates (v downwards) and triangles of a box of 1 x 2 x 3."""
     V, N, uv, F = [], [], [], []
     for i, (axis, sign, _) in enumerate(SIDES.tolist()):
         others = [k for k in range(3) if k != axis]
@@ -39,12 +39,12 @@ def box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         V += (points * [0.5, 1, 1.5]).tolist()
         N += [np.eye(3)[axis] * sign] * 4
         column, row = i % 3, i // 3
-        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # some faces are mirrored
+        uv += (((square + 1) * 0.45 + 0.05 + [column, row]) / [3, 2]).tolist()  # the map mirrors some sides
     return np.array(V), np.array(N), np.array(uv), np.array(F)
 
 
 def closed_box() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return V, F, TC and FTC of the same box with eight vertices."""
+    """Return V, F, TC and FTC of the box of 1 x 2 x 3 with shared vertices."""
     V, _, uv, FTC = box()
     corners, same = np.unique(V, axis=0, return_inverse=True)
     return corners, same.ravel()[FTC], uv * [1, -1] + [0, 1], FTC
@@ -71,7 +71,7 @@ def scene(
     samplers: list[dict] | None = None,
     node: dict | None = None,
 ) -> None:
-    """Write the box, whose second half of faces has the last material."""
+    """Write a box as GLB; the second half of its faces has the last material."""
     V, N, uv, F = box()
     parts = [V.astype("<f4"), N.astype("<f4"), uv.astype("<f4"), F[:6].astype("<u4"), F[6:].astype("<u4")]
     blocks = [part.tobytes() for part in parts] + [image + b"\0" * (-len(image) % 4) for image in images]
@@ -103,7 +103,7 @@ def scene(
 
 
 def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return a material's image at points of faces by bilinear interpolation; NaN without an image."""
+    """Interpolate the image of a material at points of faces; NaN without an image."""
     source = mesh.extras.source.gltf
     uv = np.einsum("pk,pkd->pd", weights, mesh.TC[mesh.FTC[face]])
     found = np.full((len(face), 4), np.nan)
@@ -176,10 +176,10 @@ def test_all_images_look_the_same_after_the_transfer(words: list[str], tmp_path:
         assert (np.isfinite(new[:, 0]) == known).all()
         off = np.abs(new - old)[known][:, :3]
         assert np.median(off) < 0.01
-        assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross an old seam
+        assert np.quantile(off, 0.97) < 0.05, kind  # a new chart may cross a seam of the old map
     text = after.extras.source.gltf.text
     tiles = len(np.unique(np.floor(after.TC[after.FTC].mean(axis=1)), axis=0))
-    assert len(text["images"]) == len(KINDS) * tiles  # old images are removed
+    assert len(text["images"]) == len(KINDS) * tiles  # the old images are removed
     written = (tmp_path / "out.glb").read_bytes()
     assert not any(image in written for image in images)
     for material in text["materials"]:
@@ -216,7 +216,7 @@ def test_normal_maps_keep_their_directions_in_space(scale: list[float], tmp_path
     angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
     assert np.median(angle) < 1.5
     assert np.quantile(angle, 0.99) < 5
-    # the test is not trivial: the normals deviate from the surface
+    # the normals of the map deviate from the surface; otherwise, the test would be trivial
     plain = np.abs(shown(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
     assert plain.max() > 0.2
 
@@ -277,7 +277,7 @@ def test_missing_textures_are_refused(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_images_with_different_channels_are_combined() -> None:
-    """Grey is converted to equal red, green and blue, and an image without alpha is opaque."""
+    """A grey image is converted to RGB, and an image without alpha is opaque."""
     V, F, TC, FTC = closed_box()
     atlas = unwrap(V, F, packing=Packing(resolution=64))
     labels = np.arange(len(F)) // 4

@@ -10,7 +10,7 @@ from igl_linabf import Packing, unwrap
 from igl_linabf.textures import Picture, bake
 from igl_linabf.textures.tangents import compute_tangent_frames
 
-MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # SciPy's names
+MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # names of these modes in SciPy
 
 
 @pytest.mark.parametrize("across", MODES)
@@ -21,15 +21,15 @@ def test_images_are_wrapped_in_each_direction(across: str, down: str) -> None:
     u, v = uv.T
     at = np.stack(
         ((1 - v) * 5 - 0.5, u * 7 - 0.5)
-    )  # centres of pixels are at half-integers, and the upper row is the first
-    # SciPy has one mode for both directions, so compare where only one direction leaves the image
+    )  # pixel centres are at half-integers; row 0 is the upper one
+    # SciPy has one mode for both axes, so compare points that leave the image along one axis
     for rows, mode in (((v > 0.2) & (v < 0.8), MODES[across]), ((u > 0.2) & (u < 0.8), MODES[down])):
         assert rows.sum() > 30
         np.testing.assert_allclose(found[rows], map_coordinates(pixels, at[:, rows], order=1, mode=mode))
 
 
 def test_tangents_are_weighted_by_angle() -> None:
-    """Halving a triangle of a fan through the centre does not change the tangent there."""
+    """The tangent at the centre of a fan does not change if one of its triangles is halved."""
     rng = np.random.default_rng(2)
     rim = np.array([[np.cos(a), np.sin(a), 0] for a in (0.0, 0.7, 2.6, 4.0, 5.5)])
     flat = rim[:, :2] + rng.uniform(-0.3, 0.3, (5, 2))
@@ -44,7 +44,8 @@ def test_tangents_are_weighted_by_angle() -> None:
         P = np.array([[np.zeros(3), points[i], points[j]] for i, j in pairs])
         T = np.array([[np.zeros(2), uv[i], uv[j]] for i, j in pairs])
         frames = compute_tangent_frames(P, np.broadcast_to([0, 0, 1.0], P.shape), T)
-        assert np.ptp(frames.tangent[:, 0], axis=0).max() < 1e-12  # all corners at the centre share it
+        # all corners at the centre have the same tangent
+        assert np.ptp(frames.tangent[:, 0], axis=0).max() < 1e-12
         fans.append(frames.tangent[0, 0])
     np.testing.assert_allclose(*fans, atol=1e-12)
 

@@ -1,4 +1,4 @@
-"""`check_uv` separates flips and accidents from mirrored and stacked charts, with correct figures."""
+"""`check_uv` tells flips and accidental overlaps from mirrored and stacked charts."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def grid(n: int = 6, side: float = 2.0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def plane(n: int = 6) -> Map:
-    """Return a square of side 2, mapped to a fifth of the page's width in the lower left."""
+    """Return a square of side 2, mapped to the lower left of the page at a tenth of its size."""
     V, F = grid(n)
     return V, F, 0.1 * V[:, :2] + 0.05, F
 
 
 def several(*maps: Map) -> Map:
-    """Place surfaces side by side in space, without moving their maps."""
+    """Concatenate surfaces side by side in space; their maps do not move."""
     V, F, TC, FTC = ([m[k] for m in maps] for k in range(4))
     n, t = (np.cumsum([0, *map(len, arrays)]) for arrays in (V, TC))
     return (
@@ -70,7 +70,7 @@ def test_figures_of_a_plane_are_correct() -> None:
     )
     assert (found.report.seams, found.seam_length, found.pages) == (0, 0, 1)
     assert found.fill == pytest.approx(0.04 + 0.01)
-    # the first square extends from 0.05 to 0.25, the second one starts at 0.325
+    # the first square ends at 0.25, the second one starts at 0.325
     assert found.margin == pytest.approx(75)
     assert found.report.border == pytest.approx(25)
     assert (found.report.texel_density.least, found.report.texel_density.most) == pytest.approx((50, 100))
@@ -80,10 +80,11 @@ def test_figures_of_a_plane_are_correct() -> None:
 
 
 def test_figures_on_wide_pages_are_correct() -> None:
-    """A square of side 2 is 0.2 x 0.4 of a page of 1000 x 500 texels: 200 texels either way."""
+    """A square of side 2 covers 0.2 x 0.4 of a page of 1000 x 500 texels, 200 texels in each direction."""
     V, F, TC, FTC = plane()
     wide = TC * [1, 2]
-    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))  # 0.04 of 500 texels is less
+    # the gap above is smaller: 0.04 of 500 texels
+    beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))
     found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
     assert (
         found.report.texel_density.least,
@@ -124,7 +125,7 @@ def test_equal_coordinates_are_merged() -> None:
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("cells", [6, 9])
 def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
-    """Stacked charts may have different triangles."""
+    """Charts can be stacked although their triangles differ."""
     found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
     assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, int(mirrored))
     assert (found.flips, found.overlaps) == (0, 0)
@@ -134,7 +135,7 @@ def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -
 
 def test_halves_that_share_their_coordinates_are_a_mirrored_chart_each() -> None:
     V, F = grid()
-    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # folded along the middle
+    TC = np.column_stack((0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1]))  # folded along its middle
     found = check_uv(V, F, TC, F)
     assert (found.charts, found.report.mirrored, found.report.stacked, found.flips, found.overlaps) == (
         2,
@@ -158,7 +159,7 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     sign = e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]
     assert found.flipped.tolist() == np.flatnonzero(sign < 0).tolist()
     assert found.flips > 0
-    assert found.overlaps > 0  # between flipped faces and their neighbours
+    assert found.overlaps > 0  # flipped faces overlap their neighbours
     assert (found.charts, found.report.mirrored) == (1, 0)
     assert "are flipped or collapsed in the map" in found.troubles[0]
     mirror = check_uv(V, F, TC * [-1, 1] + [1, 0], FTC)  # the same faces in a mirrored chart
@@ -174,7 +175,7 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
     [
         several(plane(), moved(plane(), (0.1, 0))),
         several(plane(), moved(plane(), (0.1, 0), mirrored=True)),
-        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # inside the other chart
+        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # a small chart inside another chart
     ],
 )
 def test_other_overlapping_charts_are_accidents(given: Map) -> None:
@@ -196,7 +197,7 @@ def test_more_overlaps_than_are_listed_are_reported_as_more(monkeypatch: pytest.
 
 
 def test_a_pile_with_more_overlaps_than_are_listed_is_stacked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Charts that nearly coincide have n^2 / 2 overlapping pairs, and none of them is an accident."""
+    """Coincident charts have n^2 / 2 overlapping pairs, and no pair is an accident."""
     rng = np.random.default_rng(0)
     V, F, TC, FTC = plane(2)
     pile = [(V, F, TC + 1e-4 * rng.normal(size=TC.shape), FTC) for _ in range(20)]
@@ -212,14 +213,14 @@ def test_a_pile_with_more_overlaps_than_are_listed_is_stacked(monkeypatch: pytes
 
 
 def test_a_chart_is_stacked_on_the_first_chart_only() -> None:
-    """In a row of three charts, the first and the last have less than nine tenths in common."""
+    """Of three charts in a row, the first and the last share less than nine tenths of their area."""
     found = check_uv(*several(plane(2), moved(plane(2), (0.015, 0)), moved(plane(2), (0.03, 0))))
     assert found.report.stacked == 1
     assert {*map(tuple, np.unique(found.report.chart[found.overlapping], axis=0).tolist())} == {(0, 2)}
 
 
 def test_charts_on_different_images_do_not_overlap() -> None:
-    """Three surfaces on the same part of the page, two of them on one image, and one on another page."""
+    """Three of four surfaces lie on one part of a page and on two images; the fourth lies on another page."""
     given = several(plane(), moved(plane(), (0.1, 0)), moved(plane(), (0.1, 0)), moved(plane(), (1.0, 0)))
     n = len(plane()[1])
     assert check_uv(*given).overlaps > 0
@@ -270,7 +271,7 @@ def test_the_command_compares_charts_of_materials_that_share_an_image(
 
 def test_a_chart_over_itself_is_an_accident() -> None:
     n = 40
-    turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around one and a half times
+    turn = np.linspace(0, 3 * np.pi, n)  # a strip that winds around itself one and a half times
     line = np.column_stack((np.cos(turn), np.sin(turn)))
     V = np.concatenate((np.column_stack((line, 0.1 * turn)), np.column_stack((2 * line, 0.1 * turn))))
     i = np.arange(n - 1)
@@ -291,7 +292,8 @@ def test_the_margin_is_the_least_distance(gap: float) -> None:
 
 
 def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
-    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))  # 0.06 apart, on both sides of a page border
+    # two charts, 0.06 apart on opposite sides of a page border
+    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))
     above = moved(plane(), (0.7, 0.4))
     assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
 
@@ -321,7 +323,7 @@ def test_faces_without_coordinates_are_counted() -> None:
     assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
     with pytest.raises(MeshError, match="no face has texture coordinates"):
         check_uv(V, F, TC, np.full_like(FTC, -1))
-    flat = np.vstack((F, [[0, 0, 1]]))  # triangles without an area in space are ignored
+    flat = np.vstack((F, [[0, 0, 1]]))  # a triangle without area in space
     assert check_uv(V, flat, TC, flat).good
 
 

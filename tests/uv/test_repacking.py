@@ -1,4 +1,4 @@
-"""Repacked charts keep their shapes and stacks, and have either their old sizes or even texels."""
+"""Packing again keeps shapes and stacks of charts, and either their sizes or an even texel density."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
     assert found.report.texel_density.mean == pytest.approx(256 * packed.scale)
     sizes = []
     for linear in motions(MAPS, packed).values():
-        size = np.sqrt(np.linalg.det(linear))  # positive, so that the chart is not mirrored
+        size = np.sqrt(np.linalg.det(linear))  # the determinant is positive, so the chart is not mirrored
         assert np.allclose(linear.T @ linear, size**2 * np.eye(2))
         assert rotate or np.allclose(linear, size * np.eye(2))
         sizes.append(size)
@@ -79,14 +79,14 @@ def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     V, F = grid()
     TC = np.column_stack(
         (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
-    )  # both halves at the same place
+    )  # the map folds one half onto the other
     alone = moved(plane(), (0.1, 0))
     given = several((V, F, TC, F), alone)
     packed = pack(*given)
     found = check_uv(*given[:2], packed.TC, packed.FTC)
     assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, 1)
     assert found.good
-    # two surfaces that refer to the same rows of TC
+    # two surfaces share the rows of TC
     shared = (
         np.concatenate((V, V + np.array([9, 0, 0]))),
         np.concatenate((F, F + len(V))),
@@ -109,7 +109,7 @@ def test_a_density_uses_as_many_pages_as_needed() -> None:
     packed = pack(*given, Packing(resolution=128, texel_density=40, padding=2))
     found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
     assert found.good, found.troubles
-    assert packed.pages == found.pages == 3  # one page for each of three stacks
+    assert packed.pages == found.pages == 3  # three stacks fill one page each
     assert found.report.texel_density.mean == pytest.approx(40)
     with pytest.raises(MeshError, match=r"do not fit on a page .*use a smaller density"):
         pack(*given, Packing(resolution=128, texel_density=80, padding=2))

@@ -1,4 +1,4 @@
-"""Repair of arbitrary triangles: repaired surfaces are clean and unwrap, and clean meshes do not change."""
+"""Repaired surfaces are clean and can be unwrapped; clean meshes do not change."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def test_a_nasty_mesh_is_repaired_and_unwrapped_without_loss(name: str) -> None:
     assert atlas.good
     assert atlas.quality.flips == 0
     assert [str(r) for r in atlas.report.repairs] == [str(r) for r in repairs]
-    if repairs and repairs[0].kind != "welded":  # loose triangles also form a clean surface
+    # strict mode accepts loose triangles, because these form a clean surface, too
+    if repairs and repairs[0].kind != "welded":
         with pytest.raises(MeshError):
             unwrap(V, F, strict=True)
 
@@ -71,7 +72,8 @@ def test_sheets_are_cut_apart_and_the_best_pair_stays_joined() -> None:
     assert [r.kind for r in repairs] == ["crowded"]
     label = face_components(new_F, new_F.max() + 1)
     assert np.bincount(label).tolist() == [98, 98]
-    assert (label[:98] == 0).all()  # the bent sheet, not one half joined with the upright sheet
+    # the bent sheet is one component, not one half of it joined to the upright sheet
+    assert (label[:98] == 0).all()
     V, F = NASTY["two cubes at an edge"]()
     _, new_F, _, _ = clean(V, F)
     assert (face_components(new_F, new_F.max() + 1) == np.arange(24) // 12).all()
@@ -81,7 +83,7 @@ def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one
     V, F = sphere()
     V = V * (
         1 + 0.1 * np.sin(3 * V[:, :1] + 1) * np.cos(2 * V[:, 1:2])
-    )  # break the symmetry, so that the best seam is unique
+    )  # break the symmetry, so that a single seam is the best one
     turned = np.random.default_rng(1).random(len(F)) < 0.3
     other = np.where(turned[:, None], F[:, ::-1], F)
     plain, mixed = unwrap(V, F), unwrapped(V, other)
@@ -106,7 +108,7 @@ def test_a_welded_soup_has_the_atlas_of_the_mesh() -> None:
     whole, loose = unwrap(V, F), unwrapped(*soup(V, F))
     assert len(loose.charts) == 1
     assert loose.quality.stretch_l2 == pytest.approx(whole.quality.stretch_l2, rel=0.02)
-    order = np.unique(F, return_index=True)[1]  # number the vertices in the order of the soup
+    order = np.unique(F, return_index=True)[1]  # number the vertices as in the soup
     new = np.argsort(np.argsort(order))
     ordered = unwrap(V[np.argsort(new)], new[F])
     assert (ordered.TC[ordered.FTC] == loose.TC[loose.FTC]).all()
@@ -147,7 +149,7 @@ def test_faces_without_area_leave_no_hole() -> None:
     middle = len(V)
     on = [
         t for t in range(len(F)) if {a, b} <= set(F[t].tolist())
-    ]  # faces at the edge; the first is split, and a cap is added
+    ]  # faces at an edge, of which the first is split and a cap is added
     c = next(v for v in F[on[0]] if v not in (a, b))
     i, j = (a, b) if (np.roll(F[on[0]], -1) == b)[np.flatnonzero(F[on[0]] == a)[0]] else (b, a)
     split = np.vstack((np.delete(F, on[0], axis=0), [[i, middle, c], [middle, j, c], [i, j, middle]]))
@@ -229,13 +231,13 @@ def test_clean_meshes_are_returned_unchanged() -> None:
 @pytest.mark.parametrize("power", [-1070, -1000, 1000, 1023])
 def test_a_surface_of_any_size_has_the_atlas_of_its_shape(power: int) -> None:
     V, F = igl.icosahedron()
-    V = np.round(V * 8) / 8  # scaling by any power of two is exact
+    V = np.round(V * 8) / 8  # multiples of 1/8, which are exact after scaling by any power of two
     plain = unwrap(V, F[1:])
     with pytest.warns(MeshWarning, match="scaled by a power of two"):
         atlas = unwrap(np.ldexp(V, power), F[1:])
     assert atlas.good
     assert np.allclose(atlas.TC, plain.TC)
-    with np.errstate(over="ignore"):  # overflow gives infinity
+    with np.errstate(over="ignore"):  # an overflow gives infinity
         assert np.isclose(atlas.report.scale, np.ldexp(plain.report.scale, -power))
         assert np.isclose(atlas.seam_length, np.ldexp(plain.seam_length, power))
     density = 1e-300 if power < 0 else 1e300
@@ -257,12 +259,12 @@ def test_a_body_with_a_small_hole_is_cut_because_of_its_stretch(name: str) -> No
     atlas = unwrap(V, F[1:])
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.3
-    assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # but its stretch exceeds 150
+    assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # flattening is possible, but its stretch exceeds 150
 
 
 def test_tips_that_would_shrink_get_a_seam() -> None:
     V, F = load("closed__igl_cow.off")
-    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # because of ears and horns
+    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # ears and horns shrink
     assert unwrap(V, F).quality.stretch_l2 < 1.2
 
 
@@ -329,7 +331,7 @@ def test_given_seams_refer_to_the_mesh_before_its_repair() -> None:
     assert len(unwrapped(V, turned, seams=seams).charts) == 2
     mask = np.isin(turned, line) & np.isin(turned[:, [1, 2, 0]], line)
     assert len(unwrapped(*loose, seams=mask).charts) == 2
-    below = mask & (V[turned].mean(axis=1)[:, 1:2] < 4)  # marking one side of each edge suffices
+    below = mask & (V[turned].mean(axis=1)[:, 1:2] < 4)  # marking one side of each seam edge suffices
     assert len(unwrapped(*loose, seams=below).charts) == 2
 
 

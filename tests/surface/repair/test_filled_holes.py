@@ -1,4 +1,4 @@
-"""Extraction of the largest piece of the kept faces, with a border of loops and a report of omitted parts."""
+"""A patch is the largest piece of its kept faces, bordered by loops; all other pieces are reported."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def grid(n: int) -> np.ndarray:
 def test_the_largest_piece_is_kept_and_other_pieces_are_reported_by_size() -> None:
     stays = np.ones(15 * 15, dtype=bool)
     row = np.arange(15 * 15) // 15
-    stays[(row == 3) | (row == 12)] = False  # pieces of 3, 8 and 2 rows
+    stays[(row == 3) | (row == 12)] = False  # leaves pieces of 3, 8 and 2 rows
     for F in (grid(15), grid(15)[::-1].copy()):
         made = patch_faces(F, stays)
         assert np.array_equal(made.vertices, np.flatnonzero((row > 3) & (row < 12)))
@@ -31,7 +31,7 @@ def test_the_largest_piece_is_kept_and_other_pieces_are_reported_by_size() -> No
 
 def test_vertices_where_the_border_touches_itself_are_left_out_and_named() -> None:
     F, stays = grid(9), np.ones(81, dtype=bool)
-    stays[[31, 49]] = False  # on both sides of vertex 40
+    stays[[31, 49]] = False  # the two neighbours on both sides of vertex 40
     made = patch_faces(F, stays)
     assert made.pinched.tolist() == [40]
     assert made.left_out == ["vertices 40, at which the border touches itself"]

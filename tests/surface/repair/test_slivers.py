@@ -1,4 +1,4 @@
-"""Nearly degenerate triangles are flattened unchanged, repaired with a warning, or rejected by name."""
+"""Nearly degenerate triangles are flattened as they are, repaired with a warning, or rejected by name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from igl_linabf.surface import planar_topology
 
 
 def with_points(kind: str, eps: float, count: int) -> Surface:
-    """Split random faces of a disk at a point that is `eps` from an edge ("caps") or a corner ("needles")."""
+    """Split random faces at a point that is `eps` from an edge ("caps") or from a corner ("needles")."""
     V, F = load("bumps")
     chosen = np.random.default_rng(0).choice(len(F), count, replace=False)
     a, b, c = F[chosen].T
@@ -56,11 +56,12 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
     assert result.outcome.good
     assert quality(V, F, result.uv).flips == 0
     edge = np.linalg.norm(V[F] - V[np.roll(F, 1, axis=1)], axis=2)
-    rest = igl.doublearea(V, F) / edge.min(axis=1) / np.sort(edge, axis=1)[:, 1]  # sine of the largest angle
+    # sine of the largest angle of each face
+    rest = igl.doublearea(V, F) / edge.min(axis=1) / np.sort(edge, axis=1)[:, 1]
     thin = np.flatnonzero((rest < CAP_ANGLE) & (igl.internal_angles(V, F).max(axis=1) > 2))
     assert np.array_equal(result.report.repaired, thin)
     assert "repaired faces" in str(result)
-    # all other faces are as good as without caps
+    # faces away from the caps are as good as without caps
     uv = np.insert(result.uv, 2, 0.0, axis=1)
     error = igl.internal_angles(uv, F) / igl.internal_angles(V, F) - 1
     around = np.isin(F, F[thin]).any(axis=1)
@@ -78,7 +79,7 @@ def test_needles_of_any_length_are_flattened(eps: float) -> None:
 
 
 def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
-    """Compare the diagonal of S with P = diag(w) - w w^T / d in exact arithmetic."""
+    """The diagonal of S is compared with rational arithmetic, where P = diag(w) - w w^T / d."""
     V, F = with_points("caps", 1e-7, 40)
     topology = planar_topology(F, np.arange(len(V)))
     alpha = igl.internal_angles(V, F).T
@@ -105,7 +106,8 @@ def test_faces_of_zero_area_are_rejected_and_named() -> None:
     with pytest.raises(MeshError, match=f"faces {flat[0]}, {flat[1]}.* have zero area.*collapse or remove"):
         flatten(V, F)
     kept = np.delete(F, flat, axis=0)
-    assert flatten(V, kept).outcome.good  # they are on the boundary, so that removing them makes no hole
+    # both faces are on the boundary, so that removing them makes no hole
+    assert flatten(V, kept).outcome.good
     with pytest.raises(MeshError, match=f"faces 0, {len(kept)} are the same triangle"):
         flatten(V, np.vstack((kept, kept[:1])))
 
@@ -129,7 +131,7 @@ def test_caps_do_not_hold_the_isometric_map_back(eps: float) -> None:
 
 
 def lone(height: float, kind: str, centre: float) -> Surface:
-    """Return a disk and a separate thin triangle with a side of length 1, rotated at random."""
+    """Return a disk and a separate thin triangle with a side of length 1, which is rotated at random."""
     V, F = load("bumps")
     foot = 0.4 if kind == "cap" else 0.0
     thin = np.array([[0, 0, 0], [1, 0, 0], [foot, height, 0]])
@@ -144,13 +146,15 @@ def test_a_separate_thin_triangle_becomes_a_chart_of_its_shape(kind: str, method
         for centre in (0.0, 1e5):
             V, F = lone(height, kind, centre)
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # about repairs far from the origin, and the fallback of SCP
+                # warnings of repairs far from the origin, and of the fallback of SCP
+                warnings.simplefilter("ignore")
                 made = unwrap(V, F, method=method)
             assert not made.troubles, (height, centre)
             assert made.quality.flips == 0
             alone = [chart.quality for chart in made.charts if list(chart.faces) == [len(F) - 1]]
             assert all(own.stretch_l2 < 1.0001 for own in alone)
-            assert alone or made.report.repairs  # or collapsed, if its height is rounding error
+            # the triangle is repaired if its height is within the rounding error
+            assert alone or made.report.repairs
 
 
 @pytest.mark.parametrize(
@@ -165,11 +169,11 @@ def test_a_separate_thin_triangle_becomes_a_chart_of_its_shape(kind: str, method
 )
 @pytest.mark.parametrize("z", [0.05, 1, 5, 20])
 def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, Any]) -> None:
-    """The Moebius band of pyvista ends in triangles with one side of the size of rounding errors."""
+    """The Moebius band of pyvista ends in triangles with one side as short as the rounding error."""
     band = pyvista.ParametricMobius(u_res=40, v_res=10, w_res=10).triangulate().clean()
     V, F = np.asarray(band.points, dtype=np.float64) * [1, 1, z], band.faces.reshape(-1, 4)[:, 1:]
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about repairs, and about cutting a band that SCAF cannot flatten
+        warnings.simplefilter("ignore")  # warnings of repairs, and of cuts in a band that SCAF cannot flatten
         made = unwrap(V, F, **options)
     assert not made.troubles
     assert made.quality.flips == made.quality.overlaps == 0
@@ -177,7 +181,7 @@ def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, 
 
 
 def test_a_surface_pressed_flat_is_unwrapped() -> None:
-    """Some edges have no length in the planes of their faces."""
+    """Some edges have zero length after the faces are projected to their planes."""
     bottle = pyvista.ParametricKlein(u_res=40, v_res=30, w_res=10).triangulate().clean()
     V, F = np.asarray(bottle.points, dtype=np.float64) * [1, 1, 1e-8], bottle.faces.reshape(-1, 4)[:, 1:]
     made = unwrap(V, F, charts=ChartOptions(max_stretch=1.3))
@@ -188,14 +192,14 @@ def test_a_surface_pressed_flat_is_unwrapped() -> None:
 
 @pytest.mark.parametrize("seed", [*(pytest.param(k, marks=pytest.mark.slow) for k in (3, 8)), 12])
 def test_abf_of_a_rough_surface_pressed_flat_ends_with_an_outcome(seed: int) -> None:
-    """The steps in the plane stop at bounds of angles that coincide in double precision."""
+    """The steps stop at bounds of angles that coincide in double precision."""
     random = np.random.default_rng(seed)
     surface = pyvista.ParametricCatalanMinimal(u_res=30, v_res=30, w_res=10).triangulate().clean()
     points, F = np.asarray(surface.points, dtype=np.float64), surface.faces.reshape(-1, 4)[:, 1:]
     V = points * [1, 1, 10.0 ** random.integers(-9, -3)]
     V += random.normal(size=V.shape) * np.ptp(points) * 10.0 ** random.integers(-8, -2)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about the outcome
+        warnings.simplefilter("ignore")  # the result may have a warning
         result = flatten(V, F, method="abf")
     assert np.isfinite(result.uv).all()
     assert result.outcome in (Outcome.CONVERGED, Outcome.NOT_CONVERGED)
