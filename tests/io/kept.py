@@ -55,7 +55,9 @@ def format_tables(cells: Iterable[Cell]) -> str:
     """Return the text of docs/kept.md: a section for each format that is read, in the order of `cells`."""
     sections: dict[str, list[str]] = {}
     for cell in cells:
-        rows = sections.setdefault(cell.source, ["| contents | written as | result |", "|---|---|---|"])
-        quote = f": “{cell.says}”" if cell.says else ""
-        rows.append(f"| {cell.what} | {cell.to} | {cell.outcome}{quote} |")
+        rows = sections.setdefault(
+            cell.source, ["| contents of the file | written as | result |", "|---|---|---|"]
+        )
+        result = {"kept": "preserved"}.get(cell.outcome, f"{cell.outcome}: “{cell.says}”")
+        rows.append(f"| {cell.what} | {cell.to} | {result} |")
     return "\n\n".join("\n".join([f"## {name}", "", *rows]) for name, rows in sections.items()) + "\n"

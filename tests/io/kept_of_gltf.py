@@ -392,7 +392,7 @@ CELLS = [
     GLB("normals, colours, further texture coordinates, custom attributes", "kept", check_attributes),
     GLB("nodes, lights, cameras, extras", "kept", check_tree),
     GLB("shape keys", "kept", check_shape_keys),
-    GLB("points and lines", "kept", check_points),
+    GLB("primitives that are points or lines", "kept", check_points),
     GLB("`EXT_structural_metadata` (buffer views are renumbered)", "kept", check_metadata),
     GLB(
         "unknown extensions that refer to buffer views or accessors (their numbers do not change)",
@@ -404,7 +404,7 @@ CELLS = [
     GLB("quantized positions and normals", "kept", check_quantized),
     GLB("meshes mirrored by a node", "kept", check_mirrored),
     GLB("images and tangents of `TEXCOORD_1`", "kept", check_second_coordinates),
-    GLB("external files: images are embedded, other references are updated", "kept", check_external_image),
+    GLB("external files (images are embedded, other references are updated)", "kept", check_external_image),
     GLB(
         "images of the old texture coordinates",
         "warning",
@@ -418,7 +418,9 @@ CELLS = [
         partial(check_moved_images, kinds=("baseColorTexture", "normalTexture")),
     ),
     GLB(
-        "first texture coordinates, their images and tangents, with `--texcoord 1`", "kept", check_second_set
+        "the old (first) texture coordinates with their images and tangents, with `--texcoord 1`",
+        "kept",
+        check_second_set,
     ),
     GLB(
         "tangents of the old texture coordinates",
@@ -457,16 +459,16 @@ CELLS = [
         "its mesh 0 is compressed by KHR_draco_mesh_compression",
     ),
     OBJ("materials without names", "kept", check_unnamed_materials),
-    OBJ("images, with `--bake texture`", "kept", partial(check_moved_images, to="out.obj")),
+    OBJ("images of materials, with `--bake texture`", "kept", partial(check_moved_images, to="out.obj")),
     OBJ(
-        "maps that MTL does not have, with `--bake texture`",
+        "texture maps that MTL does not have, with `--bake texture`",
         "warning",
         partial(check_moved_images, to="out.obj", kinds=("baseColorTexture", "occlusionTexture")),
         "OBJ cannot store the maps occlusionTexture",
     ),
     OBJ("colours that differ across an edge", "warning", check_partial_colours, "the colours of its corners"),
     OBJ(
-        "further instances of a mesh (the largest one is written)",
+        "further instances of a mesh (the largest instance is written)",
         "warning",
         check_instances,
         "2 further instances of its meshes",
@@ -484,7 +486,7 @@ CELLS = [
         "OBJ does not keep its shape keys",
     ),
     OBJ(
-        "further attributes",
+        "further vertex attributes",
         "warning",
         partial(check_obj_output, attributes={"TEXCOORD_1": SQUARE}),
         "the attributes TEXCOORD_1",

@@ -289,10 +289,10 @@ def check_vtp(to: str, folder: Path, **more: bool) -> None:
 
 
 CELLS = [
-    Cell("3MF", "3MF", "unit, names, build positions of objects", "kept", check_units_and_names),
+    Cell("3MF", "3MF", "unit of length; names and build positions of objects", "kept", check_units_and_names),
     Cell("3MF", "3MF", "metadata, part numbers, object types", "kept", check_metadata),
     Cell("3MF", "GLB", "colour groups, materials and their names", "kept", check_colours),
-    Cell("3MF", "GLB", "components in other parts of the package", "kept", check_components),
+    Cell("3MF", "GLB", "components that other parts of the 3MF package define", "kept", check_components),
     Cell(
         "3MF",
         "3MF",
@@ -320,7 +320,7 @@ CELLS = [
     Cell(
         "3MF",
         "OBJ",
-        "unit",
+        "unit of length",
         "warning",
         partial(check_3mf, make_tetrahedron(), to="out.obj", of_model='unit="inch"'),
         "OBJ does not keep the unit of length (inch)",
@@ -328,7 +328,7 @@ CELLS = [
     Cell(
         "3MF",
         "3MF",
-        "package parts added by other programs",
+        "parts of the 3MF package that other programs added",
         "warning",
         partial(check_3mf, make_tetrahedron(), parts={"Metadata/Slicer.config": "; layers"}),
         "the parts Metadata/Slicer.config of its package",
@@ -336,7 +336,7 @@ CELLS = [
     Cell(
         "3MF",
         "3MF",
-        "model contents in the namespaces of other programs",
+        "contents of the model in the XML namespaces of other programs",
         "warning",
         partial(check_3mf, make_tetrahedron(('a:paint="4"', "", "", ""))),
         "the contents of the namespaces a",
@@ -344,7 +344,7 @@ CELLS = [
     Cell(
         "3MF",
         "GLB",
-        "triangle attributes added by other programs",
+        "attributes of triangles that other programs added",
         "warning",
         partial(check_3mf, make_tetrahedron(("", 'paint_color="8"', "", "")), to="out.glb"),
         "the attributes paint_color of triangles",
@@ -360,7 +360,7 @@ CELLS = [
     Cell(
         "GIFTI",
         "GIFTI",
-        "positions in space (metadata, labels and further data arrays are kept)",
+        "positions in space (replaced by the flat map; metadata, labels and data arrays are preserved)",
         "warning",
         check_gifti,
         "GII does not keep the positions in space",
@@ -376,7 +376,7 @@ CELLS = [
     Cell(
         "GIFTI",
         "GIFTI",
-        "positions in space, in `.gii.gz`",
+        "positions in space, in `.gii.gz` (replaced by the flat map)",
         "warning",
         check_compressed_gifti,
         "GII.GZ does not keep the positions in space",
@@ -393,7 +393,7 @@ CELLS = [
     Cell(
         "FreeSurfer",
         ".surf",
-        "positions in space (vertex numbers and volume geometry are kept)",
+        "positions in space (replaced by the flat map; vertex numbers and volume geometry are preserved)",
         "warning",
         check_surface,
         "SURF does not keep the positions in space",
@@ -401,7 +401,7 @@ CELLS = [
     Cell(
         "FreeSurfer",
         ".flat",
-        "volume geometry",
+        "geometry of the volume that the surface was made from",
         "warning",
         partial(check_freesurfer, "lh.flat"),
         "FLAT does not keep the positions in space, the volume that it was made from",
@@ -409,14 +409,18 @@ CELLS = [
     Cell(
         "FreeSurfer",
         "OBJ",
-        "volume geometry",
+        "geometry of the volume that the surface was made from",
         "warning",
         partial(check_freesurfer, "lh.obj"),
         "OBJ does not keep the unit of length (millimeter), the volume that it was made from",
     ),
-    Cell("VTP", "VTP", "data of triangle strips, at their triangles", "kept", check_strips),
+    Cell("VTP", "VTP", "data of triangle strips (copied to their triangles)", "kept", check_strips),
     Cell(
-        "VTP", "VTP", "arrays, normals, colours, active attributes, double precision", "kept", check_polydata
+        "VTP",
+        "VTP",
+        "data arrays, normals, colours, active attributes, double precision",
+        "kept",
+        check_polydata,
     ),
     Cell(
         "VTP",
@@ -437,7 +441,7 @@ CELLS = [
     Cell(
         "VTP",
         "GLB",
-        "arrays",
+        "data arrays",
         "warning",
         partial(check_vtp, "out.glb"),
         "GLB does not keep the arrays height, label, scanner",

@@ -454,9 +454,12 @@ def make_stl(title: bytes, more: list[int], rest: bytes = b"") -> bytes:
 
 MAGICS = b"made COLOR=" + bytes([255, 0, 51, 255])
 OBJ_CELLS = [
-    ("polygons in their order, negative indices", check_obj(TETRA + "v 1 1 0\nf 1 3 5 2\nf -5 -4 -2\n")),
     (
-        "vertex colours, weights and further values of vertices",
+        "polygons in their order, also with negative vertex indices",
+        check_obj(TETRA + "v 1 1 0\nf 1 3 5 2\nf -5 -4 -2\n"),
+    ),
+    (
+        "vertex colours, vertex weights and further numbers after the positions",
         check_obj_lines("v 1 2 3 0.5", "v 1 2 3 0.1 0.2 0.3"),
     ),
     ("unreferenced vertices", check_obj_lines("v 9 9 9")),
@@ -477,19 +480,22 @@ OBJ_CELLS = [
         check_obj_lines("bevel on", "c_interp on", "lod 2", "ctech cparm 1", "usemap skin"),
     ),
     ("comments, including those on face lines", lambda folder: check_comments_at_faces(folder)),
-    ("names with spaces, with #, in any script", check_obj_names),
-    ("names that are not UTF-8, byte for byte", check_latin_names("out.obj")),
+    ("names with spaces, with #, or with letters of any script", check_obj_names),
+    ("names that are not valid UTF-8, byte for byte", check_latin_names("out.obj")),
     (
-        "names that are not UTF-8, with a baked image: the new library has the same bytes",
+        "names that are not valid UTF-8, with a baked image (the new material library has the same bytes)",
         check_latin_names("out.obj", image=True),
     ),
-    ("several material libraries on a line", check_libraries("mtllib a.mtl my b.mtl sub/c.mtl")),
-    ("quoted library names", check_libraries('mtllib "a.mtl" "my b.mtl"', 'mtllib "sub/c.mtl"')),
+    ("several material libraries on one line", check_libraries("mtllib a.mtl my b.mtl sub/c.mtl")),
     (
-        "library names with spaces or backslashes",
+        "quoted names of material libraries",
+        check_libraries('mtllib "a.mtl" "my b.mtl"', 'mtllib "sub/c.mtl"'),
+    ),
+    (
+        "names of material libraries with spaces or backslashes",
         check_libraries("mtllib a.mtl", "mtllib my b.mtl", r"mtllib .\sub\c.mtl"),
     ),
-    ("references to other files: maps, shadows, calls", check_other_files),
+    ("references to other files: texture maps, shadow objects, called files", check_other_files),
 ]
 
 
@@ -512,19 +518,31 @@ CELLS = [
     Cell(
         "OBJ",
         "OBJ",
-        "material images, with the original library",
+        "images of materials, without a baked image",
         "warning",
         check_images("out.obj"),
         "1 images of its materials were made for the old texture coordinates",
     ),
-    Cell("OBJ", "OBJ", "material images, with `--bake texture`", "kept", check_moved_images("out.obj")),
-    Cell("OBJ", "GLB", "material images, with `--bake texture`", "kept", check_moved_images("out.glb")),
-    Cell("OBJ", "GLB", "first texture coordinates, with `--texcoord 1`", "kept", check_second_set("out.glb")),
-    Cell("OBJ", "PLY", "first texture coordinates, with `--texcoord 1`", "kept", check_second_set("out.ply")),
+    Cell("OBJ", "OBJ", "images of materials, with `--bake texture`", "kept", check_moved_images("out.obj")),
+    Cell("OBJ", "GLB", "images of materials, with `--bake texture`", "kept", check_moved_images("out.glb")),
+    Cell(
+        "OBJ",
+        "GLB",
+        "the old (first) texture coordinates, with `--texcoord 1`",
+        "kept",
+        check_second_set("out.glb"),
+    ),
+    Cell(
+        "OBJ",
+        "PLY",
+        "the old (first) texture coordinates, with `--texcoord 1`",
+        "kept",
+        check_second_set("out.ply"),
+    ),
     Cell(
         "OBJ",
         "OBJ",
-        "first texture coordinates, with `--texcoord 1` (kept; the second set is in another file)",
+        "the old (first) texture coordinates, with `--texcoord 1` (preserved; a second file has the new set)",
         "warning",
         check_second_set("out.obj"),
         "OBJ holds one set of texture coordinates: the second set is in out_texcoord1.obj",
@@ -532,7 +550,7 @@ CELLS = [
     Cell(
         "OBJ",
         "OBJ",
-        "material images, with a baked image",
+        "images of materials, with a baked image",
         "warning",
         check_images("out.obj", image=True),
         "the new library leaves them out",
@@ -547,11 +565,17 @@ CELLS = [
     ),
     Cell("OBJ", "PLY", "vertex numbers, including unreferenced vertices", "kept", check_vertex_numbers),
     Cell("OBJ", "PLY", "vertex colours", "kept", check_obj_colours(COLOURED, RGBY, "out.ply")),
-    Cell("OBJ", "PLY", "vertex colours from 0 to 255", "kept", check_obj_colours(BYTES, RGBY, "out.ply")),
     Cell(
         "OBJ",
         "PLY",
-        "vertex colours at some vertices; the remaining vertices become white",
+        "vertex colours in the range from 0 to 255",
+        "kept",
+        check_obj_colours(BYTES, RGBY, "out.ply"),
+    ),
+    Cell(
+        "OBJ",
+        "PLY",
+        "vertex colours at only some vertices (all other vertices become white)",
         "kept",
         check_obj_colours(SOME, [*RGBY[:3], [1, 1, 1]], "out.ply"),
     ),
@@ -573,7 +597,7 @@ CELLS = [
     Cell(
         "OBJ",
         "PLY",
-        "objects or groups",
+        "names of objects or groups",
         "warning",
         check_obj(TETRA + "g a\n" + FACES, "out.ply"),
         "the names of its parts",
@@ -586,25 +610,27 @@ CELLS = [
         check_obj(TETRA + "usemtl a\n" + FACES, "out.ply"),
         "its materials",
     ),
-    Cell("OBJ", "GLB", "objects, or groups", "kept", check_parts("out.glb")),
+    Cell("OBJ", "GLB", "names of objects or groups", "kept", check_parts("out.glb")),
     Cell("OBJ", "GLB", "normals", "kept", check_obj(TETRA + "vn 0 0 1\nf 1//1 2//1 3//1\n", "out.glb")),
     Cell("OBJ", "GLB", "vertex colours", "kept", check_obj_colours(COLOURED, RGBY, "out.glb")),
     Cell(
         "OBJ",
         "GLB",
-        "comments, in the extras of the asset",
+        "comments (written to the extras of the glTF asset)",
         "kept",
         check_comments("a.obj", "# Größe\n" + TETRA + FACES, "out.gltf", ["Größe"]),
     ),
     Cell(
         "OBJ",
         "GLB",
-        "names that are not UTF-8 (replaced by distinct escape codes)",
+        "names that are not valid UTF-8 (replaced by distinct escape codes)",
         "warning",
         check_latin_names("out.glb"),
         "the exact names (\\xba\\xec, \\xc2\\xcc)",
     ),
-    Cell("OBJ", "GLB", "material images", "warning", check_images("out.glb"), "the images of its materials"),
+    Cell(
+        "OBJ", "GLB", "images of materials", "warning", check_images("out.glb"), "the images of its materials"
+    ),
     Cell(
         "OBJ",
         "GLB",
@@ -617,13 +643,13 @@ CELLS = [
         Cell("OBJ", "others", what, "warning", check_obj(TETRA + text + FACES, "out.glb"), says)
         for what, text, says in (
             ("groups within objects", "o a\ng b\n", "groups (g) within its objects"),
-            ("smoothing groups, without normals", "s 1\n", "smoothing groups (s)"),
+            ("smoothing groups of a mesh without normals", "s 1\n", "smoothing groups (s)"),
             ("polylines", "l 1 2\n", "polylines (l)"),
             ("points", "p 1\n", "points (p)"),
             ("free-form curves and surfaces", "vp 1 1\ncurv 0 1 1 2\n", "free-form curves and surfaces"),
             ("display attributes", "bevel on\n", "display attributes"),
-            ("texture maps", "usemap a\n", "texture maps (usemap)"),
-            ("calls of other files", "call a.mod\n", "calls of other files"),
+            ("texture maps in `usemap` statements", "usemap a\n", "texture maps (usemap)"),
+            ("other files that `call` statements include", "call a.mod\n", "calls of other files"),
             ("vertex weights", "v 0 0 0 0.5\n", "numbers after the positions of its vertices"),
             (
                 "normals at some corners only",
@@ -642,23 +668,23 @@ CELLS = [
     Cell(
         "PLY",
         "PLY",
-        "the same with polygons; copies of seam vertices follow all original vertices",
+        "all elements and properties of polygon meshes (copies of seam vertices follow the originals)",
         "kept",
         check_ply_tables(True),
     ),
     Cell(
         "PLY",
         "PLY",
-        "texture coordinates at faces (texcoord) and their image numbers",
+        "texture coordinates at faces (`texcoord`), and their image numbers",
         "kept",
         check_ply_lists,
     ),
-    Cell("PLY", "PLY", "triangle strips, as faces", "kept", check_ply_strips),
+    Cell("PLY", "PLY", "triangle strips (written as faces)", "kept", check_ply_strips),
     Cell("PLY", "PLY", "comments and obj_info, byte for byte", "kept", check_ply_comments),
     Cell(
         "PLY",
         "PLY",
-        "other properties of triangle strips",
+        "user-defined properties of triangle strips",
         "warning",
         check_labelled_ply_strips,
         "without their properties label",
@@ -666,7 +692,7 @@ CELLS = [
     Cell(
         "PLY",
         "PLY",
-        "images (TextureFile), with paths relative to the new folder",
+        "image references (`TextureFile`), with paths relative to the new folder",
         "warning",
         check_ply_images,
         "1 images of its materials were made for the old texture coordinates",
@@ -675,7 +701,7 @@ CELLS = [
     Cell(
         "PLY",
         "OBJ",
-        "vertex colours under other names: r, g, b and diffuse_red, ...",
+        "vertex colours in properties with other names, such as r, g, b or diffuse_red",
         "kept",
         check_ply_colours("out.obj", ("r", "g", "b")),
     ),
@@ -722,24 +748,29 @@ CELLS = [
         )
         for what, given, rows, says in (
             (
-                "other properties of vertices",
+                "user-defined properties of vertices",
                 {"vertex": "property float quality\n"},
                 ("0.5", "", ""),
                 "the properties quality of its vertex element",
             ),
             (
-                "other properties of faces",
+                "user-defined properties of faces",
                 {"face": "property int label\n"},
                 ("", "7", ""),
                 "the properties label of its face element",
             ),
             (
-                "other elements",
+                "user-defined elements",
                 {"more": "element camera 1\nproperty float focus\n"},
                 ("", "", "0.5\n"),
                 "the elements camera",
             ),
-            ("images (TextureFile)", {"comments": "comment TextureFile a.png\n"}, ("", "", ""), "its images"),
+            (
+                "image references (`TextureFile`)",
+                {"comments": "comment TextureFile a.png\n"},
+                ("", "", ""),
+                "its images",
+            ),
         )
     ),
     Cell("OFF", "OBJ", "normals, colours and texture coordinates of vertices", "kept", check_off_vertices),
@@ -762,7 +793,7 @@ CELLS = [
     Cell(
         "OFF",
         "PLY",
-        "face colours at some faces; the remaining faces get Geomview's grey",
+        "face colours at only some faces (all other faces get the default grey of Geomview)",
         "kept",
         check_face_colours(
             "a.off",
@@ -781,7 +812,7 @@ CELLS = [
     Cell(
         "OFF",
         "others",
-        "colour map indices after faces",
+        "indices into a colour map, after the vertex indices of a face",
         "warning",
         check_round_trip("a.off", make_off("OFF", face="7"), "out.obj"),
         "numbers after the corners of its faces",
@@ -789,7 +820,7 @@ CELLS = [
     Cell(
         "OFF",
         "others",
-        "numbers that the header does not declare",
+        "further numbers of vertices that the header does not declare",
         "warning",
         check_round_trip("a.off", make_off("OFF", "1 2"), "out.obj"),
         "numbers after the positions of its vertices",
@@ -797,7 +828,7 @@ CELLS = [
     Cell(
         "OFF",
         "GLB",
-        "vertex colours, if faces have colours, too",
+        "vertex colours, if the faces also have colours",
         "warning",
         check_vertex_and_face_colours,
         "the colours of its vertices",
@@ -813,7 +844,7 @@ CELLS = [
     Cell(
         "OFF",
         "any",
-        "dimensions other than three (4OFF, nOFF)",
+        "vertex positions that are not three-dimensional (4OFF, nOFF)",
         "error",
         check_round_trip("a.off", "4OFF\n", "out.obj"),
         "in three dimensions",
@@ -822,7 +853,7 @@ CELLS = [
     Cell(
         "STL",
         "OBJ",
-        "header of a binary file, as a comment",
+        "header of a binary file (written as a comment)",
         "kept",
         check_comments("a.stl", make_stl(b"by hand", [0, 0]), "out.obj", ["by hand"]),
     ),
