@@ -103,7 +103,9 @@ def find_code_names(cell: str) -> list[str]:
 
 def test_the_table_of_rooms_is_complete_and_names_existing_files() -> None:
     rooms = [
-        name.rstrip("/") for row in read_rows("CONTRIBUTING.md", "subpackage") for name in find_code_names(row[0])
+        name.rstrip("/")
+        for row in read_rows("CONTRIBUTING.md", "subpackage")
+        for name in find_code_names(row[0])
     ]
     check_names([f"igl_linabf.{name}" for name in rooms])
     assert set(rooms) == {module.name for module in pkgutil.iter_modules(igl_linabf.__path__)}

@@ -262,7 +262,7 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
 def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads(kind, monkeypatch):
-    """From 250,000 rows on, threads share the rows, and rows of each thread add to both halves of the result."""
+    """From 250,000 rows on, threads share the rows, and each thread adds to both halves of the result."""
     rng, n = np.random.default_rng(0), 250_001
     ends = np.stack((rng.integers(n, size=n), rng.integers(n, size=n)))
     indptr, indices, _ = core.symmetric_pattern(ends, n)
