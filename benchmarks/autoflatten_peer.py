@@ -1,4 +1,4 @@
-"""Flatten a patch with autoflatten, and measure maps with its distances, in a Python that has the package.
+"""Flatten a patch with autoflatten, and measure maps by its distances.
 
     python benchmarks/autoflatten_peer.py PATCH SURFACE MAPS.npz OUT.npz [run]
 

@@ -24,7 +24,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 
-os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # as in the workers
+os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # one thread, as in the workers of a batch
 
 import igl
 import numpy as np
@@ -173,7 +173,7 @@ def print_loss(folder: Path, paths: list[Path]) -> None:
         def kill_worker(_: str, share: float) -> None:
             if share >= 0.5 and not killed:
                 killed.append(share)
-                os.killpg(workers[0].pid, signal.SIGKILL)  # together with its nanny process
+                os.killpg(workers[0].pid, signal.SIGKILL)  # kills the nanny process of the worker as well
 
         done = flatten_files(paths, out, scheduler=address, progress=kill_worker)
         assert workers[0].poll() is not None or workers[0].wait(10)
@@ -186,7 +186,7 @@ def print_loss(folder: Path, paths: list[Path]) -> None:
     duplicates = len(inputs) - len(set(inputs))
     unmatched = {row["output"] for row in rows if row["charts"]} ^ maps
     for name in maps:
-        read_mesh(out / name)  # raises if the file is incomplete
+        read_mesh(out / name)  # raises an error if the file is incomplete
     outcome_counts = Counter(row.outcome for row in done.rows)
     outcomes = ", ".join(f"{n} {outcome}" for outcome, n in outcome_counts.items())
     print(
@@ -228,7 +228,7 @@ def main() -> None:
         (folder / "in").mkdir()
         paths = write_meshes(folder / "in", options.meshes, options.largest)
         print_overhead(folder, options.small)
-        print_loss(folder, paths[: options.lossy])  # the order is random
+        print_loss(folder, paths[: options.lossy])  # the paths are in random order
         print_scaling(folder, paths, options.rounds)
         print_cost(folder)
 

@@ -74,7 +74,7 @@ class Bff:
         return cls(folder / "build" / "timed")
 
     def measure_seconds(self, V: np.ndarray, F: np.ndarray, cpu: bool) -> tuple[float, float]:
-        """Return the seconds of the core alone, and with the construction of its mesh (medians of three)."""
+        """Return the seconds of BFF alone, and including the construction of its mesh (medians of three)."""
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "mesh.obj")
             write_obj(path, V, F, V[:, :2])

@@ -3,9 +3,10 @@
     python benchmarks/blender.py [--repeat 3]
     python benchmarks/blender.py --subdivision
 
-This needs the environment of `make blender`, or a Python with `bpy` named by IGL_LINABF_BPY. The extension
-finds the seams. Seconds are the times of the operators, medians of alternating runs. With --subdivision, it
-prints the spread of texel densities of cages with the modifier Subdivision Surface. Prints Markdown.
+The benchmark needs the environment of `make blender`, or a Python with `bpy` named by IGL_LINABF_BPY. The
+extension finds the seams. Seconds are the times of the operators, medians of alternating runs. With
+--subdivision, it prints the spread of texel densities of cages with the modifier Subdivision Surface. Prints
+Markdown.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def measure_in_blender(archive: str, meshes: list[str], repeat: int) -> None:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
-    import igl_linabf  # installed with the extension
+    import igl_linabf  # the package is part of the extension
 
     print("| mesh (triangles) | way | seconds | F/3nt | L2 stretch | flips |", file=sys.stderr)
     print("|---|---|---|---|---|---|", file=sys.stderr)
@@ -57,7 +58,7 @@ def measure_in_blender(archive: str, meshes: list[str], repeat: int) -> None:
             for name, (owner, settings) in OPERATORS.items():
                 start = perf_counter()
                 make_call(bpy, owner, settings)()
-                if run:  # the first run imports the package
+                if run:  # the first run imports the package and does not count
                     seconds[name].append(perf_counter() - start)
                 bpy.ops.object.mode_set(mode="OBJECT")
                 measured[name] = measure_quality(igl_linabf, V, F, read_corners(obj))
@@ -160,7 +161,7 @@ def list_meshes() -> list[tuple[str, np.ndarray, np.ndarray]]:
     import igl
     from meshes import shared, stanford
 
-    bunny = igl.qslim(*stanford()[1:], 20_000)[:2]  # on the full bunny, Blender takes minutes
+    bunny = igl.qslim(*stanford()[1:], 20_000)[:2]  # Blender takes minutes for the full bunny
     return [("bunny", *bunny), *shared("closed")]
 
 

@@ -1,4 +1,5 @@
-"""Compare prescribed boundaries with a free one: F/3nt, L2 stretch, flips, solves, time over the free map.
+"""Compare prescribed boundaries with a free boundary: F/3nt, L2 stretch, flips, solves, time over the free
+map.
 
     python benchmarks/boundaries.py [--repeat 3]
     python benchmarks/boundaries.py --bff bff-command-line
@@ -37,7 +38,7 @@ from igl_linabf.surface import planar_mesh, split_chords
 
 FREE = "free"
 MAX_TRIANGLES = 40_000  # triangles of the largest mesh with holes
-MIN_TRIANGLES = 25_000  # triangles of an opened surface, at least: it is subdivided
+MIN_TRIANGLES = 25_000  # opened surfaces are subdivided until they have at least as many triangles
 
 
 def cut_open(mesh: Mesh) -> Mesh:
@@ -52,7 +53,7 @@ def cut_open(mesh: Mesh) -> Mesh:
 
 
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
-    """Return the distance of the loop from its circle or upright rectangle, over the size of the shape."""
+    """Return how far a loop is from its circle or upright rectangle, over the size of the shape."""
     z = result.uv[loop]
     if len(result.report.corners):
         low, high = (end(result.uv[result.report.corners], axis=0) for end in (np.min, np.max))
@@ -86,7 +87,7 @@ def compare_with_bff(command: str) -> None:
             TC, FTC = read_texture(output)
             bff_uv = np.empty((len(V), 2))
             bff_uv[read_mesh(output)[1]] = TC[FTC]
-            our_uv = flatten(V, F, boundary="circle").uv  # also a warm-up
+            our_uv = flatten(V, F, boundary="circle").uv  # also serves as a warm-up
             begin = process_time()
             write_obj(output, *read_mesh(given), flatten(V, F, boundary="circle").uv)
             seconds = end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime, process_time() - begin

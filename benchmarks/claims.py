@@ -31,7 +31,7 @@ LEAVES = (2, 3, 4, 5)
 
 
 def print_cuts(seeds: int) -> None:
-    """Print how many maps flip if closed models are cut along trees with random leaves."""
+    """Print how many maps have flipped triangles if closed models are cut along trees with random leaves."""
     print(
         f"{seeds} trees for each number of leaves, with random vertices as leaves. Each cell: the number of"
     )
@@ -105,7 +105,7 @@ def print_solvers() -> None:
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk"), *shared("stress")]:
         if name == "flipfree_deer":
-            continue  # its map exceeds the range of double precision
+            continue  # the map of deer exceeds the range of double precision
         cells = []
         for rtol in (None, 1e-10):
             options = {} if rtol is None else {"rtol": rtol}

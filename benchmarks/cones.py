@@ -42,7 +42,7 @@ PERIODS = 180, 90, 45
 
 
 def format_cell(V: np.ndarray, F: np.ndarray, TC: np.ndarray, FTC: np.ndarray, seconds: float) -> str:
-    """Return the figures of a map: distortion, stretch, mismatch of the seams, flips, time."""
+    """Return the table cells of a map: distortion, stretch, mismatch of the seams, flips, and time."""
     origin = np.empty(len(TC), dtype=np.int64)
     origin[FTC] = F
     used = np.unique(FTC)
@@ -55,7 +55,7 @@ def format_cell(V: np.ndarray, F: np.ndarray, TC: np.ndarray, FTC: np.ndarray, s
 
 
 def seam_mismatch(F: np.ndarray, TC: np.ndarray, FTC: np.ndarray) -> float:
-    """Return the largest |log ratio| of the lengths of the two sides of an edge."""
+    """Return the largest |log ratio| of the lengths of the two sides of an edge in the map."""
     length = np.linalg.norm(TC[np.roll(FTC, -1, axis=1)] - TC[FTC], axis=2).ravel()
     ends = np.sort(np.stack((F, np.roll(F, -1, axis=1)), axis=-1).reshape(-1, 2), axis=1)
     order = np.lexsort(ends.T)
@@ -64,7 +64,7 @@ def seam_mismatch(F: np.ndarray, TC: np.ndarray, FTC: np.ndarray) -> float:
 
 
 def run_bff(command: str, V: np.ndarray, F: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return the cell of the map of BFF, and its cones, where the angle sums deviate from 2 pi most."""
+    """Return the table cell of BFF's map, and its cones: vertices whose angle sums differ most from 2 pi."""
     with tempfile.TemporaryDirectory() as folder:
         given, made = Path(folder, "in.obj"), Path(folder, "out.obj")
         igl.writeOBJ(str(given), V, F)
@@ -100,7 +100,7 @@ def print_speed() -> None:
 
 
 def time_once(V: np.ndarray, F: np.ndarray, cones: Cones) -> list[float]:
-    """Return the seconds of the map with cones, its cut and all of `unwrap`, and with a free boundary."""
+    """Return seconds: the map with cones, its cut, `unwrap` with cones, the free map, `unwrap` along the seams."""
     start = process_time()
     atlas = unwrap(V, F, cones=cones)
     whole = process_time() - start
@@ -163,7 +163,7 @@ def main() -> None:
         else:
             cones = find_cones(V, F, CONES)
             cells += ["- | -"] if options.bff else []
-        seams = unwrap(V, F, cones=cones).seams  # also a warm-up
+        seams = unwrap(V, F, cones=cones).seams  # also serves as a warm-up
         for settings in ({"cones": cones}, {"cones": Cones(cones, angles="quarter")}, {"seams": seams}):
             start = process_time()
             atlas = unwrap(V, F, **settings)

@@ -36,8 +36,9 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "igl_linabf"
 FACTORS = (0.5, 2.0)
 LARGEST = 10_500  # triangles of the largest mesh; 10,000 are enough for tips, limbs and overlaps
-SLOW = ("a thousand loose triangles", "rounded plate, finer")  # a third of the time for few results
-TIMEOUT = 300  # seconds per process
+# left out, because these meshes take a third of the time for few results
+SLOW = ("a thousand loose triangles", "rounded plate, finer")
+TIMEOUT = 300  # time limit of a process in seconds
 FIGURES = ("charts", "seam", "L2 stretch", "F/3nt", "fill", "flips")
 
 
@@ -52,7 +53,7 @@ def evaluate(node: ast.expr) -> object:
     """Return the value of an expression of numbers, `np` and `math`; None for all other expressions."""
     try:
         return eval(compile(ast.Expression(node), "<constant>", "eval"), {"np": np, "math": math})
-    except Exception:  # it needs other names of the module
+    except Exception:  # the expression uses other names of the module
         return None
 
 
@@ -135,7 +136,7 @@ def meshes() -> Iterator[tuple[str, object, object]]:
 
 
 def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
-    """Return the calls for one mesh whose results may depend on a room."""
+    """Return the calls on one mesh whose results may depend on the constants of a room."""
     import igl_linabf as il
 
     if room.startswith(("charts.cones", "charts.periodic")):
@@ -166,7 +167,7 @@ def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object
 
 
 def compute_results(room: str) -> dict[str, list[object]]:
-    """Return a digest and the figures of each result, or the text of an error."""
+    """Return, for each call, a digest and the figures of its result, or the text of its error."""
     import igl_linabf as il
 
     results: dict[str, list[object]] = {}
@@ -175,7 +176,7 @@ def compute_results(room: str) -> dict[str, list[object]]:
         for verb, call in make_calls(room, V, F).items():
             try:
                 result = call()
-            except Exception as error:  # errors are compared like other results
+            except Exception as error:  # errors are compared as results are
                 results[f"{name}, {verb}"] = [f"{type(error).__name__}: {error}"]
                 continue
             atlas = hasattr(result, "TC")

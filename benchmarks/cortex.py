@@ -56,7 +56,8 @@ def fsaverage_patch(folder: Path) -> tuple[Path, np.ndarray]:
     )
     kept_vertices = np.zeros(len(white), dtype=bool)
     kept_vertices[kept] = True
-    kept_vertices[edges[faces == 1]] = False  # with both sides kept, a cut would be closed again
+    # drop vertices along the cuts; otherwise, faces across a cut would close it
+    kept_vertices[edges[faces == 1]] = False
     border = np.zeros(len(white), dtype=bool)
     border[F[~kept_vertices[F].all(axis=1)]] = True
     vertex = np.flatnonzero(kept_vertices)
@@ -67,7 +68,7 @@ def fsaverage_patch(folder: Path) -> tuple[Path, np.ndarray]:
 
 def time_calls(run: Callable[[], np.ndarray], repeat: int) -> tuple[np.ndarray, float]:
     """Return the result of `run` and the median of its times in seconds."""
-    seconds, result = [], run()  # a warm-up, which includes lazy imports
+    seconds, result = [], run()  # warm-up, which includes lazy imports
     for _ in range(repeat):
         begin = perf_counter()
         result = run()
@@ -78,7 +79,7 @@ def time_calls(run: Callable[[], np.ndarray], repeat: int) -> tuple[np.ndarray, 
 def run_autoflatten(
     folder: Path, patch: Path, surface: Submesh, maps: dict[str, np.ndarray], python: str
 ) -> dict:
-    """Return the map of autoflatten, its seconds, and the errors of all maps by its distances."""
+    """Return the map of autoflatten, its seconds, and the errors of all maps, by its distances."""
     known = {f"map {name}": uv for name, uv in maps.items()}
     np.savez(folder / "maps.npz", V=surface.V, F=surface.F, vertices=surface.vertices, **known)
     script = Path(__file__).with_name("autoflatten_peer.py")
@@ -97,7 +98,7 @@ def run_autoflatten(
 
 
 def peers_table(python: str | None, repeat: int) -> str:
-    """Return the table of the patch of fsaverage5."""
+    """Return the table that compares maps of a patch of fsaverage5."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         patch, shipped = fsaverage_patch(folder)
@@ -143,7 +144,7 @@ def peers_table(python: str | None, repeat: int) -> str:
 
 
 def energies_table() -> str:
-    """Return the table of distance errors for other weights, and for minimizing the error itself."""
+    """Return the table of distance errors for other weights, and for a direct minimization of the error."""
     with tempfile.TemporaryDirectory() as name:
         mesh = read_file(fsaverage_patch(Path(name))[0])
     surface = Submesh.checked(mesh.V, mesh.triangles)
@@ -173,7 +174,7 @@ def energies_table() -> str:
 
 
 def minimize_distance_error(start: np.ndarray, distances: Distances, steps: int = 60) -> np.ndarray:
-    """Return a map that minimizes the error of the distances directly, regardless of flips."""
+    """Return a map that minimizes the error of the distances, regardless of flips."""
     (i, j), along = distances.ends, distances.length
 
     def error(x: np.ndarray) -> tuple[float, np.ndarray]:

@@ -32,7 +32,7 @@ from igl_linabf.surface import planar_mesh
 
 NAMES = {"auto": "core", "cholmod": "CHOLMOD"}
 SIZES = (("igl_camel_b", 1), ("igl_face", 1), ("igl_face", 2), ("igl_face", 4), ("igl_face", 8))
-SINGLE_RUN = 500_000  # from this many triangles on, a matrix runs only once
+SINGLE_RUN = 500_000  # matrices of at least as many triangles run only once
 
 
 def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
@@ -54,10 +54,10 @@ def time_call(work: Callable[[], object]) -> tuple[float, object]:
 
 
 def print_measurement(name: str, times: int, solver: str, repeat: int) -> None:
-    """Print the numbers of a row: triangles, milliseconds, fill, megabytes."""
+    """Print the numbers of a table row: triangles, milliseconds, fill, and megabytes."""
     triangles, lower = laplacian(name, times)
     b, times_of_runs = np.random.default_rng(0).normal(size=(lower.shape[0], 2)), []
-    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak memory of the process
     before = peak_memory()
     for _ in range(1 if triangles > SINGLE_RUN else repeat):
         analysing, analysis = time_call(lambda: Solvers(solver).analyse(lower.indptr, lower.indices))

@@ -1,10 +1,10 @@
-"""Measure maps with each size-dependent fork of the code switched off, for docs/performance.md.
+"""Measure the gain from each fork, a branch of the code for meshes of some sizes, for docs/performance.md.
 
     python benchmarks/forks.py [--repeat 9] [--print]
 
 Each number is the time of `linabf` or `abf` with the fork switched off over the time with it, the minimum of
 several alternating runs. The numbers of inner steps are in parentheses. A fork is justified only if it makes
-a whole verb 1.5 times as fast, or if the maps change without it.
+a whole call 1.5 times as fast, or if the maps change without it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FORKS = {
 }
 NAMES = ("igl_camel_b", "optcuts_foot_i_f10000", "optcuts_armadillo_i_f10000", "igl_lion", "igl_camelhead")
 FINER = (("igl_camelhead", 2), ("igl_face", 2), ("igl_camelhead", 8))
-SINGLE_RUN = 300_000  # from this many triangles on, a mesh runs only once
+SINGLE_RUN = 300_000  # meshes of at least as many triangles run only once
 
 
 def time_map(V: object, F: object, method: str, fork: str) -> tuple[float, int]:

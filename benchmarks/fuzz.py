@@ -19,7 +19,7 @@ from fuzzing import KINDS, run
 
 
 def summarize(count: Counter[str]) -> str:
-    """Return the counts of the outcomes as text. The tests check the texts of refusals."""
+    """Return the counts of the outcomes as text, without the messages of refusals."""
     short: Counter[str] = Counter()
     for end, number in count.items():
         short[end.split(":")[0]] += number

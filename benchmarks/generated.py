@@ -37,7 +37,7 @@ from scipy.ndimage import zoom
 from igl_linabf import overlaps, quality
 from igl_linabf.charts import texture_seams
 
-SIZES = {"50k": 96, "150k": 144, "320k": 200}  # points of the grid along an axis
+SIZES = {"50k": 96, "150k": 144, "320k": 200}  # grid points along an axis
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)
 HEADS = (
     "charts",
@@ -82,7 +82,7 @@ def generated(
     for _ in range(9 if kind == "blob" else 10):
         d = np.minimum(d, random_distance(kind, at, rng))
     d += noise * make_noise(n, rng, points // 6) + noise / 2 * make_noise(n, rng, points // 3)
-    for _ in range(12):  # floaters and cavities
+    for _ in range(12):  # add floaters and cut out cavities
         centre, r = rng.uniform(-0.9, 0.9, 3), rng.uniform(0.01, 0.04)
         ball = np.linalg.norm(at - centre, axis=-1) - r
         d = np.minimum(d, ball) if rng.random() < 0.5 else np.maximum(d, -ball)
@@ -111,11 +111,11 @@ def measure_atlas(program: str, path: str) -> dict[str, float]:
     """Return the figures of one atlas, in the order of `HEADS`."""
     mesh = np.load(path)
     V, F, make = mesh["V"], mesh["F"], makers()[program]
-    make(*igl.icosahedron())  # a warm-up for lazy imports
+    make(*igl.icosahedron())  # warm-up, which includes lazy imports
     start = process_time()
     atlas = make(V, F)
     seconds = process_time() - start
-    # not ru_maxrss, because it starts at the peak of the parent process
+    # ru_maxrss would include the peak of the parent process
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     peak: float = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
     if program == "Blender":
@@ -188,7 +188,8 @@ def draw(path: str, seed: int) -> None:
         atlas = make(V, F)
         uv, charts, _ = unmirror(atlas)
         plotter.subplot(0, k)
-        side = np.sqrt(igl.doublearea(uv, atlas.FTC).sum() / 2) / 60  # equal squares for all atlases
+        # squares of the same size relative to the area of each atlas
+        side = np.sqrt(igl.doublearea(uv, atlas.FTC).sum() / 2) / 60
         squares = float(np.ptp(uv, axis=0).max() / side)
         plot_checkerboard(V[atlas.origin], atlas.FTC, uv, frequency=squares, plotter=plotter)
         ends = texture_seams(F, atlas.FTC)

@@ -34,7 +34,7 @@ HARD = ("optcuts_golf", "flipfree_deer", "optcuts_male_body_i_f10000")
 
 @dataclass(frozen=True, eq=False)
 class ProblemAtAngles(Problem):
-    """A problem that starts at given angles, with the usual initial estimate."""
+    """A problem whose steps start at given angles; its objective keeps the usual initial estimate."""
 
     angles_given: np.ndarray | None = None
 
@@ -45,7 +45,7 @@ class ProblemAtAngles(Problem):
 
 
 def restart(V: np.ndarray, F: np.ndarray, method: ABF | LinABF, solution: Flattening) -> Flattening:
-    """Run the method again, from the angles of its solution."""
+    """Run a method again, starting from the angles of its solution."""
     given = np.ascontiguousarray(solution.angles.T)
 
     def make_problem(*args, **options) -> Problem:

@@ -32,7 +32,7 @@ HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overla
 
 
 def makers() -> Mapping[str, Maker]:
-    """Return `unwrap` by its methods, without cuts for a fuller page, and the installed programs."""
+    """Return functions that make atlases: the methods of `unwrap`, and the installed programs."""
     mine: dict[str, Maker] = {
         "linabf": partial(ours, resolution=None),
         "isometric": partial(ours, method="isometric", resolution=None),
@@ -44,7 +44,7 @@ def makers() -> Mapping[str, Maker]:
 
 
 def measure_atlas(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
-    """Return the figures of one atlas in the order of `HEADS`, with the sum of overlaps and flips."""
+    """Return the figures of one atlas in the order of `HEADS`; flips are added to the overlaps."""
     atlas = make(V, F)
     chart = make_charts(atlas.FTC)
     areas = igl.doublearea(atlas.TC, atlas.FTC)
@@ -63,7 +63,7 @@ def format_line(name: str, triangles: str, program: str, values: list[float]) ->
 
 
 def print_cortex() -> None:
-    """Print the table of the cortex: both methods, and the map that is distributed with it."""
+    """Print the table of the cortex: both methods, and the map that is distributed with the surface."""
     from cortex import cortex
 
     V, F, shipped = cortex()

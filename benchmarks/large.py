@@ -29,7 +29,7 @@ from scipy.ndimage import zoom
 from igl_linabf import flatten, quality, unwrap
 from igl_linabf.uv import pack
 
-BUMP_POINTS = SIZES["50k"]  # grid points along an axis that determine the bumps of the sampled shape
+BUMP_POINTS = SIZES["50k"]  # grid points along an axis from which the bumps of the sampled shape are made
 SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # grid points along an axis
 DISKS, REPEAT = (20_000, 100_000, 500_000), 3
 FLOATER = 1e-3  # components with a smaller share of the area are floaters
@@ -38,7 +38,7 @@ FLOATER = 1e-3  # components with a smaller share of the area are floaters
 def measure_atlas(path: str) -> dict[str, float]:
     """Return charts, stretch, texels, seconds and MB of an isometric atlas of the mesh in a file."""
     mesh = np.load(path)
-    unwrap(*igl.icosahedron(), method="isometric")  # a warm-up for lazy imports
+    unwrap(*igl.icosahedron(), method="isometric")  # warm-up, which includes lazy imports
     start = perf_counter()
     atlas = unwrap(mesh["V"], mesh["F"], method="isometric", progress=False)
     seconds = perf_counter() - start

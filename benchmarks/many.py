@@ -51,7 +51,7 @@ def copies(V: np.ndarray, F: np.ndarray, n: int, noise: float) -> Surface:
 
 
 def tree(n: int = 5000) -> Surface:
-    """Return a mesh of leaves; each leaf is a component of four triangles."""
+    """Return a mesh of n leaves of a tree; each leaf is a component of four triangles."""
     leaf = np.array([[0, 0, 0], [1, -0.35, 0.1], [2, 0, 0], [1, 0.35, 0.1], [1, 0, 0]])
     return copies(leaf, np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]), n, 0.03)
 
@@ -64,12 +64,12 @@ def cubes(n: int = 2000) -> Surface:
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:
-    """Return the CPU seconds of `work`."""
+    """Return the CPU seconds of a call of `work`."""
     return time_clocks(work)[0]
 
 
 def time_clocks(work: Callable[[], object]) -> tuple[float, float]:
-    """Return the CPU seconds and the wall seconds of `work`."""
+    """Return the CPU seconds and the wall seconds of a call of `work`."""
     start = process_time(), perf_counter()
     work()
     return process_time() - start[0], perf_counter() - start[1]

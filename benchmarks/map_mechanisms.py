@@ -1,4 +1,4 @@
-"""What each mechanism of maps is for: maps with everything, and with one or several switched off.
+"""Compare maps with and without each mechanism of the flattening.
 
     python benchmarks/map_mechanisms.py [MECHANISM ...]
 
@@ -43,10 +43,10 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from hostile_meshes import Disk
 
-RANDOM = 40  # disks; one in ten or so needs a fallback
+RANDOM = 40  # random disks, of which about one in ten needs a fallback
 CONES = 16
 NEVER = 10**9
-Patch = tuple[Any, str, Any]  # a module, a name in it, and its replacement
+Patch = tuple[Any, str, Any]  # (module, name in the module, replacement)
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
     "slivers corrected": (
         (preconditioner, "SLIVER", np.inf),
@@ -81,7 +81,7 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
 MECHANISMS = {name: tuple(patches) for name, patches in MECHANISMS.items()}
 
 
-# documented behaviour that a mechanism keeps, and that the meshes above do not show
+# documented behaviour that a mechanism preserves, although these meshes do not show it
 PROMISED = {
     "another ratio of slivers for small systems": "a circle of converged ABF, a Flattener's analysis",
     "slow steps solved further": "angles held at their bounds",
@@ -104,7 +104,7 @@ RANKS = ("converged", "valid", "not converged", "flipped")
 
 
 def measured(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, float, int]:
-    """F/3nt without weights, from the angles of map and surface, the L2 stretch, and the flips."""
+    """Return F/3nt, L2 stretch and flips of a map, computed independently of the package."""
     angles, flat = igl.internal_angles(V, F), igl.internal_angles(np.column_stack((uv, np.zeros(len(uv)))), F)
     a, b, c = (uv[F[:, k]] for k in range(3))
     area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
@@ -137,7 +137,7 @@ def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray | int | str, angles: s
 
 
 def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
-    """The verb of each map, and what makes it."""
+    """Yield the kind of each map, and a function that computes the map and returns its figures."""
     disks: list[Mesh] = list(shared("disk", "stress"))
     for seed in range(RANDOM):
         disks.append((f"random {seed}", *Disk.random(np.random.default_rng(seed), 400).build()))
@@ -166,12 +166,12 @@ def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...
 
 
 def worst(by_verb: dict[str, list[float]]) -> tuple[float, str]:
-    """Return the largest median of a verb, and the verb."""
+    """Return the largest of the medians, and its kind of map."""
     return max((float(np.median(values)), verb) for verb, values in by_verb.items())
 
 
 def row(name: str, verbs: list[str], base: list[Figures], off: list[Figures]) -> str:
-    """Return what changes, and the verdict by the rule of the project."""
+    """Return the table row of a mechanism: changed maps, ratios of figures and times, and a verdict."""
     ratios: dict[str, list[float]] = {}
     stretches: dict[str, list[float]] = {}
     times: dict[str, list[float]] = {}
@@ -202,7 +202,7 @@ def main() -> None:
     warnings.simplefilter("ignore")
     made = list(cases())
     verbs = [verb for verb, _ in made]
-    run(made)  # a warm-up
+    run(made)  # warm-up: not timed
     base = run(made)
     print(
         "Each row: maps that change if this mechanism is switched off (F/3nt by more than a thousandth,\n"

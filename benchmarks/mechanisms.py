@@ -1,4 +1,4 @@
-"""The effect of each mechanism of charts: atlases with it, and with it switched off.
+"""Compare atlases with and without each mechanism of the charts.
 
     python benchmarks/mechanisms.py [MECHANISM ...]
 
@@ -34,7 +34,7 @@ from igl_linabf.charts.seams import search
 PAGE = Packing(resolution=1024, padding=2)
 WAYS = (("linabf", None), ("isometric", None), ("isometric", PAGE))
 GENERATED = (("box", 64, 0.03, 1), ("blob", 64, 0.03, 2), ("blob", 48, 0.05, 3))
-Replacement = tuple[Any, str, Any]  # a module or class, a name in it, and what replaces it
+Replacement = tuple[Any, str, Any]  # (module or class, name, replacement)
 
 
 def no_panels(panels: Panels) -> np.ndarray:
@@ -115,7 +115,7 @@ def squared_stretch(corners: np.ndarray, flat: np.ndarray) -> np.ndarray:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     u, v = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
     double_area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    # the metric of the inverse map, from the plane to the surface
+    # the two columns of the Jacobian of the inverse map, from the plane to the surface
     along_x = (a * v[:, 1:] - b * u[:, 1:]) / double_area[:, None]
     along_y = (b * u[:, :1] - a * v[:, :1]) / double_area[:, None]
     return ((along_x**2).sum(axis=1) + (along_y**2).sum(axis=1)) / 2
@@ -123,7 +123,7 @@ def squared_stretch(corners: np.ndarray, flat: np.ndarray) -> np.ndarray:
 
 @contextmanager
 def replaced(replacements: list[Replacement]) -> Iterator[None]:
-    """Replace functions and constants for a while."""
+    """Replace functions and constants temporarily."""
     kept = [(owner, name, getattr(owner, name)) for owner, name, _ in replacements]
     try:
         for owner, name, value in replacements:
@@ -135,13 +135,13 @@ def replaced(replacements: list[Replacement]) -> Iterator[None]:
 
 
 def atlases(meshes: list[Mesh], name: str) -> list[list[Figures]]:
-    """Return the figures of all meshes without a mechanism, for each way of unwrapping."""
+    """Return the figures of the atlases of all meshes without a mechanism, for each way of unwrapping."""
     with replaced(MECHANISMS[name]):
         return [[figures(V, F, method, packing) for _, V, F in meshes] for method, packing in WAYS]
 
 
 def row(name: str, way: str, on: list[Figures], off: list[Figures]) -> str:
-    """Return a row: totals of charts, medians of the other figures, with the mechanism / without it."""
+    """Return a table row: totals of charts and medians of other figures, with / without a mechanism."""
     with_it, without = (np.array(side, dtype=float) for side in (on, off))
 
     def ratio(k: int) -> float:

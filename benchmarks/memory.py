@@ -2,8 +2,8 @@
 
     python benchmarks/memory.py [TIMES]
 
-The mesh is the cortex of the nilearn package, subdivided TIMES times (default: 2). It is flattened with each
-solver in a new process.
+The mesh is the cortex of the nilearn package, subdivided TIMES times (default: 2). The mesh is flattened with
+each solver in a new process.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def run(name: str, times: int) -> None:
         V, F = igl.upsample(V, F)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     flatten(V, F, method=RUNS[name])
-    measured = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
+    measured = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux reports KiB
     blocks = [1, 2] if "least squares" in name else [1]
     estimated = memory.BYTES_PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)
     print(f"| {name} | {len(F):,} | {measured / len(F):.0f} | {estimated / len(F):.0f} |")

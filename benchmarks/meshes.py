@@ -1,4 +1,4 @@
-"""Load the meshes of the benchmarks."""
+"""Meshes of the benchmarks, from installed packages and the folder IGL_LINABF_MESHES."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Mesh = tuple[str, np.ndarray, np.ndarray]
 
 
 def shared(*kinds: str) -> Iterator[Mesh]:
-    """Yield the meshes of these kinds in the folder IGL_LINABF_MESHES, with their names."""
+    """Yield the meshes of the given kinds in the folder IGL_LINABF_MESHES, with their names."""
     folder = os.environ.get("IGL_LINABF_MESHES")
     if folder is None:
         print("IGL_LINABF_MESHES is not set: using only the meshes of installed packages", file=sys.stderr)
@@ -79,7 +79,7 @@ def split_triangles(mesh: Mesh, k: int) -> Mesh:
 
 
 def crown() -> Mesh:
-    """Return the disk with seven holes of the demo."""
+    """Return the crown of the demo, a disk with seven holes."""
     return "crown", *crown_without_tips()
 
 

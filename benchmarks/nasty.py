@@ -28,11 +28,11 @@ from nasty_meshes import NASTY
 from igl_linabf import MeshWarning, unwrap
 from igl_linabf.measures.overlapping import overlapping_pairs
 
-TIMEOUT = 60  # seconds per mesh, including the start of the program
+TIMEOUT = 60  # time limit per mesh in seconds, including the start of the program
 
 
 def measure_atlas(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
-    """Return the number of charts, of faces without finite coordinates, and of overlaps."""
+    """Return table cells: the number of charts, of faces without finite coordinates, and of overlaps."""
     corner = TC[FTC]
     a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     solid = FTC[np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 0]
@@ -55,7 +55,7 @@ def our_cells(name: str) -> str:
 
 
 def peer_cells(program: str, name: str) -> str:
-    """Return the table cells of another program; it places faces outside of its charts at (0, 0)."""
+    """Return the table cells of another program, which places faces outside of its charts at (0, 0)."""
     V, F = NASTY[name]()
     made = peers()[program](V, F)
     corner = made.TC[made.FTC]
@@ -66,7 +66,7 @@ def peer_cells(program: str, name: str) -> str:
 
 
 def run_in_child(*which: str) -> str:
-    """Return the cells that a child process prints, or how it ended."""
+    """Return the table cells that a child process prints, or how the process ended."""
     command = [sys.executable, "-W", "ignore", __file__, *which]
     pipe = subprocess.PIPE
     process = subprocess.Popen(command, stdout=pipe, stderr=pipe, encoding="utf-8", start_new_session=True)
@@ -76,7 +76,7 @@ def run_in_child(*which: str) -> str:
         return f"more than {TIMEOUT} s | |"
     finally:
         with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # including the separate process of Blender
+            os.killpg(process.pid, signal.SIGKILL)  # also kills child processes, such as Blender
         process.communicate()
     if process.returncode:
         last = (errors.strip().splitlines() or [f"ended with {process.returncode}"])[-1]

@@ -18,7 +18,7 @@ def put(page: Path, mark: str, text: str) -> None:
 
 
 def arguments(doc: str | None, repeat: int) -> argparse.ArgumentParser:
-    """Return a parser for the options of a script that writes to docs/performance.md, or prints."""
+    """Return a parser for a script that writes tables to docs/performance.md, or prints the tables."""
     parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--repeat", type=int, default=repeat)
     parser.add_argument("--print", action="store_true", dest="printed")
@@ -26,7 +26,7 @@ def arguments(doc: str | None, repeat: int) -> argparse.ArgumentParser:
 
 
 def publish(mark: str, text: str, printed: bool) -> None:
-    """Write the text between the marks of docs/performance.md, or print it."""
+    """Write a text between the marks of docs/performance.md, or print the text."""
     if printed:
         print(text)
     else:

@@ -27,7 +27,7 @@ from hard_surfaces import DEVELOPABLE, ROUNDED, plate_with_holes
 
 
 def parts(files: list[str]) -> Iterator[Mesh]:
-    """Yield the parts, with their names."""
+    """Yield the generated parts, fandisk, and the given files, with their names."""
     for name, make in (DEVELOPABLE | ROUNDED).items():
         yield name, *make()
     yield "plate with 40 holes", *plate_with_holes(40)
@@ -43,7 +43,7 @@ def ours(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
 
 
 def make_cells(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> list[str]:
-    """Return the cells for charts, seams, L2 stretch and conformal distortion."""
+    """Return the table cells for charts, seams, L2 stretch and conformal distortion."""
     figures = quality(V[made.origin], made.FTC, made.TC)
     charts = int(make_charts(made.FTC).max()) + 1
     seams = relative_seams(V, F, made.FTC)

@@ -1,4 +1,4 @@
-"""Make atlases with `unwrap` and with other programs, by functions with the same signature."""
+"""Functions with the same signature that make atlases with `unwrap` and with other programs."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def find_blender_python() -> str | None:
 
 
 def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
-    """Return the atlas of Blender's Smart UV Project."""
+    """Return the atlas that Blender's Smart UV Project makes."""
     with tempfile.TemporaryDirectory() as folder:
         mesh_file, map_file = os.path.join(folder, "in.npz"), os.path.join(folder, "out.npz")
         np.savez(mesh_file, V=V, F=F)

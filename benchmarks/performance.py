@@ -54,9 +54,10 @@ NATURAL = (
     "igl_face",
 )
 GROWN = "igl_face"
-HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # number of pieces per triangle
-TURNS, FEW = 5, 10  # a surface of fewer than FEW pieces per triangle is timed in TURNS processes
-LARGE = 400_000  # triangles above which there are only three runs, and no other programs
+# number of pieces into which each triangle is split
+HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}
+TURNS, FEW = 5, 10  # with fewer than FEW pieces per triangle, a surface is timed in TURNS processes
+LARGE = 400_000  # above this number of triangles, only three runs, and no other programs
 Call = Callable[[], object]
 
 
@@ -138,8 +139,8 @@ def print_growth(name: str, what: str) -> None:
         small = disk(4_000, 0)
         call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, method=what)
         for method in ("lscm", "linabf", "abf"):
-            il.flatten(*small, method=method)  # a warm-up for lazy imports
-    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak
+            il.flatten(*small, method=method)  # warm-up, which includes lazy imports
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak memory of the process
     before, cpu, wall = peak_memory(), process_time(), perf_counter()
     call()
     print(len(F), process_time() - cpu, perf_counter() - wall, peak_memory() - before)

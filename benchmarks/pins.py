@@ -20,7 +20,7 @@ from igl_linabf.plot import fit
 
 
 def spread(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[float, float, float, float]:
-    """Return the largest rms and maximum distance, and the range of F/3nt, over all pairs of pins."""
+    """Return the largest rms and maximum distance from the default map, and the range of F/3nt."""
     angles = flatten(V, F, method=LinABF(iterations=iterations)).angles
     default = layout(F, angles, method="least-squares")
     size = np.ptp(default, axis=0).max()

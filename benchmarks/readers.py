@@ -43,7 +43,7 @@ Surface = tuple[np.ndarray, np.ndarray]
 def _plyfile(path: str) -> Surface:
     from plyfile import PlyData, PlyParseError
 
-    try:  # the fast path, if all faces are triangles
+    try:  # the fast path, for files with triangles only
         data = PlyData.read(path, known_list_len={"face": {"vertex_indices": 3}})
     except PlyParseError:
         data = PlyData.read(path)
@@ -74,7 +74,7 @@ def _numpy_stl(path: str) -> Surface:
 
 
 SUFFIXES = ("obj", "off", "ply", "stl")
-# package: (reader, suffixes that it reads)
+# name of the package: (reader, suffixes that the reader supports)
 READERS: dict[str, tuple[Callable[[str], Surface], tuple[str, ...]]] = {
     "libigl": (igl.read_triangle_mesh, SUFFIXES),
     "igl_linabf": (read_mesh, SUFFIXES),
@@ -94,11 +94,13 @@ FORMS = {
     "STL, binary": ("stl", 0),
 }
 FOLDER = Path(tempfile.gettempdir())
-MEMORY = 4 << 30  # bytes per child process, because a damaged file may declare billions of rows
+# memory limit in bytes of a child process, because a damaged file may declare billions of rows
+MEMORY = 4 << 30
 RUNS = 5
 PACKAGES = {MODULES.get(name, name) for name in READERS}
-REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)  # and the error types of a package
-SEPARATOR = " reads "  # between package and suffix in the name of a kind
+# and the error types that a package defines
+REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)
+SEPARATOR = " reads "  # separates package and suffix in the name of a kind of case
 PLACE = re.compile(r"\b(line|row|face|triangle|vert|element|byte)\w*\b.{0,30}?\d|\b(head|begin|end)", re.I)
 OUTCOMES = {
     "same": "read as if undamaged",
@@ -113,7 +115,7 @@ OUTCOMES = {
 
 @cache
 def _damaged(suffix: str, seed: int) -> tuple[bytes, bytes]:
-    """Return a file, and the same file with damage."""
+    """Return the bytes of an undamaged file, and of the same file with damage."""
     rng = np.random.default_rng(seed)
     forms = good_files(rng)[suffix]
     undamaged = forms[rng.integers(len(forms))]
@@ -132,7 +134,7 @@ def _corners(read: Callable[[str], Surface], data: bytes, suffix: str) -> np.nda
 
 
 def _outcome(name: str, suffix: str, seed: int) -> str:
-    """Return the outcome of reading a damaged file, a key of `OUTCOMES`."""
+    """Return the outcome of reading a damaged file, which is a key of `OUTCOMES`."""
     read, _ = READERS[name]
     undamaged, data = _damaged(suffix, seed)
     expected = _corners(read_mesh, undamaged, suffix)
@@ -161,7 +163,7 @@ def _outcome(name: str, suffix: str, seed: int) -> str:
 
 
 def print_seconds(installed: list[str], times: int) -> None:
-    """Print the table of times."""
+    """Print the table of times, by format and reader."""
     files = list_files(*igl.upsample(*igl.icosahedron(), times))
     heads = " | ".join(f"{name} / libigl" for name in installed[1:])
     print(f"| {20 * 4**times:,} triangles | seconds, libigl | {heads} |")
@@ -185,7 +187,7 @@ def print_seconds(installed: list[str], times: int) -> None:
 
 
 def _count_forms_read(name: str, suffix: str, seed: int) -> str:
-    """Return how many undamaged forms of a format a reader reads correctly."""
+    """Return how many undamaged variants of a format a reader reads correctly."""
     forms = good_files(np.random.default_rng(seed))[suffix]
     read = 0
     for data in forms:
@@ -196,7 +198,7 @@ def _count_forms_read(name: str, suffix: str, seed: int) -> str:
 
 
 def print_damage(installed: list[str], files: int) -> None:
-    """Print the table of damaged files."""
+    """Print the table of outcomes for damaged files, by format and reader."""
     print(f"| {files:,} damaged files each | undamaged forms read | " + " | ".join(OUTCOMES.values()) + " |")
     print("|---|---|" + "---|" * len(OUTCOMES))
     for suffix in SUFFIXES:
@@ -216,7 +218,7 @@ def main() -> None:
     parser.add_argument("--files", type=int, default=300)
     parser.add_argument("--times", type=int, default=7)
     options = parser.parse_args()
-    fuzzing.LIMIT = 10.0  # seconds per file
+    fuzzing.LIMIT = 10.0  # time limit per file in seconds
     installed = [name for name in READERS if find_spec(MODULES.get(name, name)) is not None]
     print(", ".join(f"{name} {metadata.version(name)}" for name in installed if name != "igl_linabf"))
     print()

@@ -1,4 +1,4 @@
-"""Time the flattening of OpenABF's test surfaces, beside its published times and the SLIM of igl.
+"""Time the flattening of OpenABF's test surfaces, with its published times and the SLIM of igl.
 
     python benchmarks/scrolls.py [--most 1000000] [--slim-most 100000] [--memory 1600 2500]
 
@@ -25,7 +25,8 @@ from igl_linabf.measures import quality
 from igl_linabf.scrolls import flatten_segment, synthetic_segment
 
 SIZES = (50_000, 100_000, 200_000, 400_000, 600_000, 800_000, 1_000_000)
-PUBLISHED = {  # seconds by a direct solver, and by conjugate gradients on 1 and 12 threads
+# published seconds of OpenABF: by a direct solver, and by conjugate gradients on 1 and 12 threads
+PUBLISHED = {
     50_000: (1.30, 7.31, 4.33),
     100_000: (2.96, 28.34, 12.32),
     200_000: (7.38, 107.37, 47.58),
@@ -39,7 +40,7 @@ Mesh = tuple[np.ndarray, np.ndarray]
 
 
 def triangulate(rows: int, columns: int) -> np.ndarray:
-    """Return two triangles for each cell of a grid of points."""
+    """Return the faces of a grid of points, two triangles for each cell."""
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     return np.concatenate(
         (np.column_stack((a, a + 1, a + columns)), np.column_stack((a + 1, a + columns + 1, a + columns)))
@@ -54,7 +55,7 @@ def wavy(triangles: int) -> Mesh:
 
 
 def cap(triangles: int) -> Mesh:
-    """Make a unit hemisphere of rings of triangles around a pole."""
+    """Return a unit hemisphere of rings of triangles around a pole."""
     rings = round(np.sqrt(triangles / 8))
     around = 4 * rings
     polar, turn = np.meshgrid(
@@ -62,7 +63,7 @@ def cap(triangles: int) -> Mesh:
     )
     ring = np.stack((np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)), axis=2)
     first = np.arange(around)
-    grid = triangulate(rings, around + 1)  # the last column is the first one
+    grid = triangulate(rings, around + 1)  # the last column of the grid is the first one
     row, column = np.divmod(grid, around + 1)
     fan = np.column_stack((0 * first, 1 + first, 1 + (first + 1) % around))
     F = np.concatenate((fan, (1 + row * around + column % around)[:, [0, 2, 1]]))
@@ -70,7 +71,7 @@ def cap(triangles: int) -> Mesh:
 
 
 def slim(V: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Run SLIM from a harmonic map."""
+    """Return the map of SLIM after a harmonic start."""
     b = np.asarray(igl.boundary_loop(F))
     bc = igl.map_vertices_to_circle(V, b)
     start = igl.harmonic(V, F, b, bc, 1)
@@ -79,7 +80,7 @@ def slim(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def run(function: Callable[..., np.ndarray], V: np.ndarray, F: np.ndarray) -> str:
-    """Return the seconds, the L2 stretch and the flips of a map as text."""
+    """Compute a map; return its seconds, L2 stretch and flips as text."""
     start = process_time()
     uv = function(V, F)
     seconds = process_time() - start

@@ -1,4 +1,4 @@
-"""Write synthetic FreeSurfer subjects: fsaverage5 on other meshes, whose correct cuts are known."""
+"""Synthetic FreeSurfer subjects: fsaverage5 resampled on other meshes, with known correct cuts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ball(subdivisions: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def made_up_subject(folder: Path, subdivisions: int = 5, hemispheres: tuple[str, ...] = ("lh", "rh")) -> Path:
-    """Write fsaverage5 resampled on a rotated icosphere (163,842 vertices at 7 subdivisions)."""
+    """Write a subject: fsaverage5 on a rotated icosphere (163,842 vertices at 7 subdivisions)."""
     (folder / "surf").mkdir(parents=True)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))

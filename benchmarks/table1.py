@@ -61,7 +61,7 @@ ROWS = [
     Paper("david", "505 K", 355, 12, 5.776e-4, 5.844e-4),
 ]
 BY_MODEL = {row.model: row for row in ROWS}
-# mesh: model of the paper; bunny2 has 70,000 triangles, and our scan is finer
+# name of a mesh: model of the paper; the paper's bunny2 has 70,000 triangles, fewer than our scan
 SAME_MODEL = {
     "obtuse": "obtuse",
     "igl_cow": "cow",
@@ -73,7 +73,7 @@ SAME_MODEL = {
     "optcuts_male_body_i_f10000": "male",
     "optcuts_david_o_f10000": "david",
 }
-CLOSED = ("closed", "stress")  # kinds of meshes that include models of the paper
+CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper are
 # Section 6: F/3nt and L2 stretch of one step of ABF++, and of linear ABF
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
@@ -86,7 +86,7 @@ step, and needs one to five further steps of nearly the same cost.
 
 
 def meshes() -> Iterator[Mesh]:
-    """Yield disks; closed models of the paper are cut open."""
+    """Yield the disks, and the closed models of the paper after a cut, with their names."""
     yield "obtuse", obtuse(), OBTUSE_F
     yield brain()
     yield from shared("disk")
@@ -108,7 +108,7 @@ def make_row(name: str, mesh: Mesh, repeat: int, programs: list[str]) -> tuple[f
     _, V, F = mesh
     checked = planar_mesh(V, F)
     calls = [bare_lscm(checked), partial(abf, V, F), partial(linabf, V, F, iterations=1)]
-    medians(calls, 1)  # a warm-up
+    medians(calls, 1)  # warm-up: not timed
     lscm, converged, linear = medians(calls, repeat)
     exact, one = (quality(V, F, uv).angle_distortion for uv in (abf(V, F), linabf(V, F, iterations=1)))
     cells = [
@@ -132,7 +132,7 @@ def make_row(name: str, mesh: Mesh, repeat: int, programs: list[str]) -> tuple[f
 
 
 def single_steps(found: list[Mesh]) -> Iterator[str]:
-    """Yield the lines of the table of section 6."""
+    """Yield the lines of the table of single steps (section 6 of the paper)."""
     yield "| model | one step of ABF++: F/3nt, L2 stretch | linABF, one step | paper: ABF++ | linABF |"
     yield "|---|---|---|---|---|"
     for name, V, F in found:

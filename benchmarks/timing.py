@@ -55,7 +55,7 @@ def main() -> None:
     for name, V, F in choose_meshes(options):
         bare = bare_lscm(planar_mesh(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
-        medians(calls, 1)  # a warm-up
+        medians(calls, 1)  # warm-up: not timed
         ours, theirs = medians(calls, options.repeat)
         results = [flatten(V, F, method=LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}

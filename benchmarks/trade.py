@@ -32,7 +32,7 @@ from hard_surfaces import plate_with_holes
 TRADES = (1, 3, 10, 30, 100, 300, 1000)
 SHARED = {"igl_cow": "cow", "optcuts_horse_f10000": "horse", "igl_fandisk": "fandisk"}
 HEADS = "by | charts | seams / sqrt(area) | L2 stretch | fill | E | its stretch | its seams | its page"
-ROUNDING = 1e-3  # relative differences below this do not count
+ROUNDING = 1e-3  # smaller relative differences do not count
 
 
 class Point(NamedTuple):
@@ -47,7 +47,7 @@ class Point(NamedTuple):
 
 MONOTONE: dict[
     str, tuple[Callable[[Point], float], int]
-] = {  # name: (figure, 1 if it should rise with the trade, -1 if it should fall)
+] = {  # name of a figure: (function, 1 if the figure should rise with the trade, or -1 if it should fall)
     "charts": (lambda at: at.charts, 1),
     "seams": (lambda at: at.seams, 1),
     "L2 stretch": (lambda at: at.stretch, -1),
@@ -77,7 +77,7 @@ def unwrap_by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
 
 
 def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
-    """Return the figures of the atlases of other programs, without flipped faces in the stretch."""
+    """Return the figures of the atlases of other programs; the stretch does not count flipped faces."""
     found = {}
     for name, make in peers().items():
         atlas = make(V, F)
@@ -90,7 +90,7 @@ def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
 
 
 def find_wrong_steps(points: dict[float, Point]) -> dict[str, list[str]]:
-    """Return the steps between successive trades that change a figure the wrong way, by figure."""
+    """Return, by figure, the steps between successive trades that change the figure the wrong way."""
     steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
     for (t, a), (u, b) in pairwise(points.items()):
         for figure, (of, sign) in MONOTONE.items():

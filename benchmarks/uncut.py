@@ -34,7 +34,7 @@ def main() -> None:
             partial(abf, V, F),
         ]
         calls = [bare_lscm(planar_mesh(V, F)), *runs]
-        medians(calls, 1)  # a warm-up
+        medians(calls, 1)  # warm-up: not timed
         lscm, *times = medians(calls, options.repeat)
         results = [flatten(V, F, method="lscm")]
         results += [flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]

@@ -59,7 +59,7 @@ def signed_double_areas(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
 def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
     """Return the figures of one atlas, in the order of `HEADS`."""
     areas = signed_double_areas(atlas.TC, atlas.FTC)
-    keep = np.abs(areas) > 0  # without faces that a program omits, and without faces of zero area
+    keep = np.abs(areas) > 0  # drop faces that a program omits, and faces without area
     chart = make_charts(atlas.FTC[keep])
     mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas mirrors some charts
     flips = np.count_nonzero((areas[keep] > 0) == mirrored[chart])
@@ -72,7 +72,7 @@ def measure_atlas(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float
 
 
 def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) -> list[float]:
-    """Return the figures of igl.lscm on the charts of an atlas, not packed; means over the triangles."""
+    """Return the figures of igl.lscm on the separate charts of an atlas, averaged over the triangles."""
     start = perf_counter()
     chart, of_charts = make_charts(atlas.FTC), []
     for i in range(chart.max() + 1):
@@ -116,7 +116,7 @@ def main() -> None:
                 found = {program: measure_atlas(V, F, atlas)}
                 if program == "unwrap":
                     found["igl.lscm"] = flatten_charts_with_lscm(V, F, atlas)
-            except Exception as error:  # of any program: it becomes a row of the table
+            except Exception as error:  # an error of any program becomes a row of the table
                 print(f"| {name} | {program} | {type(error).__name__} |{' |' * HEADS.count('|')}", flush=True)
                 print(name, program, error, file=sys.stderr)
                 continue

@@ -39,8 +39,8 @@ from hard_surfaces import plate_with_holes
 
 Surface = tuple[np.ndarray, np.ndarray]
 
-REPEAT_BELOW = 30_000  # triangles below which the time is the median of three runs
-XATLAS_BELOW = 50_000  # triangles above which xatlas takes minutes
+REPEAT_BELOW = 30_000  # below this number of triangles, the time is the median of three runs
+XATLAS_BELOW = 50_000  # above this number of triangles, xatlas takes minutes
 LARGE = {"bunny": 1, "igl_cow": 2, "optcuts_horse_f10000": 3, "igl_3holes": 2, "bff_punctured-torus": 1}
 KINDS = ("closed", "handles", "holes", "multi")
 
@@ -87,7 +87,7 @@ def level_set(f: Callable[..., np.ndarray], reach: float, points: int) -> Surfac
 
 
 def make_pieces(count: int, boxes: float, seed: int = 0) -> Surface:
-    """Return separate pieces: a share `boxes` of boxes, and spheres of 20 to 1,280 triangles."""
+    """Return separate pieces: boxes (a share of `boxes`), and spheres of 20 to 1,280 triangles."""
     rng = np.random.default_rng(seed)
     corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0, 1) for z in (0, 1)])
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -123,7 +123,7 @@ def measure(name: str) -> dict[str, float]:
     """Return triangles, charts, times and memory for a file or one of `models`."""
     V, F = read_clean_mesh(name) if Path(name).is_file() else models()[name]()
     repeats = 3 if len(F) < REPEAT_BELOW else 1
-    atlas = unwrap(V, F, progress=False)  # a warm-up for lazy imports
+    atlas = unwrap(V, F, progress=False)  # warm-up, which includes lazy imports
     (own,) = medians([partial(unwrap, V, F, progress=False)], repeats, process_time)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     charts = []
@@ -131,7 +131,7 @@ def measure(name: str) -> dict[str, float]:
         vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
     calls = [lambda: [flatten(*chart, progress=False) for chart in charts], partial(flatten_many, charts)]
-    medians(calls, 1)  # a warm-up
+    medians(calls, 1)  # warm-up: not timed
     one_by_one, together = medians(calls, repeats, process_time)
     row = {"triangles": len(F), "charts": len(charts), "s": own, "MB": memory / 1024}
     row |= {"flatten": one_by_one, "many": together}

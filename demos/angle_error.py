@@ -26,7 +26,7 @@ from igl_linabf.plot import colour_scale, fit, plot_uv
 
 
 def residuals(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return the larger residual of the vertex and wheel constraints at each vertex, for angles (#F, 3)."""
+    """Return the larger of the vertex and wheel residuals at each vertex, for angles (#F, 3)."""
     corner, log_sin = F.ravel(), np.log(np.sin(angles))
     around = np.bincount(corner, angles.ravel(), len(V)) - 2 * np.pi
     wheel = np.bincount(corner, (np.roll(log_sin, -1, 1) - np.roll(log_sin, 1, 1)).ravel(), len(V))

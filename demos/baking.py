@@ -62,7 +62,7 @@ if __name__ == "__main__":
     )
     print(f"directions of fine and coarse normals differ by {np.median(difference):.2f} in the median")
     assert atlas.good
-    assert np.median(difference) > 0.05  # the fine normals add details
+    assert np.median(difference) > 0.05  # the normals of the fine bunny add details
     np.testing.assert_allclose(np.linalg.norm(2 * image[covered] - 1, axis=1), 1, atol=1e-9)
 
     Path("out").mkdir(exist_ok=True)

@@ -2,13 +2,13 @@
 ===========================
 
 Map the face of the Stanford bunny to a circle and to a rectangle, and unroll a sleeve to a rectangle. Both
-are shown beside their maps with a free boundary::
+surfaces are shown beside their maps with a free boundary::
 
     python demos/boundaries.py [MESH]
 
 The shape only prescribes the sums of the angles at the boundary vertices: 180 degrees along a straight side,
-90 degrees at a corner, and the angles of the inscribed polygon on a circle. Among all maps with these sums,
-each map changes the angles least. The corners of the rectangle are given for the sleeve, so that its seam
+90 degrees at a corner, and the angles of the inscribed polygon on a circle. Each map changes the angles least
+among all maps with these sums. The corners of the rectangle are given for the sleeve, so that its seam
 becomes two straight sides, as a tailor needs them.
 """
 
@@ -57,7 +57,7 @@ def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, l
 
 
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
-    """Return the distance of the loop from its circle or upright rectangle, over the size of the map."""
+    """Return how far a loop is from its circle or upright rectangle, over the size of the map."""
     z = result.uv[loop]
     if result.report.boundary == "circle":
         system = np.column_stack((z, np.ones(len(z))))

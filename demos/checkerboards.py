@@ -36,7 +36,7 @@ def double_torus() -> tuple[np.ndarray, np.ndarray]:
 
 
 Y, Z = (0, 1, 0), (0, 0, 1)
-SURFACES = {  # mesh, number of squares along the map, view direction, up
+SURFACES = {  # name: (mesh, number of squares along the map, view direction, up direction)
     "cortex": (lambda: cortex()[:2], 30, (-1, 0, 0), Z),
     "spiky": (lambda: rings(40, spiky), 20, (0.3, -1, 0.9), Z),
     "crown": (lambda: rings(40, crown), 40, (0.3, -1, 1.2), Z),

@@ -2,9 +2,9 @@
 Even texels
 ===========
 
-For textures, use `method="isometric"`. Both methods need equally few seams. Linear ABF preserves angles, but
-the squares of a checkerboard grow and shrink. The isometric map preserves angles and sizes as well as
-possible, and no triangle flips.
+For textures, use `method="isometric"`. The isometric method and linear ABF need equally few seams. Linear ABF
+preserves angles, but the squares of a checkerboard grow and shrink. The isometric map preserves angles and
+sizes as well as possible, and no triangle flips.
 
 The models are the Stanford bunny and a closed cortical hemisphere. If xatlas is installed, its atlas is shown
 as well: the texels are equally even, but it has 50 to 200 charts instead of one or two.
@@ -84,7 +84,7 @@ if __name__ == "__main__":
             caption = f"{name}, {method}: texels {measured.texel_spread:.1f} : 1, {charts} charts"
             print(f"{caption}, L2 stretch {measured.stretch_l2:.3f}, {measured.flips} flipped")
             plotter.subplot(i, k)
-            # the same number of texels for all atlases: a square covers the same share of the surface
+            # a square covers the same share of the surface in each atlas
             double = igl.doublearea(uv, corners).sum()
             side = np.sqrt(double / 2) / 30
             plot_checkerboard(

@@ -1,7 +1,7 @@
 """Greedy against least-squares layout
 ===================================
 
-Section 5 of the paper compares two layouts. Here, both lay out the same angles of a large mesh::
+Section 5 of the paper compares two layouts. Here, both layouts use the same angles of a large mesh::
 
     python demos/greedy.py [MESH]
 
@@ -39,7 +39,7 @@ def face_depths(F: np.ndarray, seed: int) -> np.ndarray:
 
 
 def compare_layouts(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, list]:
-    """Return both maps, and the depth, flips and rms distance of the maps in bands around the seed."""
+    """Return both maps, and their depth, flips and rms distance in bands around the seed."""
     angles = flatten(V, F, method=LinABF(iterations=iterations)).angles
     greedy, least = (layout(F, angles, method=method) for method in ("greedy", "least-squares"))
     depth = face_depths(F, int(np.argmax(angles.min(axis=1))))

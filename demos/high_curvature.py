@@ -20,7 +20,7 @@ from compare_lscm import show
 
 
 def rings(count: int, height: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return a round plate of `count` rings of triangles, lifted by `height` of the complex positions."""
+    """Return a round plate of `count` rings of triangles, lifted by the function `height`."""
     z, F, first = [np.zeros(1)], [], 0
     for k in range(1, count + 1):
         z.append(k / count * np.exp(2j * np.pi * np.arange(6 * k) / (6 * k)))

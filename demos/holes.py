@@ -48,7 +48,7 @@ if __name__ == "__main__":
         for hole in (first, last):
             print(f"  {hole.rotation:8.1e} {hole.scale:8.1e}     {hole.translation:8.1e}", end="")
         print()
-    # greedy layout passes every hole on both sides, and the map is single-valued after convergence
+    # greedy layout passes each hole on both sides; after convergence, both sides meet
     greedy = fit(layout(F, converged.angles, method="greedy"), converged.uv)
     away = np.linalg.norm(greedy - converged.uv, axis=1).max() / np.ptp(converged.uv, axis=0).max()
     print(f"greedy layout of the converged angles is {away:.1e} of the map's size from least squares")

@@ -38,14 +38,14 @@ if __name__ == "__main__":
     plotter.view_yz(negative=True)
     plotter.subplot(0, 1)
     plot_uv(uv, F, plotter=plotter)
-    for view in plotter.renderers:  # the viewer in the page supports perspective only
+    for view in plotter.renderers:  # the viewer of the page supports only perspective projection
         view.disable_parallel_projection()
         view.reset_camera()
     plotter.background_color = "white"
     Path("out").mkdir(exist_ok=True)
     page = Path("out") / f"{name}.html"
     with tempfile.TemporaryDirectory() as empty, contextlib.redirect_stdout(sys.stderr):
-        # trame downloads its other viewer unless this variable names a folder
+        # unless this variable names a folder, trame downloads another viewer
         os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", empty)
         with replacing(page) as temporary:
             plotter.trame.export_html(temporary)

@@ -27,7 +27,7 @@ if __name__ == "__main__":
     hidden = pv.OFF_SCREEN or not has_display()
     viewer = Viewer(V, F, off_screen=hidden)
     if hidden:
-        viewer.pick(350, 350)  # the middle of the left side
+        viewer.pick(350, 350)  # the middle of the left half of the window, which shows the surface
         assert viewer.picked is not None
         print(viewer.caption)
         Path("out").mkdir(exist_ok=True)

@@ -20,8 +20,8 @@ from igl_linabf.io import replacing
 from igl_linabf.plot import fit, plot_compare
 
 F = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1]])
-SPOKES = (0.72, 1.0, 0.71)  # distances of the middle vertex from its neighbours
-BETWEEN = (0.631, 0.616)  # angles from the first to the second spoke, and from the second to the third
+SPOKES = (0.72, 1.0, 0.71)  # lengths of the three edges at the middle vertex
+BETWEEN = (0.631, 0.616)  # angles between the first and the second edge, and between the second and the third
 DEFICIT = 4.56
 
 

@@ -33,7 +33,7 @@ from igl_linabf.plot import WARNING
 from igl_linabf.textures import covered
 
 RESOLUTION = 256
-SHARED = -2  # mark of a texel with two charts
+SHARED = -2  # value of a texel with two charts
 # five colours for charts, one for texels without a chart, one for texels with two charts
 COLOURS = ("#2f6690", "#81a4cd", "#d9a441", "#5f8a5f", "#8d6a9f", "#f5f3ee", WARNING)
 
@@ -82,7 +82,7 @@ if __name__ == "__main__":
     )
     other = unwrap(*brain, charts=charts, method="isometric", packing=close)
     assert near.good and far.good and other.good
-    assert near.report.scale > far.report.scale  # padding takes space
+    assert near.report.scale > far.report.scale  # more padding leaves less space for charts
 
     together = pack_together([near, other], close)
     assert np.isclose(together[0].report.scale, together[1].report.scale)

@@ -34,7 +34,7 @@ if __name__ == "__main__":
     free = flatten(V, F, method="isometric").uv
     loop = igl.boundary_loop(F)
     b = loop[:: len(loop) // PINS][:PINS]
-    bc = free[b] * (1 + AMPLITUDE * (-1.0) ** np.arange(PINS))[:, None]  # alternately out and in
+    bc = free[b] * (1 + AMPLITUDE * (-1.0) ** np.arange(PINS))[:, None]  # outward and inward alternately
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(1, 3), off_screen=True, window_size=[2100, 700], border=False)
     maps = {

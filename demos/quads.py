@@ -33,7 +33,7 @@ CELLS = 4000
 
 
 def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
-    """Return a grid of about `CELLS` cells; a closed surface is unwrapped first."""
+    """Return a grid of about `CELLS` cells on a surface; a closed surface is unwrapped first."""
     if len(igl.boundary_facets(F)[0]):
         uv = linabf(V, F)
     else:

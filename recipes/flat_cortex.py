@@ -36,7 +36,8 @@ nib.save(pial, "out/lh.cortex.surf.gii")
 cortex = read_file("out/lh.cortex.surf.gii")
 V, F = cortex.V, cortex.F
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # about vertices without a face, and about the lost 3-D positions
+    # vertices without a face, and 3-D positions that the new file lacks, cause warnings
+    warnings.simplefilter("ignore")
     result = flatten(V, F, method="isometric")
     write_file("out/lh.flat.surf.gii", cortex, result.uv)
 measured = quality(V, F, result.uv)

@@ -17,7 +17,7 @@ from pyvista import examples
 from igl_linabf.batch import flatten_files
 from igl_linabf.io import read_file
 
-if __name__ == "__main__":  # the workers import this file
+if __name__ == "__main__":  # each worker process imports this file
     # Collect three models of pyvista and a damaged file, in place of your folder.
     folder = Path(tempfile.mkdtemp())
     scans, maps = folder / "scans", folder / "maps"

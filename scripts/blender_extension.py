@@ -25,12 +25,12 @@ from release_check import STABLE, find_pythons, is_compatible
 
 ROOT = Path(__file__).resolve().parent.parent
 ADD_ON = ROOT / "blender" / "igl_linabf"
-PIP_PLATFORMS = {  # platform name of Blender: platform names of pip
+PIP_PLATFORMS = {  # platform in Blender: names of the platform in pip
     "linux-x64": ("linux_x86_64", "manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux2014_x86_64"),
     "macos-arm64": ("macosx_12_0_arm64", "macosx_11_0_arm64"),
     "windows-x64": ("win_amd64",),
 }
-# NumPy of Blender 4.2 to 5.0 and of Blender 5.1 or later, which constrain the other wheels
+# NumPy versions of Blender 4.2 to 5.0 and of later versions, which constrain the other wheels
 NUMPY = {"3.11": "numpy<2", "3.13": "numpy>=2,<2.4"}
 BPY = "bpy>=4.2,<6"
 

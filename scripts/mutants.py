@@ -165,7 +165,7 @@ def main() -> int:
 
 if __name__ == "__main__":
     sys.exit(main())
-if "IGL_LINABF_MUTANT" in os.environ:  # this is a process of the tests
+if "IGL_LINABF_MUTANT" in os.environ:  # this process runs tests of a mutant
     sys.meta_path.insert(
         0, MutantLoader(parse_mutants(MUTANTS.read_text("utf-8"))[int(os.environ["IGL_LINABF_MUTANT"])])
     )

