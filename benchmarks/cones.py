@@ -100,7 +100,7 @@ def print_speed() -> None:
 
 
 def time_once(V: np.ndarray, F: np.ndarray, cones: Cones) -> list[float]:
-    """Return seconds: the map with cones, its cut, `unwrap` with cones, the free map, `unwrap` along the seams."""
+    """Return seconds: map with cones, its cut, `unwrap` with cones, free map, `unwrap` along the seams."""
     start = process_time()
     atlas = unwrap(V, F, cones=cones)
     whole = process_time() - start
