@@ -112,7 +112,7 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
 def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
     """Return True if pins constrain the shape of a map.
 
-    A similarity transform of the whole map satisfies two pins, but in general not three or more.
+    Two pins can always be satisfied by a similarity transform of the map, three or more pins in general not.
     """
     return pinned is not None and len(pinned[0]) > 2
 
@@ -162,7 +162,7 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
 
 
 def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
-    """Check vertex indices given by the caller, and return their positions in `vertices`, the used vertices.
+    """Check vertex indices given by the caller, and return the position of each index in `vertices`.
 
     Raises
     ------

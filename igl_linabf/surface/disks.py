@@ -99,7 +99,7 @@ def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[
     """Build the connectivity if all meshes are disks, otherwise return None; also mark the possible disks."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = find_edges(corner, n)
-    of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # sorted by their lower ends
+    of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # edges are sorted by lower end
     good = np.ones(len(faces), dtype=bool)
     if not sound:
         _, crowded, turned = nonmanifold_edges(corner, edges)
@@ -110,9 +110,9 @@ def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[
     if not good.all():
         return None, good
     rim = Ragged.of_sizes(sizes)
-    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # loops per disk
+    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # number of loops of each disk
     pairs = sides.T[sides[1] >= 0]
-    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # half-edges to faces: % m, but faster
+    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # half-edges % m, but faster
     label = connected_labels(pairs, m)
     good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
     good &= faces.min(label) == faces.max(label)

@@ -94,7 +94,7 @@ def _warn_about_unused_vertices(mesh: Mesh) -> None:
 
 
 def build_planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
-    """Same as `planar_mesh`, for a surface whose arrays have been checked."""
+    """Return the `planar_mesh` of a surface whose arrays have been checked."""
     check_planar(surface.topology, surface.vertices)
     return _build_mesh(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
 

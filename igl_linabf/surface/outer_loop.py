@@ -7,16 +7,17 @@ from .._types import FloatArray, IntArray
 from ..linalg import Solvers
 from .topology import Topology
 
-ROUNDING = 1e-9  # relative error of a length; a slit is twice as long as its extent
-MIN_LEAD = np.pi  # least difference of turning, radians, that decides instead of the length
-MIN_WEIGHT, MAX_WEIGHT = 1e-6, 1e6  # range of the weights of edges, which keeps the matrix definite
+ROUNDING = 1e-9  # relative tolerance of a loop's length, which is at least twice its extent
+MIN_LEAD = np.pi  # least difference of total turning, radians, that decides between loops
+MIN_WEIGHT, MAX_WEIGHT = 1e-6, 1e6  # edge weights are clipped to this range to keep the matrix definite
 
 
 def find_outer_loop(V: FloatArray, topology: Topology, double_area: FloatArray, dot: FloatArray) -> int:
     """Return the index of the outer loop of a planar surface; see `Mesh` for its areas and products.
 
-    A loop that encloses all others is more than twice as long as their extents. If several loops are, the
-    outer one has the largest total turning: on a flat surface 2 pi, where holes have -2 pi.
+    A loop that encloses all other loops is more than twice as long as the extent of each. If several loops
+    are long enough, the outer loop is the one with the largest total turning. On a flat surface, the turning
+    of the outer loop is 2 pi, and that of a hole is -2 pi.
     """
     if len(topology.loops) == 1:
         return 0
@@ -40,15 +41,15 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
-    """Return the index of the longest of the loops whose turning is about the largest."""
+    """Return the index of the longest loop among those whose turning is within `MIN_LEAD` of the largest."""
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 
 def _loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
-    """Return the total turning of each boundary loop in the flat map of least change, in radians.
+    """Return the total turning of each boundary loop, in radians, in a flat map of the surface.
 
-    That is the conformal map whose scale is 1 along the boundary. The turning of a loop on the surface itself
-    depends on every bump next to the loop.
+    The map is the conformal map whose scale is 1 along the boundary. On the surface itself, the turning of a
+    loop would depend on every bump next to the loop.
     """
     bend = np.where(topology.interior, 2 * np.pi, np.pi) - topology.sum_at_vertices(alpha)
     weight = np.clip(topology.sum_at_edges(1 / np.tan(alpha)) / 2, MIN_WEIGHT, MAX_WEIGHT)

@@ -11,9 +11,9 @@ from .arrays import Pins
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
-# Ratios of the largest to the smallest area scale of a map:
-SAFE_AREA_RATIO = 1e12  # double precision suffices up to here
-HOPELESS_AREA_RATIO = 1e30  # beyond, edge lengths differ by all 15 digits of a double
+# Bounds of the ratio of the largest to the smallest area scale of a map.
+SAFE_AREA_RATIO = 1e12  # area scale ratio up to which double precision suffices
+HOPELESS_AREA_RATIO = 1e30  # area scale ratio above which edge lengths differ by all 15 digits of a double
 LEAST_AREA_SHARE = 1e-32  # smallest area scale that is distinguished from 0, relative to the largest
 
 

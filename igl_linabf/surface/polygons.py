@@ -145,7 +145,7 @@ class Polygons:
         own = np.arange(len(self.corners)) if kept is self else np.flatnonzero(~self._is_repeat)
         made: list[tuple[IntArray, IntArray, BoolArray]] = []
         for rows, at in kept.groups():
-            if at.shape[1] < 3:  # no area, but each face keeps a row
+            if at.shape[1] < 3:  # polygons without area get one degenerate triangle each
                 local = np.tile(np.arange(at.shape[1])[[0, -1, -1]], (len(rows), 1, 1))
             else:
                 local = triangulate_polygons(V[kept.corners[at]])
@@ -165,7 +165,10 @@ class Polygons:
 
     @cached_property
     def _is_repeat(self) -> BoolArray:
-        """Corners with the same vertex as the next corner; all but the last for a polygon with one vertex."""
+        """Return a mask of the corners with the same vertex as the next corner.
+
+        In a polygon with a single vertex, the last corner is not marked.
+        """
         again = self.corners == self.corners[self.following]
         whole = np.flatnonzero(np.bincount(self.owner[again], minlength=len(self)) == self.sizes)
         again[self.starts[whole]] = False

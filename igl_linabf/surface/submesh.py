@@ -63,7 +63,7 @@ class Submesh:
 
     @classmethod
     def of_arrays(cls, positions: FloatArray, faces: IntArray, name: str = "V") -> Submesh:
-        """Same as `checked`, for arrays that have the right shapes and dtypes."""
+        """Check a mesh as `checked` does, given arrays of the right shapes and dtypes."""
         n_given = len(positions)
         vertices, faces = compact(faces, n_given)
         if len(vertices) < n_given:
@@ -73,7 +73,7 @@ class Submesh:
 
     @classmethod
     def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
-        """Same as `checked`; also check that the mesh is an oriented manifold without degenerate faces."""
+        """Check a mesh as `checked` does, and that it is an oriented manifold without degenerate faces."""
         return cls.checked(V, F).as_manifold()
 
     def as_manifold(self) -> Submesh:
@@ -109,7 +109,7 @@ class Submesh:
         inside = self.topology.inside
         if self.inner is None:
             return inside
-        inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is the side k + 1 of t
+        inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is side k + 1 of triangle t
         return inside[~inner[self.topology.sides[:, inside]].all(axis=0)]
 
     @cached_property
@@ -194,7 +194,7 @@ class Submesh:
     def _sides_of(self, rows: IntArray) -> BoolArray:
         corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
         sides = np.zeros(self.F.shape, dtype=bool)
-        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is side k + 1 of triangle t
         return sides
 
     def scatter(self, values: FloatArray) -> FloatArray:
@@ -211,19 +211,19 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     last fan if all of them do.
     """
     m, flat = len(F), F.ravel()
-    begins = np.flatnonzero(seams)  # first corners of fans
+    begins = np.flatnonzero(seams)  # corners at which a fan begins
     at_seam = np.zeros(n, dtype=bool)
     at_seam[flat[begins]] = True
     near = at_seam[F.T[list(NEXT)]].ravel()  # half-edges that start at a seam vertex
     near = (sides[1] >= 0) & (near[sides[0]] | near[sides[1]])
-    # half-edge (k, t) is the side k + 1 of t; its ends are the corners k + 1 and k + 2
+    # half-edge (k, t) is side k + 1 of triangle t; its ends are the corners k + 1 and k + 2
     (k, opposite), (t, across) = np.divmod(sides[:, near], m)
     start, end = 3 * t + (k + 1) % 3, 3 * t + (k + 2) % 3
     inside = ~(seams.ravel()[start] | seams[across, (opposite + 1) % 3])
     corners = np.flatnonzero(at_seam[flat])
     place = np.empty(3 * m, dtype=np.int64)
     place[corners] = np.arange(len(corners))
-    # the corners of the face across the edge that meet these ends
+    # pairs of corners that meet at an end of an edge, in the two faces of the edge
     pairs = np.column_stack((np.append(start, end), 3 * np.tile(across, 2)))
     pairs[:, 1] += np.append(opposite + 2, opposite + 1) % 3
     pairs = pairs[np.tile(inside, 2) & at_seam[flat[pairs[:, 0]]]]
@@ -235,7 +235,7 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     has_kept = np.zeros(n, dtype=bool)
     has_kept[own[kept]] = True
     last = np.empty(n, dtype=np.int64)
-    last[flat[begins]] = begins  # the last assignment wins
+    last[flat[begins]] = begins  # for repeated vertices, the last assignment wins
     begins = begins[has_kept[flat[begins]] | (last[flat[begins]] != begins)]
     own[fan[place[begins]]] = n + np.arange(len(begins))
     cut = flat.copy()

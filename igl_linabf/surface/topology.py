@@ -101,7 +101,7 @@ class Topology:
 
     @property
     def is_planar(self) -> bool:
-        """Whether the surface is a single disk, with or without holes."""
+        """Return True if the surface is a single disk, with or without holes."""
         # An edge-connected surface of characteristic 2 - loops has no handles. Vertices where several fans
         # meet only lower its characteristic, which is at most 2 - 2 genus - loops.
         loops, n_faces = len(self.loops), len(self.corner[0])
@@ -166,7 +166,7 @@ class KeptTopology(Topology):
 
 
 def build_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Connectivity of an oriented manifold mesh with any number of pieces, loops and handles.
+    """Build the connectivity of an oriented manifold mesh with any number of pieces, loops and handles.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def build_topology(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
-    """Same as `build_topology`, but return None if an edge has more than two or inconsistent faces."""
+    """Build a `Topology`, or return None if an edge has more than two faces or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     edges, sides, sound = find_edges(corner, n)
@@ -203,14 +203,14 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
 
 
 def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Same as `build_topology`, but also reject interior vertices where several fans of faces meet."""
+    """Build a `Topology`, and reject interior vertices where several fans of faces meet."""
     topology = build_topology(F, vertices)
     check_fans(F, topology.sides, vertices)
     return topology
 
 
 def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Same as `build_topology`, for a mesh that must be a single disk, with or without holes.
+    """Build the `Topology` of a mesh that must be a single disk, with or without holes.
 
     Raises
     ------
@@ -232,7 +232,8 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
 def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
     """Return the edge of each half-edge, (3 #F,), and two masks of nonmanifold edges.
 
-    The masks are of the edges with more than two half-edges, and with two half-edges of the same direction.
+    The first mask marks edges with more than two half-edges, the second one marks edges with two half-edges
+    of the same direction.
     """
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     n = int(corner.max()) + 1

@@ -1,9 +1,9 @@
 """Triangulation of polygons in space without additional vertices.
 
-Every corner belongs to a triangle, even if it lies on a straight line, because a neighbouring polygon may use
-it; ear clippers of other packages drop such corners. If all triangles have the orientation of their simple
-polygon, they cover it exactly once: their signed areas sum to its area, and each point is covered as often as
-the boundary winds around it.
+Every corner belongs to a triangle, even if the corner lies on a straight side, because a neighbouring polygon
+may use it. Ear clippers of other packages drop such corners. If all triangles have the orientation of their
+simple polygon, they cover the polygon exactly once: their signed areas sum to the area of the polygon, and
+each point is covered as often as the boundary winds around it.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from .constants import LARGEST_SEARCHED_POLYGON
 SEARCH_BATCH = 4_000_000  # array elements that the optimal triangulation works on at a time: 32 MB
 NEGLIGIBLE_POLYGON_AREA = 1e-12  # double area that counts as 0, relative to the squared longest diagonal
 
-# Costs of a triangle; other triangles cost the sum of their cotangents.
+# Costs of triangles with defects; all other triangles cost the sum of their cotangents.
 COST_WITHOUT_AREA = 1e6
-COST_OF_TAKEN_DIAGONAL = 100 * COST_WITHOUT_AREA  # the edge would have four faces
-COST_OF_TURNED_TRIANGLE = 1000 * COST_OF_TAKEN_DIAGONAL  # exceeds any sum of the other costs
+COST_OF_TAKEN_DIAGONAL = 100 * COST_WITHOUT_AREA  # cost of a diagonal that would have four faces
+COST_OF_TURNED_TRIANGLE = 1000 * COST_OF_TAKEN_DIAGONAL  # cost of reversal, above any sum of the other costs
 
 
 def triangulate_polygons(points: FloatArray, taken: BoolArray | None = None) -> IntArray:
@@ -68,7 +68,7 @@ def _triangulate_by_fans(points: FloatArray) -> tuple[IntArray, IntArray]:
     with np.errstate(all="ignore"):  # coordinates may be NaN or infinite
         arm = points[:, 1:] - points[:, :1]
         cross = np.cross(arm[:, :-1], arm[:, 1:])
-        normal = cross.sum(axis=1)  # Newell's method
+        normal = cross.sum(axis=1)  # normal by Newell's method
         area = np.einsum("ptx,px->pt", cross, normal)
         flat = NEGLIGIBLE_POLYGON_AREA * (arm**2).sum(axis=2).max(axis=1) * np.linalg.norm(normal, axis=1)
         bad = ~(area > flat[:, None]).all(axis=1)
@@ -81,7 +81,7 @@ def _minimize_cost(points: FloatArray, taken: BoolArray | None) -> IntArray:
     points, normal = _normalize(points)
     length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
     turn = np.cross(points[:, :, None], points[:, None])
-    area = np.einsum("pijx,px->pij", turn, normal)  # of the triangle 0, i, j; antisymmetric
+    area = np.einsum("pijx,px->pij", turn, normal)  # signed area of the triangle 0, i, j; antisymmetric
     flat = NEGLIGIBLE_POLYGON_AREA * length.max(axis=(1, 2))[:, None, None]
     best, middle = np.zeros((n, k, k)), np.zeros((n, k, k), dtype=np.int64)
     if taken is not None:
@@ -109,7 +109,7 @@ def _minimize_cost(points: FloatArray, taken: BoolArray | None) -> IntArray:
         made[:, t] = np.column_stack((i, m, j))
         for start, end in ((i, m), (m, j)):
             low[every, count], high[every, count] = start, end
-            count += end - start >= 2  # otherwise the next run overwrites it
+            count += end - start >= 2  # a run without a triangle is overwritten by the next run
     return made
 
 

@@ -42,7 +42,7 @@ class TexelDensity:
 
 @dataclass(frozen=True, eq=False)
 class UVCheckReport:
-    """The further figures of a check, and the request.
+    """Further figures of a check of texture coordinates, and the requested resolution and limits.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class UVCheck:
 
     @property
     def good(self) -> bool:
-        """Whether all faces are mapped without flips or accidental overlaps, and all limits are met."""
+        """Return True if no face is unmapped, flipped or overlapping by accident, and all limits are met."""
         return not self.troubles
 
     @property

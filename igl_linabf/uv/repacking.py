@@ -46,7 +46,7 @@ class PackedUV:
     """
 
     TC: FloatArray
-    FTC: Any  # IntArray, or a tuple of them
+    FTC: Any  # IntArray or tuple of IntArray
     chart: IntArray
     page: IntArray
     fill: float
@@ -178,7 +178,7 @@ def pack(
 
 
 def _find_unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
-    """Return whether the whole stack of each chart is unseen; `first` is the first chart of the stack."""
+    """Return a mask of the charts whose whole stack is unseen; `first` is the first chart of each stack."""
     seen = ~are_unseen(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
     return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 

@@ -146,7 +146,7 @@ class UVCharts:
         one, other = self._adjacent.T
         parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
         share = np.bincount(parts, self.area) / np.bincount(islands, self.area)[_take_first(islands, parts)]
-        # large reversed parts are mirrored charts, small ones are flipped triangles
+        # large reversed parts are mirrored charts; the triangles of small reversed parts are flipped
         large = share >= LEAST_MIRRORED_SHARE
         joined = self._adjacent[(parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])]
         return _renumber(connected_labels(joined, len(self.F)))
@@ -184,12 +184,12 @@ class UVCharts:
 
     @cached_property
     def mirrored(self) -> BoolArray:
-        """Whether each chart is a mirror image."""
+        """Mask of the charts that are mirrored."""
         return np.asarray(np.bincount(self.chart, self.double_area, self.number) < 0)
 
     @cached_property
     def flipped(self) -> BoolArray:
-        """Whether each triangle is flipped within its chart, or has no area in the map."""
+        """Mask of the triangles that are flipped within their chart, or have no area in the map."""
         return ~(np.where(self.mirrored[self.chart], -1, 1) * self.double_area > 0)
 
     @cached_property
@@ -201,9 +201,10 @@ class UVCharts:
     def overlaps(self) -> tuple[IntArray, IntArray]:
         """Pairs of triangles (#P, 2) that overlap by accident, and the first chart of each chart's stack.
 
-        Two charts are stacked if each covers most of the other. Other charts form a stack of one chart. Of
-        charts with the same triangles, only the first one is compared with other charts. The same applies to
-        all stacks if more than `MAX_PAIRS` pairs overlap. The list is incomplete if it has more rows.
+        Two charts are stacked if each covers most of the other. A chart that is not stacked is a stack by
+        itself. Of charts with the same triangles, only the first chart is compared with other charts. If more
+        than `MAX_PAIRS` pairs overlap, only the first chart of each stack is compared. The list of pairs is
+        incomplete if it has more than `MAX_PAIRS` rows.
         """
         same = self._same_triangles
         firsts = np.flatnonzero(same == np.arange(self.number))
@@ -253,7 +254,7 @@ class UVCharts:
 
     @cached_property
     def _scaled(self) -> ComplexArray:
-        """The map, scaled so that products cannot overflow."""
+        """The map, scaled such that products of coordinates cannot overflow."""
         return complex_positions(scale_to_unit_size(self.uv))
 
     @cached_property
@@ -264,7 +265,7 @@ class UVCharts:
 
     @cached_property
     def _same_triangles(self) -> IntArray:
-        """The first chart with the same triangles in the map, for each chart."""
+        """For each chart, the first chart that has the same triangles in the map."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_PLACE
         place = _merge_equal_rows(np.round(self.uv / step))[1]
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]
@@ -275,12 +276,12 @@ class UVCharts:
         return np.array([known.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.int64)
 
     def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
-        """Return the given faces of some triangles."""
+        """Return the caller's faces that contain the given triangles."""
         return np.unique(self.split.face[self.rows[triangles]])
 
 
 def _check_labels(labels: ArrayLike | None, n: int) -> NDArray[Any]:
-    """Return the labels of n faces as an array; all are 0 by default."""
+    """Return the labels of n faces as an array; by default, all labels are 0."""
     given = np.zeros(n, dtype=np.int64) if labels is None else np.asarray(labels)
     if given.shape != (n,):
         raise MeshError(f"labels have the shape {given.shape}: pass one for each of the {n} faces")

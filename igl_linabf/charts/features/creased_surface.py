@@ -78,7 +78,7 @@ class CreasedSurface:
         surface = self.surface
         corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
         sides = np.zeros(surface.F.shape, dtype=bool)
-        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is side k + 1 of triangle t
         return sides
 
     @cached_property

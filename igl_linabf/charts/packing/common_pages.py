@@ -80,7 +80,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
 
 
 def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
-    """Return the charts of an atlas at the surface's scale, and their rows of TC, chart by chart."""
+    """Return the charts of an atlas at the scale of the surface, and the rows of `TC` of each chart."""
     n = len(atlas.charts)
     if not n:
         return [], np.zeros(0, dtype=np.int64)

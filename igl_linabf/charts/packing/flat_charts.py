@@ -1,4 +1,4 @@
-"""Charts with their maps that can be cut between polygons."""
+"""Charts, with their maps, that can be cut between polygons."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..features import CreasedSurface
 from ..least_cuts import divide_at_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
 
-MIN_MAP_AREA = 1e-12  # area of a part's map over its area on the surface, below which it has no outline
+MIN_MAP_AREA = 1e-12  # least area of a part in the map, over its area on the surface, to have an outline
 HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
 
 _angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
@@ -36,7 +36,7 @@ class FlatChart:
         The faces of the chart.
     uv : (#V, 2) float64
     parent : int
-        The number of the chart.
+        The index of the original chart.
     """
 
     creased: CreasedSurface
@@ -46,7 +46,7 @@ class FlatChart:
 
     @cached_property
     def _rows(self) -> IntArray:
-        """The inner edges of the piece, as inner edges of the surface."""
+        """The inner edges of the piece, as indices of inner edges of the surface."""
         return self.creased.find_rows(self.piece)
 
     @cached_property
@@ -57,7 +57,7 @@ class FlatChart:
 
     @cached_property
     def _between(self) -> BoolArray:
-        """Which inner edges of the piece are between two atoms."""
+        """Mask of the inner edges of the piece that separate two atoms."""
         one, other = self.atom[self.piece.topology.faces_inside].T
         return np.asarray(one != other)
 
@@ -79,12 +79,12 @@ class FlatChart:
 
     @cached_property
     def prices(self) -> FloatArray:
-        """Prices of seams along these edges, (#E,), in units of length on the surface."""
+        """Prices of seams along the edges between two atoms, (#E,), in units of length on the surface."""
         return np.asarray(self.creased.price[self._rows[self._between]])
 
     @cached_property
     def ends(self) -> IntArray:
-        """The vertices of these edges, (#E, 2); the first atom is on the left."""
+        """The vertices of each edge between two atoms, (#E, 2). The first atom is on the left of the edge."""
         return np.asarray(self.piece.topology.edges_inside[self._between])
 
     @cached_property
@@ -125,9 +125,10 @@ class FlatChart:
         return divide_at_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
-        """Cut the chart between its atoms on both sides, (#P,); each part has the scale of its own area.
+        """Cut the chart between the atoms with and without the mask `side`, (#P,), and return the parts.
 
-        Parts are sorted by their first faces, as in `AtomGroups.outlines`.
+        The map of each part is scaled to the part's area on the surface. Parts are sorted by their first
+        faces, as in `AtomGroups.outlines`.
         """
         piece = self.piece
         parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
@@ -184,12 +185,12 @@ class AtomGroups:
 
     @cached_property
     def prices(self) -> FloatArray:
-        """Prices of seams along these edges, (#B,), in units of length on the surface."""
+        """Prices of seams along the edges between two groups, (#B,), in units of length on the surface."""
         return np.asarray(self.chart.prices[self.is_border])
 
     @cached_property
     def outer(self) -> BoolArray:
-        """Whether each group is at the boundary, (#G,)."""
+        """Mask of the groups at the boundary of the chart, (#G,)."""
         outer = np.zeros(len(self.centre), dtype=bool)
         outer[self.label[self.chart.rim[1]]] = True
         return outer
@@ -210,7 +211,7 @@ class AtomGroups:
         ends = np.empty((*cut.shape, 2), dtype=np.int64)
         ends[...] = self.sides.T + n * np.arange(cuts)[:, None, None]
         by, edge = np.nonzero(cut)
-        ends[by, edge, 1] = ends[by, edge, 0]  # a cut edge joins no groups
+        ends[by, edge, 1] = ends[by, edge, 0]  # an edge on the cut does not connect two groups
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
         rim, atom = self.chart.rim
         seam = self.chart.ends[self.is_border][edge]

@@ -1,4 +1,4 @@
-"""Search for the positions and turns of charts on pages, using masks: the grid cells that charts touch.
+"""Search for positions and rotations of charts on pages, using masks of the grid cells that charts touch.
 
 Charts are placed one after another, the largest first. Each chart goes where the square that holds all
 charts grows least and, among such places, nearest to the corner. A coarse grid chooses among many turns of
@@ -21,7 +21,7 @@ from .spacing import Spacing
 
 MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instead of as rectangles
 RECTANGLE_FILL = 0.9  # fill of its bounding rectangle from which a chart is turned by quarter turns only
-COARSE_GRID = 64  # cells along the page's side when turns are chosen
+COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
 CLOSE_SIDE = (
     1.02  # side of a fine layout, over the best coarse side, above which the next coarse layout is tried
@@ -31,7 +31,7 @@ MAX_FINE_TRIALS = 8  # fine trials of one layout
 SIDE_HALVINGS = 7  # bisection steps for the side of several pages
 MAX_SIDE_RATIO = 1e3  # side over its lower bound beyond which the charts cannot fit because of the gaps
 
-Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
+Turns = Sequence[ComplexArray] | ComplexArray  # for each chart, the rotations to try
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +101,11 @@ class Charts:
 def list_turns(
     areas: FloatArray, sizes: FloatArray, total: float, number: int, upright: bool
 ) -> list[ComplexArray]:
-    """Return `number` turns by equal angles for each chart, or at most four for rectangular charts.
+    """Return `number` evenly spaced rotations for each chart, but at most four for rectangular charts.
 
-    Long rectangles have all turns, because they may fit along a page's diagonal; `total` is the total area of
-    the layout. Opposite turns are adjacent, because the mask of one is the other's turned by 180 degrees.
+    Long rectangles have all rotations, because they may fit along a page's diagonal. `total` is the total
+    area of the layout. Opposite rotations are adjacent in the list, because the mask of a chart for one of
+    them is the mask for the opposite one, rotated by 180 degrees.
     """
     quarters = min(number, 4)
     rectangular = areas > RECTANGLE_FILL * sizes.prod(axis=1)
@@ -185,9 +186,9 @@ def _bisect_side(
 
 @dataclass(frozen=True, eq=False)
 class _PlacedCharts:
-    """Some of `n` charts that are placed on pages, on a grid with `cells` cells per unit of the charts.
+    """Charts, a subset of `n`, that are placed on the grids of pages, with `cells` cells per unit of length.
 
-    `extents` has the cells that the charts take on each page, from the left and from below.
+    `extents` has the number of columns and rows that the charts take on each page.
     """
 
     n: int
@@ -197,7 +198,7 @@ class _PlacedCharts:
     extents: IntArray
 
     def layout(self, order: IntArray, side: float) -> Layout:
-        """Return the layout of charts placed in this order; other charts stay at the first page's origin."""
+        """Return the layout of the charts `order`; all other charts are at the origin of the first page."""
         k, page, x, y = self.places.T
         turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
         number = np.zeros(self.n, dtype=np.int64)

@@ -41,17 +41,19 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """The cells that a chart touches at several turns, each mask within its smallest rectangle of cells.
+    """The cells that a chart touches at each of several rotations.
 
     Attributes
     ----------
     turns : (#M,) complex128
+        The rotation of the chart for each mask.
     shapes : (#M, 2) int64
-        Rows and columns.
+        The numbers of rows and columns of each mask.
     origin : (#M,) complex128
-        The point of the turned chart at the mask's lower left corner.
+        The point of the rotated chart at the mask's lower left corner.
     blocks : (#B, 4) int64
-        The cells as blocks: first row, first column, columns, rows. The largest blocks come first.
+        The cells of the masks as rectangular blocks: first row, first column, number of columns, number of
+        rows. The largest blocks come first.
     start : (#M + 1,) int64
         Mask k consists of the blocks from start[k] to start[k + 1].
     """
@@ -76,8 +78,8 @@ NO_MASKS = Masks(
 class ChartMasks:
     """The masks of several charts, in concatenated arrays of `Masks`.
 
-    A chart's *place* has four numbers: its mask, and the page, column and row of the mask's lower left cell.
-    All are -1 if there was no room for the chart.
+    The *place* of a chart consists of four numbers: its mask, and the page, column and row of the mask's
+    lower left cell. All four are -1 if there was no room for the chart.
 
     Attributes
     ----------
@@ -134,9 +136,8 @@ def outlines(z: ComplexArray, F: IntArray, vertices: Ragged, area: FloatArray) -
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
     first = np.flatnonzero(np.diff(key // 2, prepend=-1))
-    net = (
-        np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key
-    )  # number of times each edge runs upwards
+    # number of triangle sides along each edge towards the higher index, minus those towards the lower index
+    net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key
     left = net != 0
     (low, high), net = np.divmod(key[first[left]] // 2, len(z)), net[left]
     start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)

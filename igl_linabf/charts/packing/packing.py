@@ -26,8 +26,8 @@ from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, given_packing, page_size
 
 UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
-SINGLE_CHART_TURNS = 1_000  # turns of a quarter that are tried for the smallest square around a single chart
-MAX_HULL_POINTS = 2_000  # points of the convex hull that are turned, evenly chosen
+SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
+MAX_HULL_POINTS = 2_000  # largest number of points of the convex hull that are rotated
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,7 +296,7 @@ def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
 def _fit_to_pages(
     z: ComplexArray, layout: Layout, vertices: Ragged, request: PackingRequest
 ) -> tuple[ComplexArray, float]:
-    """Return, for each chart, the point at its page's lower left corner; and the scale.
+    """Return the scale of the charts, and for each chart the point at its page's lower left corner.
 
     If the side of pages is given, it determines the scale. Otherwise pages shrink to the size of their
     charts, which does not make gaps narrower.

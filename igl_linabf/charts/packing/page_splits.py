@@ -23,21 +23,21 @@ from .flat_charts import OUTWARDS, FlatChart, whole_outlines
 from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
-MOST_TRIAL_CHARTS = 30  # largest charts that are on the trial page
-MAX_PAGE_CUTS = 8  # cuts for one page
+MOST_TRIAL_CHARTS = 30  # largest number of charts on a trial page
+MAX_PAGE_CUTS = 8  # largest number of cuts for a fuller page
 LINE_DIRECTIONS = 8  # directions of the lines across a chart along which it may be cut
 LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
-MAX_PACKED_LINES = 8  # most promising lines whose parts are packed
-MAX_SEAM_LINES = 3  # best lines near which the shortest seam is found and its parts are packed
-# expected length of the shortest seam near a line, over the length of the edges that the line crosses
+MAX_PACKED_LINES = 8  # number of lines, the most promising ones, whose parts are packed
+MAX_SEAM_LINES = 3  # number of lines, the best ones, near which the shortest seam is found and tried
+# Expected length of the shortest seam near a line, over the length of the edges that the line crosses.
 SEAM_PER_LINE = 0.8
-LINE_TOLERANCE = 1.1  # allowed cost of a line over the allowed cost of the seam near it
-BEST_FILL = 0.77  # largest fill of a page that is expected
+LINE_TOLERANCE = 1.1  # try the seam near a line if the cost of the line is within this factor of the limit
+BEST_FILL = 0.77  # largest fill that can be expected of a page
 PAGE_PER_HULL = 1.25  # expected area of the page over the area of the convex hulls of its charts
 PAGE_PER_DIAGONAL = 0.7  # side of a page that holds a chart, over the diagonal of its bounding rectangle
 LINE_GRID = 64  # squares along a chart in which connected polygons are grouped, to choose lines
 SEAM_BAND = 0.04  # share of the chart's width around a line within which the shortest seam is found
-MAX_CHART_SIDE = 0.98  # share of a page's side that a chart may take; rounding to cells takes the rest
+MAX_CHART_SIDE = 0.98  # largest chart relative to the page's side, which leaves room for rounding to cells
 
 Charts = list[tuple[Chart, Submesh]]  # charts with their pieces of the surface
 
@@ -50,9 +50,9 @@ class _State:
     ----------
     charts : list of FlatChart
     tried : list of TrialChart
-        The same charts on the trial page.
+        The trial chart of each chart.
     size : float
-        The area of the page that they take, over their own area.
+        The area of the smallest page that holds the charts, over the total area of the charts.
     worth : float
         Net gain of the cuts: the saved page area, in units of seam length, minus the length of the cuts.
     """
@@ -68,10 +68,10 @@ def cut_for_fill(
 ) -> tuple[Charts, float]:
     """Cut some charts along short seams for a fuller page; also return the size of a trial page without cuts.
 
-    Two cuts may pay where one does not. Therefore one more cut is tried before the best state so far is
-    accepted. If there are many charts, only the largest are considered, because small charts go into gaps. A
-    chart stays whole if the stretch of a part would exceed `most_stretch`. The size is infinite if no cut is
-    tried.
+    Two cuts may pay where a single cut does not. Therefore the search continues for one more cut after a cut
+    that does not pay. If there are many charts, only the largest charts are considered, because small charts
+    fit into gaps. A chart is not cut if the stretch of a part would exceed `most_stretch`. The size is
+    infinite if no cut is tried.
     """
     if trade == 0:
         return done, np.inf
@@ -100,7 +100,7 @@ def cut_for_fill(
 def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -> Charts:
     """Halve charts along short seams until they fit on pages of the requested side.
 
-    A chart that no line divides remains as it is.
+    A chart that cannot be divided is returned unchanged.
     """
     assert request.side is not None
     most = MAX_CHART_SIDE * request.side * request.spacing.inner
@@ -133,7 +133,7 @@ def _make_flat_charts(creased: CreasedSurface, done: Charts) -> list[FlatChart]:
 
 
 def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
-    """Return the largest charts marked in `whole`, in their order, and all other charts."""
+    """Return the largest of the charts marked in `whole`, in the given order, and all other charts."""
     is_large = whole
     if len(charts) > MOST_TRIAL_CHARTS:
         size = np.array([chart.piece.measured[0].sum() for chart in charts]) * whole
@@ -187,11 +187,12 @@ def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) 
 def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
     """Return the state after one more cut; None if no cut could be worth more than the best state so far.
 
-    If the cut is the `last` one, it must be worth more itself; otherwise it may prepare a further cut.
+    If the cut is the `last` one, its state must be worth more than `best`. Otherwise the cut may prepare a
+    further cut.
 
-    The chart that wastes most of the page is cut. For many lines across it, the convex hulls of the parts
-    predict the size of the page. The parts are then packed for the best lines, and finally for the shortest
-    seams near the very best lines.
+    The chart that wastes most of the page is cut. For many lines across the chart, the size of the page is
+    predicted from the convex hulls of the parts. For the best of these lines, the parts are packed. Near the
+    best lines after packing, the shortest seams are found, and their parts are packed.
     """
     charts, size = state.charts, state.size
     areas, hulls, diagonals = np.array([(chart.area, chart.hull, chart.diagonal) for chart in charts]).T
@@ -199,7 +200,7 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
     chart, unit = charts[k], float(np.sqrt(page.area))
     groups = chart.groups(LINE_GRID)
     normal, at = _draw_lines(groups.centre)
-    # among few atoms, many lines part them alike
+    # if there are few atoms, many lines divide them in the same way
     _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
     normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
     hull, diagonal, crossed = divisions(
@@ -238,13 +239,13 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
 
 
 def _estimate_page_area(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
-    """Return the expected area of a page for charts with these convex hull areas and diagonals."""
+    """Return the expected area of a page for charts with the given convex hull areas and diagonals."""
     square = PAGE_PER_DIAGONAL**2 * diagonals**2
     return np.asarray(np.maximum(PAGE_PER_HULL * hulls, square))
 
 
 def _draw_lines(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the normals and offsets of lines across points."""
+    """Return the normals and offsets of evenly spaced lines through a set of points."""
     directions, number = LINE_DIRECTIONS, LINES_ACROSS
     angle = np.pi * np.arange(directions) / directions
     normal = np.column_stack((np.cos(angle), np.sin(angle)))

@@ -27,7 +27,7 @@ class TrialChart:
 
 @dataclass(frozen=True, eq=False)
 class TrialPage:
-    """A page for charts of the given total area, no matter how they are cut into parts.
+    """A page for charts of a fixed total area, which may be cut into parts.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class TrialPage:
 
     @property
     def _cells(self) -> float:
-        """Grid cells per unit of the charts, for the page that the charts are expected to take."""
+        """Grid cells per unit of length, for a page of the expected size."""
         return TRIAL_GRID / float(np.sqrt(self.area / self.spacing.aspect / EXPECTED_FILL))
 
     def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
@@ -63,7 +63,7 @@ class TrialPage:
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[TrialChart]) -> float:
-        """Return the area of the page that charts take, over their own area; the largest are placed first."""
+        """Return the area of the smallest page that holds charts, over the total area of the charts."""
         return next(self.sizes([], [charts]))(np.inf)
 
     def sizes(
@@ -71,7 +71,7 @@ class TrialPage:
     ) -> Iterator[Callable[[float], float]]:
         """Yield functions that return the `size` of each of several lists of charts together with `others`.
 
-        They take a limit, and return infinity if the size is not below the limit. Low limits save time.
+        Each function takes a limit, and returns infinity if the size is not below it. A low limit saves time.
         """
         charts = [*others, *(chart for own in several for chart in own)]
         masks = ChartMasks.of([chart.masks for chart in charts])
@@ -86,7 +86,7 @@ class TrialPage:
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
         """Return the size of charts placed in the order of `spans`; infinity if it reaches `limit`."""
         gap = self.spacing.gap * TRIAL_GRID
-        # cells along a page that the charts would fill completely
+        # number of cells along a page that is filled completely by the charts
         full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1

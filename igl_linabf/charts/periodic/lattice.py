@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._types import ComplexArray, FloatArray, IntArray
 
-BEAM_WIDTH = 256  # partial choices that the beam search keeps
+BEAM_WIDTH = 256  # number of partial choices that the beam search keeps
 
 NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])  # 0 and its neighbours
 
@@ -41,7 +41,7 @@ def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexAr
 def _order_by_cost(form: ComplexArray) -> IntArray:
     """Return an order of the numbers by the cost of their errors, ascending.
 
-    The cost of an error is the least value of the form over all errors of the numbers before it in the order.
+    The cost of an error is the least value of the form over all errors of the numbers earlier in the order.
     """
     inverse = np.linalg.inv(form)
     left = np.ones(len(form), dtype=bool)

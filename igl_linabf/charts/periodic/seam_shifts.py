@@ -1,4 +1,4 @@
-"""Turns and shifts from one side of a seam to the other, and the shifts that can be chosen freely."""
+"""Rotations and shifts between the two sides of a seam, and the shifts that can be chosen freely."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class SeamSides:
     vertex : (#S, 2) int64
         The ends of each edge.
     first, second : (#S, 2) int64
-        Their copies on either side: row indices into `TC`.
+        The copies of the ends on the first and the second side: row indices into `TC`.
     turn : (#S,) complex128
         A power of i.
     shift : (#S,) complex128
@@ -60,7 +60,7 @@ class SeamSides:
         return cls(vertex, first, second, turn, (z[second] - turn[:, None] * z[first]).mean(axis=1))
 
 
-Sums = list[tuple[int, complex]]  # linear combination of shifts: seam edges, and powers of i as factors
+Sums = list[tuple[int, complex]]  # linear combination of shifts: pairs of a seam edge and a power of i
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Fan:
 
     @property
     def turns_back(self) -> bool:
-        """Whether the turns around the vertex cancel, so that it is not a cone."""
+        """Return True if the turns around the vertex cancel, so that the vertex is not a cone."""
         return self.closing is not None and self.closing[0] == 1
 
 
@@ -97,7 +97,7 @@ def find_fans(sides: SeamSides) -> list[Fan]:
     turn = sides.turn.tolist()
     fans = []
     for v, own in copies.items():
-        ends = [i for i in own if len(ways[i]) == 1]  # at the boundary
+        ends = [i for i in own if len(ways[i]) == 1]  # the fan of a boundary vertex starts at the boundary
         at = ends[0] if ends else own[0]
         fan = Fan(v, [at], [1 + 0j], [[]], None)
         by, sums, came, closing = 1 + 0j, Sums(), -1, None
@@ -134,7 +134,7 @@ class FreeShifts:
     cones : (#C,) int64
         The cones whose positions are determined by the shifts.
     places : (#C, #K) complex128
-        The positions of their first copies as functions of the free shifts.
+        The positions of the first copies of the cones as functions of the free shifts.
     """
 
     edges: IntArray

@@ -14,7 +14,7 @@ from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, displacement_energy, triangle_changes
 
-COST_OF_SHIFT = 0.01  # cost of each shift by itself, over the mean cost of a shift
+COST_OF_SHIFT = 0.01  # cost that is added to each shift, relative to the mean cost of a shift
 MIN_SHIFT_COST = (
     1e-7  # least mean cost of a shift, as a share of the energy if only triangles at the seam moved
 )
@@ -131,14 +131,14 @@ class ShiftedMaps:
         return self._weighted(np.ones(self.corner.shape[1]))
 
     def _weighted(self, weight: FloatArray) -> Stiffness:
-        """Return the stiffness with these weights of the triangles."""
+        """Return the stiffness with the given weights of triangles."""
         return Stiffness.of(displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones)
 
     @cached_property
     def _forms(self) -> list[tuple[IntArray, ComplexArray]]:
         """The free shifts of each component of the surface, and their energy as a Hermitian form.
 
-        Components share the columns of right-hand sides.
+        One right-hand side has a free shift of every component, because components do not interact.
         """
         stiffness = self._uniform
         label = self.component[self.sides.vertex[self.free.edges, 0]]
@@ -162,7 +162,7 @@ class ShiftedMaps:
 
 
 def _make_definite(form: ComplexArray, least: float) -> ComplexArray:
-    """Return a Hermitian form made positive definite, with a small cost for each shift by itself."""
+    """Make a Hermitian form of shifts positive definite by adding a small cost to each shift."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
     size = max(float(values.mean()), least)
     return np.asarray((vectors * (np.maximum(values, 0) + COST_OF_SHIFT * size)) @ vectors.conj().T)

@@ -25,7 +25,7 @@ from .slivers import collapse_short_sides, limit_obtuse_angles
 LARGEST_USUAL_COORDINATE = 1e30
 SMALLEST_USUAL_COORDINATE = 1e-30
 
-LARGEST_WELDED_COORDINATE = 1e150  # beyond, squared distances overflow
+LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in squared distances
 FLATNESS = 1e-6  # largest share of its area that a flat piece loses when it is projected to a plane
 
 
@@ -35,12 +35,13 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
     `label` is the component of each face.
     """
     size = np.bincount(label)
-    loose = size <= 2  # a triangle or quadrilateral
-    if len(size) >= 4 and not loose.all():  # a body has at least four sides
+    loose = size <= 2  # components that are a single triangle or quadrilateral
+    if len(size) >= 4 and not loose.all():  # a closed body has at least four flat sides
         a, b, c = V[F.T]
         with np.errstate(over="ignore", invalid="ignore"):
             normal = np.cross(b - a, c - a)
-            first = np.unique(label, return_index=True)[1]  # orientations may be inconsistent
+            # orient all normals of a component like its first face, because orientations may be inconsistent
+            first = np.unique(label, return_index=True)[1]
             along = np.sign((normal * normal[first[label]]).sum(axis=1))
             total = np.stack([sum_by(label, along * x, len(size)) for x in normal.T])
             area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
@@ -212,7 +213,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
 
 
 def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
-    """Return the result of `clean` also as a `Submesh`, which keeps the caller's vertices if it is clean."""
+    """Return the result of `clean`, and its `Submesh`, which has the caller's vertices if it is clean."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)

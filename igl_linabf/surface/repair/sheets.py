@@ -17,9 +17,9 @@ from ..topology import connected_labels, triangle_numbers
 MOST_FACES_PAIRED = 500  # faces at an edge; if there are more, none of them are joined
 
 # Joining two faces costs 1 + cos of their angle (0 flat, 1 at a right angle, 2 folded) plus penalties.
-JOIN_COST_DECIMALS = 6  # of 1 + cos, so that rounding does not decide between equal pairs
-COST_OF_OTHER_PATCH = 1.05  # the two faces belong to patches that are not connected otherwise
-COST_OF_ONE_SIDEDNESS = 3.0  # joining the faces would make a patch one-sided
+JOIN_COST_DECIMALS = 6  # decimals of the rounded cost, so that rounding errors do not break ties
+COST_OF_OTHER_PATCH = 1.05  # penalty for joining faces of patches that are not connected otherwise
+COST_OF_ONE_SIDEDNESS = 3.0  # penalty for joining faces if the patch would become one-sided
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class _Edges:
         return cls(*group_sides(*_side_ends(F), n))
 
     def two(self) -> tuple[IntArray, IntArray]:
-        """Return both sides of each edge that has exactly two."""
+        """Return both sides of each edge that has exactly two sides."""
         begin = self.begin[self.count == 2]
         return self.order[begin], self.order[begin + 1]
 
@@ -113,7 +113,7 @@ def _number_triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
     a, b = edges.two()
     twins = F.ravel()[_opposite_corner(a)] == F.ravel()[_opposite_corner(b)]
     crowd = edges.order[np.repeat(edges.count > 2, edges.count)]
-    some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # only these faces may be equal
+    some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # faces that may equal another face
     triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
     if len(some):
         number, twin[some] = triangle_numbers(F[some])
@@ -130,7 +130,7 @@ def _link_sides(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -
     """Return the pairs of joined sides, (#L, 2), and the edges with more than two faces."""
     order, begin, count = edges.order, edges.begin, edges.count
     plain = np.column_stack(edges.two())
-    plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # separate equal faces
+    plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # never join equal faces
     crowd = count > 2
     if not crowd.any():
         return plain, np.zeros((0, 2), dtype=np.int64)
@@ -250,7 +250,7 @@ def _split_vertices(
         if spoilt is None:
             break
         at = np.zeros(int(F.max()) + 1, dtype=bool)  # vertices whose fans change
-        for side in (spoilt, spoilt // 3 * 3 + (spoilt + 2) % 3):  # both sides at the corner
+        for side in (spoilt, spoilt // 3 * 3 + (spoilt + 2) % 3):  # the two sides of a face at its corner
             at[F.ravel()[side]] = at[F[side // 3, (side + 1) % 3]] = True
             other = partner[side]
             partner[other[other >= 0]] = -1
@@ -285,7 +285,7 @@ def _find_coincident_sides(
 
     Edges coincide where a surface touches itself along an edge and is connected around both of its ends. Two
     free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are
-    the sides to examine; any other side is joined to the only other side at its edge.
+    the sides to examine. All other sides are joined in pairs, each at an edge with exactly two sides.
     """
     tail, head = _side_ends(F)
     order, begin, count = group_sides(tail[loose], head[loose], int(F.max()) + 1)

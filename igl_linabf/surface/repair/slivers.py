@@ -10,11 +10,11 @@ from ..topology import connected_labels
 COLLAPSED_LENGTH = 1e-9  # longest side that collapses, relative to the size of the face's coordinates
 ROUNDING_MARGIN = 16.0  # collapse faces whose area is up to this multiple of its rounding error
 
-# Height of the arc of opened caps: the smaller of these shares of its chord and of the shortest side.
+# The arc of opened caps has the smaller of two heights: a share of its chord, and of the shortest side.
 ARC_HEIGHT = 0.02
 ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
 
-FIRST_SHAKE = 1e-4  # first random displacement of a face that an arc does not open, over its shortest side
+FIRST_SHAKE = 1e-4  # initial random displacement, over the shortest side, of faces that arcs do not open
 
 
 def side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
@@ -79,11 +79,11 @@ def _move_to_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     lengths = side_lengths(V, F[flat])
     side = lengths.argmax(axis=1)
     order = (side[:, None] + np.arange(3)) % 3
-    a, b, c = F[flat[:, None], order].T  # the longest side is a - b, with c between its ends
+    a, b, c = F[flat[:, None], order].T  # the longest side runs from a to b, and c lies on it
     across = _find_faces_across(F, flat * 3 + side)
     cap = np.full(len(F) + 1, -1)
     cap[flat] = np.arange(len(flat))
-    up = cap[across]  # index -1 of a missing face reads the last entry, which is -1
+    up = cap[across]  # cap[-1] is -1: no cap lies across a boundary edge
     own = np.arange(len(flat))
     ends = (up < 0) | (up[up] == own)
     root = np.where(ends, own, up)
