@@ -1,4 +1,4 @@
-"""Linear angle based parameterization of triangle meshes, beside libigl.
+"""Linear angle based parameterization of triangle meshes, for use with libigl.
 
 >>> import igl, igl_linabf
 >>> V, F = igl.icosahedron()
@@ -7,17 +7,17 @@
 
 from importlib import import_module
 
-# A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
-# and libigl are there, and importing the package costs nothing. The stub, which type checkers read, is the
-# only list of names: each of its lines is `from .ROOM import NAME as NAME` or `from . import ROOM as ROOM`.
-with open(f"{__file__}i", encoding="utf-8") as _stub:  # not with pathlib, which takes as long to import
+# A subpackage is imported when one of its names is first used, so that importing `igl_linabf` is fast, and
+# the command responds to Ctrl-C while NumPy, SciPy and libigl are imported. The stub `__init__.pyi` is the
+# only list of names: its lines are `from .ROOM import NAME as NAME` or `from . import ROOM as ROOM`.
+with open(f"{__file__}i", encoding="utf-8") as _stub:  # importing pathlib would double the time
     _IMPORTS = {words[3]: words[1] for words in map(str.split, _stub) if words[:1] == ["from"]}
 __all__ = sorted(name for name, room in _IMPORTS.items() if room != ".")
 
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        from importlib.metadata import version  # takes as long as the rest of this module
+        from importlib.metadata import version  # a slow import, therefore only if needed
 
         value: object = version("igl-linabf")
     elif name not in _IMPORTS:

@@ -1,7 +1,7 @@
-"""Entry point of the command `igl-linabf`, which Ctrl-C and SIGTERM end at once with one line of text.
+"""Run the command `igl-linabf`, which Ctrl-C and SIGTERM end immediately with one line of text.
 
-Only the standard library is imported before `main` handles the signal. The package's `__init__` imports a
-room when one of its names is first used.
+Only the standard library is imported before `main` sets the signal handlers. The package's `__init__` imports
+a subpackage when one of its names is first used.
 """
 
 import os
@@ -16,7 +16,7 @@ def _stop(number: int, _: object) -> NoReturn:
     try:
         _ignore_signals()
         undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
-        if undo_all is not None:  # the module has been imported
+        if undo_all is not None:  # only if the module has been imported
             undo_all()
         os.write(2, f"igl-linabf: {WORDS[signal.Signals(number)]}\n".encode())
     finally:
@@ -26,7 +26,7 @@ def _stop(number: int, _: object) -> NoReturn:
 def main() -> int:
     """Run `igl-linabf` and return its exit code, which is 130 after Ctrl-C and 143 after SIGTERM."""
     for number in WORDS:
-        if signal.getsignal(number) != signal.SIG_IGN:  # ignored in the background of a shell script
+        if signal.getsignal(number) != signal.SIG_IGN:  # shells ignore SIGINT for background jobs
             signal.signal(number, _stop)
     from . import cli
 

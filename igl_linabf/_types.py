@@ -1,4 +1,4 @@
-"""Type aliases of arrays and of functions on arrays."""
+"""Define type aliases of arrays and of functions on arrays."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,4 +11,4 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[Any]  # float64 or complex128
-Solve = Callable[[Array], Array]  # applies a matrix or its inverse
+Solve = Callable[[Array], Array]  # multiplies by a matrix or its inverse

@@ -1,4 +1,4 @@
-"""Errors and warnings of the package, and helpers for their messages."""
+"""Define the errors and warnings of the package, and helpers for their messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 
 def printable(text: object) -> str:
-    """Return a text on one line, with codes for control characters.
+    """Return a text on one line, with escape codes for control characters.
 
     Names in a file may contain characters that control a terminal, such as escape sequences, line breaks and
     marks that reverse the order of letters.
@@ -26,14 +26,14 @@ def printable(text: object) -> str:
 
 
 class _Printable:
-    """A base class of errors and warnings whose text is printable."""
+    """A base class that makes the text of errors and warnings printable."""
 
     def __str__(self) -> str:
         return printable(super().__str__())
 
 
 class MeshError(_Printable, ValueError):
-    """The mesh, the pins or the angles cannot be used; the message names reason, place and remedy."""
+    """An input, such as the mesh, cannot be used; the message states the reason, the place and a remedy."""
 
 
 class SingularSystemError(MeshError):
@@ -45,18 +45,18 @@ class MemoryLimitError(MeshError):
 
 
 class MeshWarning(_Printable, UserWarning):
-    """The input was accepted, but a part of it was left out or repaired; the message names the part."""
+    """The input was accepted, but a part of it was left out or repaired; the message identifies the part."""
 
 
 class FallbackWarning(_Printable, UserWarning):
-    """A different computation than the requested one was done; the message names it and the reason."""
+    """A fallback replaced the requested computation; the message names the fallback and the reason."""
 
 
 class OutcomeWarning(_Printable, UserWarning):
     """The returned map is not valid or has not converged; the message names the problem and a remedy."""
 
 
-LISTED = 5  # indices that a message lists before it gives their number
+LISTED = 5  # number of indices that a message lists before it states their total number
 
 
 def some(indices: ArrayLike, limit: int = LISTED) -> str:
@@ -99,7 +99,7 @@ def is_number(
 def stack_level() -> int:
     """Return the stack level of the first frame outside this package, for use in `warnings.warn`."""
     level, frame = 1, sys._getframe(1)
-    inside = ("igl_linabf", "contextlib")  # contextlib calls the package's context managers
+    inside = ("igl_linabf", "contextlib")  # contextlib calls context managers of this package
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(inside):
         level, frame = level + 1, frame.f_back
     return level

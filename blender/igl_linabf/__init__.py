@@ -1,7 +1,7 @@
-"""The operator UV > Unwrap (Linear ABF) for Blender.
+"""Add the operator UV > Unwrap (Linear ABF) to Blender.
 
-It unwraps selected faces or whole objects, along the seams marked in Blender or along seams that it finds. It
-writes the UV layers, and marks the seams that it finds.
+The operator unwraps selected faces or whole objects, along the seams marked in Blender or along seams that it
+finds. It writes the UV layers, and marks the seams that it finds.
 """
 
 from . import operators, panel, settings

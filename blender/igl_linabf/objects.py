@@ -10,7 +10,7 @@ import numpy as np
 
 
 class CannotUnwrapError(Exception):
-    """An error that a user can fix; `faces` of `mesh` are the faces to select."""
+    """An error that a user can correct; the faces `faces` of `mesh` are selected to show the place."""
 
     def __init__(self, text: str, mesh: bpy.types.Mesh | None = None, faces: object = ()) -> None:
         super().__init__(text)
@@ -18,10 +18,10 @@ class CannotUnwrapError(Exception):
 
 
 def choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], list[str]]:
-    """Return the objects to unwrap, each mesh once, and the names of objects whose mesh cannot be changed.
+    """Return the objects to unwrap, each mesh once, and the names of linked objects, which are left out.
 
-    In edit mode, these are the objects being edited, otherwise the selected objects. The mesh of a linked
-    object belongs to another file, and changes to it would be lost.
+    In edit mode, the edited objects are unwrapped, otherwise the selected objects. The mesh of a linked
+    object belongs to another file, so that changes to the mesh would be lost.
     """
     editing = context.mode == "EDIT_MESH"
     objects = context.objects_in_mode_unique_data if editing else context.selected_objects
@@ -35,7 +35,7 @@ def choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], 
 def largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Object]) -> list[np.ndarray]:
     """Return the linear part of the transform of the largest instance of each object's mesh, (3, 3).
 
-    All instances share the texture coordinates. Instances of collections and of geometry nodes count, too.
+    All instances share the texture coordinates. Instances by collections and geometry nodes are included.
     """
     largest: dict[bpy.types.Mesh, tuple[float, np.ndarray]] = {obj.data: (0.0, np.eye(3)) for obj in objects}
     for instance in depsgraph.object_instances:
@@ -49,16 +49,16 @@ def largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Objec
 
 
 def _area_scale(frame: np.ndarray) -> float:
-    """Return how much a transform (3, 3) scales areas: the norm of its factors for three planes."""
+    """Return the area scale factor of a transform (3, 3): the norm of the factors of the axis planes."""
     a, b, c = frame.T
     return float(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)]))
 
 
 @contextmanager
 def object_mode(context: bpy.types.Context) -> Iterator[None]:
-    """Leave edit mode, because arrays of a mesh are accessible in object mode only.
+    """Leave edit mode during the `with` block, because mesh arrays are accessible in object mode only.
 
-    Blender would then put all selected objects into edit mode, not only the objects that were edited.
+    At the end, only the edited objects return to edit mode; Blender would include all selected objects.
     """
     edited = list(context.objects_in_mode) if context.mode == "EDIT_MESH" else []
     if not edited:
@@ -75,6 +75,6 @@ def object_mode(context: bpy.types.Context) -> Iterator[None]:
 
 
 def _select_objects(context: bpy.types.Context, objects: list[bpy.types.Object]) -> None:
-    """Select exactly these objects."""
+    """Select the given objects, and deselect all other objects."""
     for obj in {*context.selected_objects, *objects}:
         obj.select_set(obj in objects)

@@ -1,4 +1,4 @@
-"""The operator, which unwraps the chosen faces of all chosen objects into one atlas."""
+"""Define the operator, which unwraps the chosen faces of all chosen objects into one atlas."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                 return {"CANCELLED"}
 
     def _report_linked(self, objects: list[bpy.types.Object], linked: list[str]) -> None:
-        """Report the objects whose meshes belong to another file."""
+        """Warn that linked objects, whose meshes belong to another file, are left out."""
         if not linked:
             return
         text = f"the mesh of {', '.join(linked)} is linked from another file, where changes would be lost"
@@ -64,7 +64,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
     def _read_parts(
         self, context: bpy.types.Context, objects: list[bpy.types.Object], selected: bool
     ) -> tuple[list[Part], list[Part]]:
-        """Return the faces to unwrap of each object, and the faces of islands that are pinned completely."""
+        """Return, for each object, the faces to unwrap, and the faces of completely pinned UV islands."""
         axis, second = mirrored_axis(self.hide), self.layer == "SECOND"
         frames = largest_frames(context.evaluated_depsgraph_get(), objects)
         split = []
@@ -102,10 +102,10 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
         return {"FINISHED"}
 
     def _make_atlas(self, surface: Surface, progress: object) -> tuple[Any, bool]:
-        """Return the atlas, and whether seams were found.
+        """Return the atlas, and whether it has automatic seams.
 
-        Without any marked seams, seams are found only if the faces cannot be unwrapped otherwise, for example
-        if the body is closed.
+        If no seams are marked, automatic seams are used only if the faces cannot be unwrapped without them,
+        for example the faces of a closed surface.
         """
         if self.seams == "FOUND" or self.extend:
             return make_atlas(surface, self, self.seams == "MARKED", progress), True
@@ -119,7 +119,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
     def _place_pinned(
         self, surface: Surface, locked: list[Part], atlas: Any, rows: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the texture coordinates with all pins where they were, and the charts with faults."""
+        """Return texture coordinates that keep all pins, and a mask of the charts with flips or overlaps."""
         faulty = np.array(
             [bool(chart.overlapping) or not chart.result.outcome.good for chart in atlas.charts], dtype=bool
         )
@@ -149,7 +149,7 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
 
 @contextmanager
 def _progress(context: bpy.types.Context) -> Iterator[object]:
-    """Yield a callback of `unwrap` that drives the progress cursor of Blender."""
+    """Yield a progress callback for `unwrap` that updates Blender's progress cursor."""
     manager = context.window_manager
     manager.progress_begin(0.0, 1.0)
     try:

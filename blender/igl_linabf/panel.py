@@ -1,4 +1,4 @@
-"""The panels in the sidebars of the 3D view and of the UV editor, and the entries in the UV menus."""
+"""Add panels to the sidebars of the 3D view and of the UV editor, and entries to the UV menus."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keep pinned texture coordinates where they are, and pack all other charts beside them."""
+"""Keep pinned texture coordinates unchanged, and pack all charts without pins beside them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from .objects import CannotUnwrapError
 from .scene import Part
 from .surface import Surface
 
-SAME_POINT = 1e-5  # largest distance between two pins that count as equal, in the UV square
-CELLS = 64  # cells along the page's side in the search for the largest empty rectangle
-MIN_ROOM = 10  # least width of a page in margins, as `Packing` requires
-MIN_SHARE = (
-    0.5  # smallest texel density of unpinned charts in that rectangle, over the density of pinned charts
-)
+SAME_POINT = 1e-5  # largest distance between pins at the same point, in the UV square
+CELLS = 64  # cells per side of the page in the search for the largest empty rectangle
+MIN_ROOM = 10  # least width of a rectangle for packing, in units of the margin, as `Packing` requires
+MIN_SHARE = 0.5  # least texel density of charts without pins in that rectangle, relative to the pinned charts
 
 
 def split_locked(part: Part) -> tuple[Part, Part]:
-    """Return the faces that may change, and the faces of UV islands that are pinned completely."""
+    """Return the faces whose UVs may change, and the faces of completely pinned UV islands."""
     if not part.pinned.any():
         return part, part.select(np.zeros(len(part.polygons), dtype=bool))
     from scipy.sparse import coo_array
@@ -41,7 +39,7 @@ def split_locked(part: Part) -> tuple[Part, Part]:
 
 @dataclass(frozen=True)
 class PinnedMap:
-    """The texture coordinates after charts with pins are flattened again.
+    """The texture coordinates of the atlas after charts with pins have been flattened again.
 
     Attributes
     ----------
@@ -58,7 +56,7 @@ class PinnedMap:
 def keep_pins(surface: Surface, atlas: Any, rows: np.ndarray, method: str) -> PinnedMap:
     """Flatten the charts with pinned corners again, with the pins fixed.
 
-    `rows` is the row of `TC` of each corner.
+    `rows` has the row of `TC` at each corner.
     """
     pinned = surface.join("pinned")
     target, number = np.zeros(atlas.TC.shape), np.zeros(len(atlas.TC), dtype=bool)
@@ -91,7 +89,7 @@ def keep_pins(surface: Surface, atlas: Any, rows: np.ndarray, method: str) -> Pi
 
 
 def _chart_spans(atlas: Any) -> list[tuple[int, int]]:
-    """Return the first and the last row of `TC` of each chart."""
+    """Return the range of rows of `TC` of each chart: the first row, and the end (exclusive)."""
     ends = np.cumsum([0, *(len(chart.result.uv) for chart in atlas.charts)])
     return list(pairwise(ends.tolist()))
 
@@ -104,7 +102,7 @@ def _flatten_pinned(
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", OutcomeWarning)  # reported by the caller
+            warnings.simplefilter("ignore", OutcomeWarning)  # the caller reports flips and overlaps
             result = flatten(V, chart.result.F, pins, goal, method=method, progress=False)
     except MeshError as error:
         raise CannotUnwrapError(f"a chart with {len(pins)} pins cannot be flattened: {error}") from None
@@ -118,8 +116,8 @@ def pack_beside(
 ) -> bool:
     """Pack the charts without pins into the largest empty rectangle beside the pinned charts, in place.
 
-    They get the texel density of the pinned charts, or the requested one, or less if the rectangle is small.
-    Return True if they do not fit and are placed on the next UDIM tile.
+    The packed charts get the requested texel density, by default that of the pinned charts, or a smaller one
+    if the rectangle is small. Return True if the charts do not fit and are placed on the next UDIM tile.
     """
     free = [
         chart.result.F + start
@@ -152,9 +150,9 @@ def pack_beside(
 def _pack_charts(
     V: np.ndarray, F: np.ndarray, uv: np.ndarray, texels: np.ndarray, margin: int
 ) -> tuple[np.ndarray, float] | None:
-    """Pack charts into a rectangle; return their corners in texels, and the texels per unit of length.
+    """Pack charts into a rectangle; return the corners of triangles in texels, and texels per unit of length.
 
-    Return None if the rectangle has no room beside the margins.
+    Return None if the rectangle is too small for the margins.
     """
     from igl_linabf import Packing
     from igl_linabf.uv import pack
@@ -169,9 +167,10 @@ def _pack_charts(
 def _measure_fixed(
     surface: Surface, atlas: Any, pinned: PinnedMap, rows: np.ndarray, locked: list[Part]
 ) -> tuple[np.ndarray, float]:
-    """Return the bounding boxes of the faces that stay, (#f, 2, 2), and their page widths per unit of length.
+    """Return the bounding boxes of the pinned faces, (#f, 2, 2), and their density.
 
-    Without an area in the map or in space, the density is infinite.
+    The density is the number of page widths per unit of length; it is infinite if the faces have no area in
+    the map or in space.
     """
     fixed = np.isin(np.asarray(atlas.chart), np.flatnonzero(pinned.fixed))
     own = zip(surface.split_corners(pinned.TC[rows]), surface.split_faces(fixed), strict=True)
@@ -188,20 +187,20 @@ def _measure_fixed(
 
 
 def _measure_area(part: Part, points: np.ndarray) -> float:
-    """Return the area of the faces whose corners are at these points, in two or three dimensions."""
+    """Return the area of the faces of a part whose corners are at the given 2D or 3D points."""
     first, second = (np.pad(p, ((0, 0), (0, 3 - p.shape[1]))) for p in (points, points[part.next_corners]))
     doubled = np.add.reduceat(np.cross(first, second), part.starts)
     return float(np.linalg.norm(doubled, axis=1).sum() / 2)
 
 
 def find_empty_rectangle(boxes: np.ndarray, margin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower left corner and the size of the largest rectangle of the square that no box touches.
+    """Return the lower left corner and the size of the largest empty rectangle between boxes in a square.
 
-    Rectangles that are longer than twice their width count as their largest part of that shape.
+    If a rectangle is longer than twice its width, only the area of a part with that shape is counted.
     """
     low = np.clip(np.floor((boxes[:, 0] - margin) * CELLS), 0, CELLS).astype(int)
     high = np.clip(np.ceil((boxes[:, 1] + margin) * CELLS), 0, CELLS).astype(int)
-    covered = np.zeros((CELLS + 1, CELLS + 1), dtype=int)  # counted by differences along both axes
+    covered = np.zeros((CELLS + 1, CELLS + 1), dtype=int)  # second differences of the counts, summed below
     for i, j, sign in ((low, low, 1), (low, high, -1), (high, low, -1), (high, high, 1)):
         np.add.at(covered, (i[:, 0], j[:, 1]), sign)
     below = np.pad((covered.cumsum(0).cumsum(1)[:CELLS, :CELLS] > 0).cumsum(1), ((0, 0), (1, 0)))

@@ -13,7 +13,7 @@ from .shapes import read
 
 @dataclass(frozen=True)
 class Part:
-    """The faces of one object that are unwrapped.
+    """The faces of one object that are to be unwrapped.
 
     Attributes
     ----------
@@ -24,8 +24,8 @@ class Part:
     loops : (#l,) int64, the corners of all faces, in order
     corners : (#l,) int64, the vertex of each corner
     edges : (#l,) int64, the edge from each corner to the next one of its face
-    uv : (#l, 2) float32, the texture coordinates before
-    pinned : (#l,) bool, whether they are pinned
+    uv : (#l, 2) float32, the texture coordinates before unwrapping
+    pinned : (#l,) bool, whether the texture coordinates are pinned
     """
 
     obj: bpy.types.Object
@@ -40,19 +40,19 @@ class Part:
 
     @property
     def starts(self) -> np.ndarray:
-        """The first corner of each face."""
+        """The index of the first corner of each face."""
         return np.cumsum(self.sizes) - self.sizes
 
     @property
     def next_corners(self) -> np.ndarray:
-        """The next corner of the same face, for each corner."""
+        """The index of the next corner of the same face, for each corner."""
         following = np.arange(1, len(self.loops) + 1)
         following[self.starts + self.sizes - 1] = self.starts
         return following
 
     @property
     def seams(self) -> np.ndarray:
-        """The ends of the edges of these faces that are marked as seams, (#E, 2)."""
+        """The vertices of the part's edges that are marked as seams, (#E, 2)."""
         used = np.unique(self.edges)
         marked = used[read(self.obj.data.edges, "use_seam", bool)[used]]
         return read(self.obj.data.edges, "vertices", np.int32, 2).reshape(-1, 2)[marked].astype(np.int64)
@@ -63,7 +63,7 @@ class Part:
         return read(self.obj.data.polygons, "material_index", np.int32)[self.polygons]
 
     def select(self, chosen: np.ndarray) -> Part:
-        """Return the part with some of its faces, a mask."""
+        """Return the part with only the faces in the mask `chosen`."""
         at = np.repeat(chosen, self.sizes)
         names = "loops", "corners", "edges", "uv", "pinned"
         kept = {name: getattr(self, name)[at] for name in names}
@@ -111,7 +111,7 @@ def write_uv(part: Part, uv: np.ndarray, second: bool) -> None:
         raise CannotUnwrapError(f"{part.obj.name} has as many UV layers as Blender allows: remove one", mesh)
     values = read(layer.data, "uv", np.float32, 2).reshape(-1, 2)
     values[part.loops] = uv
-    layer.data.foreach_set("uv", values.ravel())  # `layer.uv` would also change the copy for undo
+    layer.data.foreach_set("uv", values.ravel())  # `layer.uv` would also change the undo copy
     mesh.update()
 
 
@@ -123,7 +123,7 @@ def _find_layer(mesh: bpy.types.Mesh, second: bool) -> bpy.types.MeshUVLoopLayer
 
 
 def mark_seams(part: Part, rows: np.ndarray, keep: bool) -> None:
-    """Mark the edges along which the map is cut, also between the part's faces and other faces.
+    """Mark the edges along which the map is cut as seams, including edges to faces outside the part.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def mark_seams(part: Part, rows: np.ndarray, keep: bool) -> None:
     backwards = part.corners > part.corners[part.next_corners]
     ends[backwards] = ends[backwards, ::-1]
     of_edge = np.zeros((len(mesh.edges), 2), dtype=np.int64)
-    of_edge[edges] = ends  # the corners of one of the faces at each edge
+    of_edge[edges] = ends  # the rows at both ends of each edge, in one of its faces
     cut = np.zeros(len(mesh.edges), dtype=bool)
     cut[edges[(of_edge[edges] != ends).any(axis=1)]] = True
     n_faces = np.bincount(edges, minlength=len(cut))
@@ -148,10 +148,10 @@ def mark_seams(part: Part, rows: np.ndarray, keep: bool) -> None:
 
 
 def select_faces(mesh: bpy.types.Mesh, faces: object) -> None:
-    """Select exactly these faces of the mesh."""
+    """Select the given faces of a mesh with their vertices and edges, and deselect everything else."""
     chosen = np.zeros(len(mesh.polygons), dtype=bool)
     chosen[faces] = True
-    loops = np.repeat(chosen, read(mesh.polygons, "loop_total", np.int32))  # loops are in order of the faces
+    loops = np.repeat(chosen, read(mesh.polygons, "loop_total", np.int32))  # loops are sorted by face
     for domain, collection, name in (
         ("vert", mesh.vertices, "vertex_index"),
         ("edge", mesh.edges, "edge_index"),
@@ -164,7 +164,7 @@ def select_faces(mesh: bpy.types.Mesh, faces: object) -> None:
 
 
 def _select(mesh: bpy.types.Mesh, domain: str, chosen: np.ndarray) -> None:
-    """Set the attribute behind `select`; `from_pydata` of Blender 5.0 gives it a wrong type for edges."""
+    """Set the attribute that stores a selection; Blender 5.0's `from_pydata` creates it with a wrong type."""
     name = f".select_{domain}"
     attribute = mesh.attributes.get(name)
     if attribute is not None and attribute.data_type != "BOOLEAN":

@@ -1,11 +1,11 @@
-"""Settings of the panel, for the next unwrap, and of the operator, for the last unwrap."""
+"""Define the settings of the panel, for the next unwrap, and of the operator, for the last unwrap."""
 
 from __future__ import annotations
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-NO_STRETCH_LIMIT = 10.0  # value of Maximum Stretch (L2) that sets no limit
+NO_STRETCH_LIMIT = 10.0  # value of the setting Maximum Stretch that means no limit
 
 METHODS = (
     ("isometric", "Isometric", "Keep lengths and areas: even checks everywhere, for textures"),
@@ -130,7 +130,7 @@ def draw(layout: bpy.types.UILayout, chosen: object) -> None:
         split.prop(chosen, "extend")
     split.prop(chosen, "hide")
     split.prop(chosen, "keep_materials")
-    # without a split, names of numbers are inside their fields, where a narrow sidebar has room for them
+    # without `use_property_split`, names are inside the number fields, and fit into a narrow sidebar
     column = layout.column(align=True)
     for name in ("trade", "max_stretch", *(("cones",) if chosen.seams == "FOUND" else ())):
         column.prop(chosen, name)

@@ -1,4 +1,4 @@
-"""The vertices of an object, at its scale and with its modifiers."""
+"""Read the vertices of an object, at its scale and with its modifiers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ INDEX = "linabf_vertex"  # name of a temporary attribute with the index of each 
 def positions_of(
     obj: bpy.types.Object, frame: np.ndarray, context: bpy.types.Context, modifiers: bool, mirrored_axis: int
 ) -> np.ndarray:
-    """Return the vertices in world space up to a rigid motion, because the scale of an object matters.
+    """Return the vertices of an object at its scale: in world space, up to a rigid motion or a reflection.
 
     Parameters
     ----------
     obj : the object
     frame : (3, 3) float64, the linear part of its transform
     context : the context
-    modifiers : whether the vertices are where the modifiers move them
+    modifiers : whether the modifiers move the vertices
     mirrored_axis : the axis along which a mirrored object is reflected; its faces keep their orientation, as
         in the Unwrap operator of Blender
 
@@ -36,14 +36,14 @@ def positions_of(
 
 
 def _modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np.ndarray:
-    """Return where the modifiers move the vertices of the mesh.
+    """Return the positions to which the modifiers move the vertices of the mesh.
 
     Subdivision Surface, Mirror, Array and Solidify append vertices to the vertices of the mesh. An
     attribute that Blender passes through the modifiers shows whether the first vertices are still the same.
     """
     mesh, n = obj.data, len(obj.data.vertices)
     attribute = mesh.attributes.new(INDEX, "INT", "POINT")
-    name = attribute.name  # Blender numbers equal names
+    name = attribute.name  # Blender may append a number to the name
     try:
         attribute.data.foreach_set("value", np.arange(n, dtype=np.int32))
         mesh.update()
@@ -66,7 +66,7 @@ def _modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np
 
 
 def read(collection: bpy.types.bpy_prop_collection, name: str, kind: type, width: int = 1) -> np.ndarray:
-    """Return an attribute of all elements of a collection."""
+    """Return an attribute of all elements of a Blender collection as an array."""
     values = np.empty(len(collection) * width, dtype=kind)
     collection.foreach_get(name, values)
     return values

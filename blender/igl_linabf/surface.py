@@ -1,4 +1,4 @@
-"""All parts as one surface, and the call of `igl_linabf.unwrap` with the settings."""
+"""Join all parts to one surface, and unwrap it by `igl_linabf.unwrap` with the settings of the operator."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AXES = {"X": 0, "Y": 1, "Z": 2}
 
 @dataclass(frozen=True)
 class Surface:
-    """The faces of all parts; `vertices`, `faces` and `corners` hold the first index of each part."""
+    """The faces of all parts; `vertices`, `faces` and `corners` are the first indices of the parts."""
 
     parts: list[Part]
     vertices: np.ndarray
@@ -30,28 +30,28 @@ class Surface:
         return cls(parts, *(np.cumsum([0, *each]) for each in counts))
 
     def join(self, name: str) -> np.ndarray:
-        """Return an attribute of all parts, such as "sizes"."""
+        """Return an attribute, such as "sizes", concatenated over all parts."""
         return np.concatenate([getattr(part, name) for part in self.parts])
 
     def join_vertices(self, name: str) -> np.ndarray:
-        """Return an attribute with vertices, renumbered for all parts together."""
+        """Return an attribute that contains vertices, concatenated and renumbered over all parts."""
         shifted = zip(self.parts, self.vertices.tolist(), strict=False)
         return np.concatenate([getattr(part, name) + first for part, first in shifted])
 
     @property
     def polygons(self) -> np.ndarray | list[np.ndarray]:
-        """The vertices of each face: an array if all faces have the same number of corners."""
+        """The vertices of each face: an array (#F, k) if all faces have k corners, otherwise a list."""
         corners, sizes = self.join_vertices("corners"), self.join("sizes")
         if (sizes == sizes[0]).all():
             return corners.reshape(len(sizes), -1)
         return np.split(corners, np.cumsum(sizes)[:-1])
 
     def split_corners(self, values: np.ndarray) -> list[tuple[Part, np.ndarray]]:
-        """Return each part with the values at its corners."""
+        """Return each part with its share of `values`, which has one row per corner."""
         return [(part, values[a:b]) for part, (a, b) in zip(self.parts, pairwise(self.corners), strict=True)]
 
     def split_faces(self, values: np.ndarray) -> list[tuple[Part, np.ndarray]]:
-        """Return each part with the values of its faces."""
+        """Return each part with its share of `values`, which has one row per face."""
         return [(part, values[a:b]) for part, (a, b) in zip(self.parts, pairwise(self.faces), strict=True)]
 
 
@@ -94,18 +94,18 @@ def make_atlas(surface: Surface, settings: Any, extend: bool, progress: object) 
             packing=packing,
             progress=progress,
         )
-    except ValueError as error:  # a MeshError, or options that do not go together
+    except ValueError as error:  # a MeshError, or incompatible options
         helps = "; Extend Seams adds the missing seams" if marked and not extend else ""
         raise CannotUnwrapError(f"{error}{helps}") from None
 
 
 def mirrored_axis(hide: str) -> int:
-    """Return an axis along which mirrored objects are reflected, other than the one that hides seams."""
+    """Return the axis along which mirrored objects are reflected; it differs from the axis of `hide`."""
     return 1 if hide.endswith("X") else 0
 
 
 def _direction_of(hide: str) -> str | list[float] | None:
-    """Return the side that hides seams, as `ChartOptions` expects it."""
+    """Return the value of `ChartOptions.hide` for a value of the setting Hide Seams."""
     if hide in ("NOWHERE", "BACK"):
         return "back" if hide == "BACK" else None
     direction = [0.0, 0.0, 0.0]
@@ -114,7 +114,7 @@ def _direction_of(hide: str) -> str | list[float] | None:
 
 
 def _check_cones(settings: Any) -> None:
-    """Refuse settings that seams through cones cannot respect."""
+    """Raise `CannotUnwrapError` if a setting is incompatible with seams through cones."""
     if settings.method not in ("linabf", "abf"):
         raise CannotUnwrapError(
             "Matching Seams needs the method Linear ABF or ABF: choose one, or set it to 0"

@@ -1,3 +1,3 @@
-"""Notebook representations of results: HTML tables, and small SVG pictures of maps."""
+"""Represent results in notebooks, as HTML tables and small SVG pictures of maps."""
 
 from .pages import html_row, html_table, map_svg

@@ -1,4 +1,4 @@
-"""HTML tables, and small SVG pictures of maps."""
+"""Format results as HTML tables, and maps as small SVG pictures."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -10,9 +10,9 @@ from .._types import FloatArray, IntArray
 from ..errors import printable
 from ..surface import NEXT, PREV, cycles
 
-PICTURE_SIDE = 260  # pixels along the longer side
-MOST_DRAWN_TRIANGLES = 2_000  # with sides of about eight pixels; larger maps show only the outlines of charts
-MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # because an outline is as long as several triangles
+PICTURE_SIDE = 260  # length of a picture's longer side, pixels
+MOST_DRAWN_TRIANGLES = 2_000  # larger maps show only the outlines of charts
+MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # an outline is about as long as four triangles
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 
@@ -59,7 +59,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     low, high = corners[shown].min(axis=(0, 1)), corners[shown].max(axis=(0, 1))
     scale = (PICTURE_SIDE - 4) / max(float((high - low).max()), float(np.finfo(float).tiny))
     width, height = (high - low) * scale + 4
-    at = np.column_stack((uv[:, 0] - low[0], high[1] - uv[:, 1])) * scale + 2  # v points up
+    at = np.column_stack((uv[:, 0] - low[0], high[1] - uv[:, 1])) * scale + 2  # SVG's y axis points down
     drawn = [
         f'<path d="{_closed_path(at, loops)}" fill="{COLOURS[i % len(COLOURS)]}" fill-opacity="0.35" '
         f'fill-rule="evenodd" stroke="#333" stroke-width="0.8"/>'
@@ -80,7 +80,7 @@ def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]
     n = int(F.max()) + 1
     single = ~np.isin(tail * n + head, head * n + tail)
     tail, head, of = tail[single], head[single], of[single]
-    # where loops touch at a vertex, any continuation gives the same outline under the even-odd fill rule
+    # if loops touch at a vertex, any continuation gives the same outline under the even-odd fill rule
     following = np.empty(len(tail), np.int64)
     following[np.lexsort((head, of))] = np.lexsort((tail, of))
     loops: dict[int, list[list[int]]] = {}

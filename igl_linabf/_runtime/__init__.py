@@ -1,4 +1,4 @@
-"""Infrastructure for computations: progress, cleanup, child processes, threads, timing and text tables.
+"""Support computations: progress, cleanup, child processes, threads, timing and text tables.
 
 Progress is reported to a callback or a progress bar. Cleanup undoes incomplete work on Ctrl-C, so that files
 are written completely or not at all. Child processes run code that may crash or hang.

@@ -1,4 +1,4 @@
-"""Functions in a child process, for code that may crash, hang, or conflict with other libraries."""
+"""Run functions in a child process, because their code may crash, hang, or conflict with libraries."""
 
 import io
 import os
@@ -20,7 +20,7 @@ Arrays = dict[str, Any]  # NumPy arrays by name
 
 
 def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME`, and pass arrays in both directions through pipes.
+    """Run `python -m MODULE NAME` in a child process, and pass arrays in both directions through pipes.
 
     The module must call `run_as_child_process`.
 
@@ -45,7 +45,7 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
                 process.communicate()
                 assert process.stdin is not None
                 with suppress(BrokenPipeError):
-                    process.stdin.close()  # raises if the input was not read completely
+                    process.stdin.close()  # raises if the child has not read all of its input
             if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise
@@ -56,10 +56,10 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
 
 
 def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """Run the function named on the command line: the child's side of `run_in_child_process`."""
+    """Run the function that the command line names, in a process started by `run_in_child_process`."""
     (name,) = sys.argv[1:]
     with os.fdopen(os.dup(1), "wb") as out:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keep the output of libraries out of the result
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries must not print into the result
         out.write(_pack(functions[name](_unpack(sys.stdin.buffer.read()))))
 
 
@@ -75,7 +75,7 @@ def _unpack(data: bytes) -> Arrays:
 
 
 def _kill(started: list[Popen[bytes]]) -> None:
-    """Kill the processes without calling `wait`, whose lock the interrupted thread may hold."""
+    """Kill the processes without `Popen.wait`, because the interrupted thread may hold its lock."""
     for process in started:
         process.kill()
         if os.name == "posix":

@@ -1,7 +1,7 @@
-"""Cleanup for a process that terminates without raising, such as the command on Ctrl-C.
+"""Undo incomplete work in a process that terminates without an exception, such as the command on Ctrl-C.
 
-A KeyboardInterrupt would surface inside the library that the main thread is running. Some libraries crash if
-their import is interrupted, and VTK converts the exception to its own error.
+A KeyboardInterrupt is not used, because it would be raised inside the library that the main thread is
+running. Some libraries crash if their import is interrupted, and VTK converts the exception to its own error.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
-TEMPORARY = ".igl_linabf-"  # beginning of the names of temporary files
+TEMPORARY = ".igl_linabf-"  # prefix of the names of temporary files
 _cleaned_folders = set[Path]()
 _undo_functions: dict[object, Callable[[], object]] = {}
 
 
 @contextmanager
 def undo_at_interrupt(undo: Callable[[], object]) -> Iterator[None]:
-    """Register `undo` for `undo_all` during the block; `undo` must not wait for a lock."""
+    """Make `undo_all` call `undo` if it runs during the `with` block; `undo` must not wait for a lock."""
     key = object()
     _undo_functions[key] = undo
     try:
@@ -39,27 +39,27 @@ def undo_all() -> None:
 
 
 def _create_locked(path: Path) -> int | None:
-    """Create a file, and return its descriptor; until it is closed, the file is locked against removal.
+    """Create a file, lock it against removal by `_remove_abandoned`, and return its open descriptor.
 
-    Windows does not rename open files, so that the file is closed there, and the result is None.
+    On Windows, where open files cannot be renamed, close the file and return None.
     """
     while True:
-        # not `tempfile`, whose files have mode 0o600; reading the umask would set it for all threads
+        # `tempfile` creates files with mode 0o600, whose correction needs the umask, which is not thread-safe
         file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         if sys.platform == "win32":
             os.close(file)
             return None
         import fcntl
 
-        with suppress(OSError):  # some network file systems have no locks
+        with suppress(OSError):  # some network file systems do not support locks
             fcntl.flock(file, fcntl.LOCK_SH)
         if os.fstat(file).st_nlink:
             return file
-        os.close(file)  # another process took it for an abandoned one before it was locked
+        os.close(file)  # another process has removed the file before it was locked
 
 
 def _remove_abandoned(folder: Path) -> None:
-    """Remove temporary files of processes that were killed; once for each folder."""
+    """Remove temporary files that killed processes left in a folder; each folder is searched once."""
     if sys.platform == "win32" or folder in _cleaned_folders:
         return
     import fcntl
@@ -70,7 +70,7 @@ def _remove_abandoned(folder: Path) -> None:
             with suppress(OSError):
                 file = os.open(entry.path, os.O_RDONLY | os.O_NOFOLLOW)
                 try:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # raises if its process lives
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # raises if the writing process is alive
                     os.unlink(entry.path)
                 finally:
                     os.close(file)
@@ -78,7 +78,7 @@ def _remove_abandoned(folder: Path) -> None:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """Write to a temporary file beside `path`, which replaces `path` if the block succeeds.
+    """Yield the path of a temporary file beside `path`, which replaces `path` if the `with` block succeeds.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
 
 @contextmanager
 def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Write to a temporary folder beside `path`, which replaces `path` if the block succeeds.
+    """Yield the path of a temporary folder beside `path`, which replaces `path` if the `with` block succeeds.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Progress of long computations, and the times of their stages."""
+"""Report the progress of long computations, and measure the times of their stages."""
 
 import multiprocessing
 import os
@@ -18,7 +18,7 @@ _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=No
 
 @contextmanager
 def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
-    """Collect the seconds that `time_stage` measures during the block; 0 for `stages` that do not run."""
+    """Collect the seconds that `time_stage` measures during the `with` block, with 0 for unused `stages`."""
     seconds = dict.fromkeys(stages, 0.0)
     token = _seconds.set(seconds)
     try:
@@ -29,7 +29,7 @@ def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
 
 @contextmanager
 def time_stage(stage: str) -> Iterator[None]:
-    """Add the duration of the block to the seconds of `stage`."""
+    """Add the duration of the `with` block to the seconds of `stage` in the current `stopwatch`."""
     start = perf_counter()
     yield
     seconds = _seconds.get()
@@ -39,12 +39,12 @@ def time_stage(stage: str) -> Iterator[None]:
 
 Progress = Callable[[str, float], None] | Literal[False] | None
 
-SECONDS_WITHOUT_BAR = 2.0  # before a progress bar appears
+SECONDS_WITHOUT_BAR = 2.0  # delay before a progress bar appears, so that short computations show none
 
 
 @dataclass
 class _Report:
-    """The state of a report: callback (None if silent), fraction done, and end of the current part."""
+    """The state of a progress report: callback (or None), fraction done, and end of the current part."""
 
     show: Callable[[str, float], None] | None
     done: float = 0.0
@@ -52,15 +52,15 @@ class _Report:
 
 
 class _Bar:
-    """A progress bar of `rich` on stderr, which appears after `SECONDS_WITHOUT_BAR`."""
+    """A progress bar of the package `rich` on stderr, which appears after `SECONDS_WITHOUT_BAR`."""
 
     def __init__(self) -> None:
         self._start = perf_counter()
-        self._bar: Any = None  # rich is imported on first use
+        self._bar: Any = None  # `rich` is imported when the bar appears
         self._ended = False
 
     def __call__(self, stage: str, done: float) -> None:
-        if done >= 1:  # the caller may print next
+        if done >= 1:  # close the bar at once, because the caller may print next
             self.close()
         if self._ended:
             return
@@ -86,7 +86,7 @@ class _Bar:
 
 
 def wipe() -> None:
-    """Clear the line of the bar and show the cursor, without taking a lock of `rich`."""
+    """Clear the line of the progress bar and show the cursor, without taking a lock of `rich`."""
     os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
 
 
@@ -95,11 +95,11 @@ _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
 @contextmanager
 def show_progress(progress: Progress) -> Iterator[None]:
-    """Report the progress that `advance` and `progress_part` announce during the block.
+    """Show the progress that `advance` and `progress_part` report during the `with` block.
 
-    A callable is called with the name of the stage and the fraction done. None shows a bar if stderr is a
-    terminal and this is the main thread of the main process; False shows nothing. Inside another
-    `show_progress` block, even a silent one, None continues the outer report.
+    If `progress` is callable, it is called with the name of the stage and the fraction done. None shows a bar
+    if stderr is a terminal and this is the main thread of the main process; False shows nothing. Inside
+    another `show_progress` block, even a silent one, None continues the outer report.
     """
     if progress is None and _current.get() is not None:
         yield
@@ -121,7 +121,7 @@ def show_progress(progress: Progress) -> Iterator[None]:
 
 
 def advance(stage: str, share: float) -> None:
-    """Report that `stage` has completed a share of the rest of the current part; a share of 1 ends it."""
+    """Report that `stage` has done `share` of the remaining current part; 1 completes the part."""
     report = _current.get()
     if report is not None:
         report.done = report.end if share == 1 else report.done + share * (report.end - report.done)
@@ -131,7 +131,7 @@ def advance(stage: str, share: float) -> None:
 
 @contextmanager
 def progress_part(stage: str, end: float) -> Iterator[None]:
-    """Declare the block a part of the computation that ends at the fraction `end`."""
+    """Declare that the `with` block ends at the fraction `end` of the whole computation."""
     report = _current.get()
     if report is None:
         yield
@@ -146,7 +146,7 @@ def progress_part(stage: str, end: float) -> Iterator[None]:
 
 
 def on_terminal() -> bool:
-    """Return True if a bar may be shown: stderr is a terminal, and this is the main thread and process."""
+    """Return True if a progress bar may be shown: stderr is a terminal, in the main thread and process."""
     return (
         sys.stderr is not None
         and sys.stderr.isatty()
@@ -157,10 +157,10 @@ def on_terminal() -> bool:
 
 @contextmanager
 def count_steps(stage: str, total: int, progress: Progress) -> Iterator[Callable[[], None]]:
-    """Count completed items; yields a function to call after each item.
+    """Yield a function to call after each of `total` items, and show how many items are complete.
 
-    A callable `progress` is called with the name of the stage and the fraction done. None shows a bar if
-    stderr is a terminal; False shows nothing.
+    If `progress` is callable, it is called with the name of the stage and the fraction done. None shows a bar
+    if stderr is a terminal; False shows nothing.
     """
     done = 0
     if progress is not None or not on_terminal():

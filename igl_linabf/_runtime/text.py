@@ -1,4 +1,4 @@
-"""Text tables."""
+"""Format text tables."""
 
 from collections.abc import Sequence
 

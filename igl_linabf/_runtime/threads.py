@@ -1,4 +1,4 @@
-"""Parallel work in threads, for functions that spend their time in NumPy and the core without the GIL."""
+"""Run functions in threads, if they spend their time in NumPy and the core without the GIL."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -9,11 +9,11 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-MOST_THREADS = 8  # more threads only wait for the GIL, see benchmarks/many.py
+MOST_THREADS = 8  # additional threads only wait for the GIL, see benchmarks/many.py
 
 
 def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Yield the results of `work` in the order of `items`; each call has a copy of the caller's context.
+    """Yield `work(item)` for all items in order, computed in threads with copies of the caller's context.
 
     The number of threads is OMP_NUM_THREADS or the number of cores, at most `MOST_THREADS`.
     """

@@ -1,4 +1,4 @@
-"""Clients of Dask clusters: a local cluster, or the one whose scheduler has a given address."""
+"""Start a local Dask cluster, or connect to the cluster of a running scheduler."""
 
 import logging
 import os
@@ -16,11 +16,11 @@ import psutil
 from .._runtime import undo_at_interrupt
 from .constants import PATIENCE
 
-NO_WORKER = 600  # seconds after which missing workers of a local cluster are given up
-MENDING_INTERVAL = 1000  # milliseconds between two checks for dead workers
-WORKER_MEMORY = 2**29  # bytes of a worker without a mesh
-KILL_ROUNDS = 3  # a worker that Dask starts again during the first round is killed in the next
-TERMINATE = 0.95  # share of its memory limit at which Dask terminates a worker: Dask's default
+NO_WORKER = 600  # seconds without any worker after which a local batch ends with an error
+MENDING_INTERVAL = 1000  # milliseconds between checks for dead workers
+WORKER_MEMORY = 2**29  # memory of an idle worker, bytes
+KILL_ROUNDS = 3  # a worker that Dask restarts in one round is killed in the next round
+TERMINATE = 0.95  # share of its memory limit at which Dask terminates a worker (Dask's default)
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -36,7 +36,7 @@ DASK_SETTINGS = {
 
 @contextmanager
 def connect_client(scheduler: str) -> Iterator[Any]:
-    """Connect to the scheduler at an address."""
+    """Connect to the Dask scheduler at an address."""
     from distributed import Client
 
     try:
@@ -61,7 +61,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
         ending.set()
         for cluster in clusters:  # empty while the workers start
             for nanny in cluster.workers.values():
-                nanny.close_gracefully()  # otherwise it starts a process that outlives this one
+                nanny.close_gracefully()  # otherwise the nanny starts a worker that outlives this process
         _kill_child_processes()
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -70,7 +70,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         os.mkdir(folder, 0o700)
         stack.enter_context(_limit_to_one_thread())
-        # also the folder of the scheduler, which LocalCluster's local_directory does not set
+        # this setting also applies to the scheduler, unlike LocalCluster's `local_directory`
         stack.enter_context(dask.config.set({**DASK_SETTINGS, "temporary-directory": folder}))
         cluster = LocalCluster(
             n_workers=workers or CPU_COUNT,
@@ -78,7 +78,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
             memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
-            silence_logs=logging.CRITICAL,  # the row of a mesh has the outcome
+            silence_logs=logging.CRITICAL,  # errors are recorded in the table
             preload=["igl_linabf.batch.one_mesh"],
             scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
         )
@@ -89,13 +89,13 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
 
 
 def _kill_child_processes() -> None:
-    """Kill the child processes with their own, except multiprocessing's tracker, which ends by itself."""
+    """Kill all descendant processes except multiprocessing's resource tracker, which ends by itself."""
     for _ in range(KILL_ROUNDS):
         killed: list[psutil.Process] = []
         for child in psutil.Process().children():
             with suppress(psutil.NoSuchProcess):
                 if not any("resource_tracker" in part for part in child.cmdline()):
-                    child.suspend()  # it must not start a process after its own are listed
+                    child.suspend()  # so that it cannot start processes while its children are listed
                     killed += [child, *child.children(recursive=True)]
         if not killed:
             return
@@ -107,9 +107,9 @@ def _kill_child_processes() -> None:
 
 @contextmanager
 def _replace_lost_workers(cluster: Any, ending: threading.Event) -> Iterator[None]:
-    """Replace workers of a local cluster that Dask could not restart, until `ending` is set.
+    """Replace dead workers of a local cluster, until `ending` is set.
 
-    Dask itself restarts a dead process only once.
+    This is necessary because Dask itself restarts a dead worker process only once.
     """
     from distributed import Status
     from tornado.ioloop import PeriodicCallback
@@ -133,7 +133,7 @@ def _replace_lost_workers(cluster: Any, ending: threading.Event) -> Iterator[Non
 
 
 class WorkerWatch:
-    """A check that workers exist while no result arrives, so that a batch does not wait forever."""
+    """A check that workers exist, so that a batch does not wait forever for results."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
@@ -163,13 +163,13 @@ class WorkerWatch:
 
 @contextmanager
 def _limit_to_one_thread() -> Iterator[None]:
-    """Limit BLAS and OpenMP to one thread in processes started within the block, one per mesh.
+    """Limit BLAS and OpenMP to one thread in processes that are started within the `with` block.
 
-    The environment is restored at the end, including variables that Dask's nannies set in this process.
+    All environment variables are restored at the end, including those that Dask's nannies set.
     """
     before = dict(os.environ)
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
-    warned = before.get("PYTHONWARNINGS")  # silence multiprocessing if this process is killed
+    warned = before.get("PYTHONWARNINGS")  # multiprocessing would warn if this process is killed
     os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (warned, "ignore:resource_tracker:UserWarning")))
     try:
         yield

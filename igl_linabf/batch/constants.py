@@ -1,3 +1,3 @@
-"""Constants that several modules of batches use."""
+"""Define a constant that several modules of batches use."""
 
-PATIENCE = 30  # seconds to wait for a scheduler, or for a result before the workers are checked
+PATIENCE = 30  # seconds to wait for a scheduler, and for a result before checking that workers exist

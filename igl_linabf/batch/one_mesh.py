@@ -1,4 +1,4 @@
-"""The work of one worker: flatten a mesh file, write the map, and return the row of the table."""
+"""Process one mesh in a worker: flatten the file, write the map, and return the row of the table."""
 
 import signal
 import sys
@@ -36,10 +36,10 @@ from .table import (
 )
 
 How = Literal["unwrap", "flatten", "cortex"]
-Scale = Literal["square", "mesh"]  # the parameter `units` of `flatten_files`
+Scale = Literal["square", "mesh"]  # values of the parameter `units` of `flatten_files`
 UNWRAP_OPTIONS = ("charts", "cones", "packing")
 
-_process_lock = threading.Lock()  # memory limit and warning filters are global to the process
+_process_lock = threading.Lock()  # needed because the memory limit and the warning filters are global
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Task:
-    """An input, and its row before it is processed."""
+    """An input to process, and its row in the table before processing."""
 
     place: str
     row: Row
@@ -74,7 +74,7 @@ class Task:
 
 
 MapAndRow = tuple[FloatArray, Any, Row]
-"""A map, its rows at the corners of the faces (or None), and the row of the table."""
+"""A map, its row at each corner of the faces (or None), and the mesh's row in the table."""
 
 
 def run(task: Task) -> Row:
@@ -88,7 +88,7 @@ def run(task: Task) -> Row:
     start = perf_counter()
     with _process_lock, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warnings.simplefilter("ignore", OutcomeWarning)  # the row has the same message
+        warnings.simplefilter("ignore", OutcomeWarning)  # the row has the same message as the warning
         row = _process_task(task)
     texts = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
     message = " ".join("; ".join(filter(None, (row.message, *texts))).split())
@@ -98,7 +98,7 @@ def run(task: Task) -> Row:
 
 
 def _process_task(task: Task) -> Row:
-    """Flatten and write the mesh of a task; the row has the outcome."""
+    """Flatten and write the mesh of a task, and return its row with the outcome."""
     row, writing = task.row, False
     try:
         with _limit_memory(task.settings.memory):
@@ -113,7 +113,8 @@ def _process_task(task: Task) -> Row:
             TC, FTC, done = flatten_file(mesh, row, task.settings)
             writing = True
             with places.destination(places.join(task.folder, row.output)) as path:
-                # the plan has checked existing files; relative names of other files are wrong at a URL
+                # force: existing files were checked when the batch was planned
+                # folder: at a URL, references to other files must be relative to the local mesh
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
                 with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
                     pass
@@ -123,13 +124,13 @@ def _process_task(task: Task) -> Row:
     except MeshError as error:
         return replace(row, outcome=REFUSED, message=str(error))
     except Exception as error:
-        if writing:  # a full disk or a missing folder affects all meshes
+        if writing:  # such as a full disk, which affects all meshes
             raise
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
 def _read_input(place: str, allow_outside: bool) -> MeshFile:
-    """Read an input; a file of an unknown format counts as a bad mesh."""
+    """Read an input mesh; raise a `MeshError` also for a file of an unknown format."""
     with places.fetch(place) as local:
         try:
             return read_file(local, allow_outside=allow_outside)
@@ -149,7 +150,7 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
 
 
 def _classify_atlas(atlas: Atlas) -> str:
-    """Return the outcome of an atlas, as the table names it."""
+    """Return the outcome of an atlas, as a value of the column "outcome" of the table."""
     if atlas.good:
         return VALID
     if atlas.quality.flips or any(not chart.result.outcome.good for chart in atlas.charts):
@@ -171,7 +172,7 @@ def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
 
 
 def _flatten_hemisphere(task: Task) -> Row:
-    """Flatten and write the hemisphere whose registered sphere is `task.place`."""
+    """Flatten and write a hemisphere; `task.place` is the path of its registered sphere."""
     sphere = Path(task.place)
     name = places.get_hemisphere(task.place)
     flat = flatten_hemisphere(sphere.parents[1], name, method=task.settings.method, progress=False)
@@ -207,5 +208,5 @@ def _limit_memory(memory: int | None) -> Iterator[None]:
 
 
 def dask_setup(worker: object) -> None:
-    """Ignore Ctrl-C in a worker, because its parent process handles it. Dask calls this at the start."""
+    """Ignore Ctrl-C in a worker, because its parent process handles Ctrl-C. Called by Dask at the start."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -17,15 +17,15 @@ from ..cortex import HEMISPHERES, HemisphereName
 from ..errors import MeshError
 from ..io import READABLE, normalize_suffix
 
-TEMPORARY = ".igl_linabf-*"  # temporary files of `replacing`
+TEMPORARY = ".igl_linabf-*"  # file name pattern of the temporary files of `replacing`
 
 
 class InputFile(NamedTuple):
-    """An input file."""
+    """An input file of a batch."""
 
-    place: str  # absolute path, or URL
-    name: str  # relative to the requested folder, with / as separator
-    version: str  # differs after the file has changed
+    place: str  # absolute path or URL of the file
+    name: str  # path relative to the requested folder, with / as separator
+    version: str  # a text that changes when the file changes
 
 
 def is_url(place: str) -> bool:
@@ -34,13 +34,13 @@ def is_url(place: str) -> bool:
 
 
 def make_absolute(place: str | os.PathLike[str]) -> str:
-    """Return the place as an absolute path or a URL, which is valid on all machines that share it."""
+    """Return a URL without a trailing slash, or an absolute path."""
     place = os.fspath(place)
     return place.rstrip("/") if is_url(place) else os.path.abspath(place)
 
 
 def join(folder: str, name: str) -> str:
-    """Join a folder and a relative name that has / as separator."""
+    """Join the path or URL of a folder and a relative name with / as separator."""
     return f"{folder}/{name}" if is_url(folder) else os.path.join(folder, *name.split("/"))
 
 
@@ -96,7 +96,7 @@ def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
 
 
 def _take_fixed_parts(parts: Iterable[str]) -> Iterator[str]:
-    """Yield the parts of a path before the first pattern."""
+    """Yield the components of a path before the first component with a glob pattern."""
     for part in parts:
         if glob.has_magic(part):
             return
@@ -143,14 +143,14 @@ def _find_remote(url: str) -> list[InputFile]:
 
 
 def _filesystem(url: str) -> tuple[Any, str]:
-    from fsspec.core import url_to_fs  # comes with Dask
+    from fsspec.core import url_to_fs  # a dependency of Dask
 
     fs, place = url_to_fs(url)
     return fs, place
 
 
 def list_names(folder: str) -> set[str]:
-    """Return the names of the files in a folder and its subfolders; none if it does not exist."""
+    """Return the names of the files in a folder and its subfolders; an empty set for a missing folder."""
     if is_url(folder):
         fs, place = _filesystem(folder)
         fs.invalidate_cache()
@@ -175,7 +175,7 @@ def remove_temporaries(names: Iterable[str], folder: str) -> None:
 
 @contextmanager
 def fetch(place: str) -> Iterator[str]:
-    """Yield a local path of the file, downloaded if the place is a URL."""
+    """Yield the local path of a file; a file at a URL is downloaded first."""
     if not is_url(place):
         yield place
         return
@@ -188,14 +188,14 @@ def fetch(place: str) -> Iterator[str]:
 
 @contextmanager
 def write_whole(place: str) -> Iterator[str]:
-    """Yield a temporary path; its file replaces the place if the block succeeds."""
+    """Yield a temporary path, and replace the file at `place` when the `with` block succeeds."""
     with destination(place) as path, replacing(path) as temporary:
         yield temporary
 
 
 @contextmanager
 def destination(place: str) -> Iterator[str]:
-    """Yield a local path; for a URL, all files in its folder are uploaded if the block succeeds."""
+    """Yield a local path for writing; for a URL, upload all files in its folder when the block succeeds."""
     if not is_url(place):
         os.makedirs(os.path.dirname(place), exist_ok=True)
         yield place
@@ -205,7 +205,7 @@ def destination(place: str) -> Iterator[str]:
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as local:
         yield os.path.join(local, name)
         fs.makedirs(folder, exist_ok=True)
-        for own in sorted(os.listdir(local), key=lambda other: other == name):  # the file itself comes last
+        for own in sorted(os.listdir(local), key=lambda other: other == name):  # the map comes last
             temporary = f"{folder}/.igl_linabf-{secrets.token_hex(8)}-{own}"
             try:
                 fs.put_file(os.path.join(local, own), temporary)

@@ -44,9 +44,9 @@ from .table import (
     escape_path,
 )
 
-AHEAD = 8  # meshes submitted ahead for each thread
-AHEAD_AT_LEAST = 64  # meshes submitted ahead at least, for workers that join later
-DEATHS_ALONE = 3  # deaths of a process with a single mesh after which that mesh is blamed
+AHEAD = 8  # number of meshes submitted in advance per thread
+AHEAD_AT_LEAST = 64  # least number of meshes submitted in advance, for workers that join later
+DEATHS_ALONE = 3  # a mesh is reported as "died" after its process died this often while it had no other mesh
 
 MEMORY_MESSAGE = "its process exceeded the memory limit even alone: raise the limit, or decimate the mesh"
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
@@ -75,7 +75,7 @@ class Batch:
 
     @property
     def good(self) -> bool:
-        """Whether every input has a map without flipped or overlapping triangles."""
+        """Whether every input has a map without problems, such as flipped or overlapping triangles."""
         return all(row.good for row in self.rows)
 
     def __str__(self) -> str:
@@ -115,7 +115,7 @@ def flatten_files(
     The maps are written to `out`, with a table `results.csv` that has a row for each input. If pyarrow is
     installed, the same table is written to `results.parquet`. A batch that was interrupted in any way can be
     started again, and then processes only the missing meshes. If a mesh cannot be unwrapped, or its process
-    dies, its row says so.
+    dies, its row states the reason.
 
     A local cluster starts processes that import the program's main module. Therefore call `flatten_files`
     under `if __name__ == "__main__":`.
@@ -213,7 +213,7 @@ def flatten_files(
         if tasks:
             with ExitStack() as stack:
                 stack.enter_context(undo_at_interrupt(table.write))
-                if scheduler is None:  # dead workers may leave temporary files
+                if scheduler is None:  # dead local workers may leave temporary files
                     remove = partial(places.remove_temporaries, {task.row.output for task in tasks}, folder)
                     stack.callback(remove)
                     stack.enter_context(undo_at_interrupt(remove))
@@ -233,7 +233,7 @@ def flatten_files(
 
 
 def _parse_memory(memory: int | str | None) -> int | None:
-    """Convert a memory limit to bytes."""
+    """Convert the memory limit of a mesh to bytes."""
     if find_spec("distributed") is None:
         raise ImportError("batch needs Dask: pip install 'igl-linabf[batch]'")
     from dask.utils import parse_bytes
@@ -248,7 +248,7 @@ def _parse_memory(memory: int | str | None) -> int | None:
 
 
 def _check_settings(asked: Settings) -> None:
-    """Raise if the settings are invalid for every mesh."""
+    """Raise a `ValueError` if the settings are invalid for every mesh."""
     charts, cones, method = asked.charts, asked.cones, asked.method
     if asked.how not in get_args(How):
         raise ValueError(f"how is {asked.how!r}: use 'unwrap', 'flatten' or 'cortex'")
@@ -286,7 +286,7 @@ def _check_settings(asked: Settings) -> None:
 def _plan_tasks(
     found: list[places.InputFile], table: Table, settings: Settings, retry: bool, force: bool
 ) -> list[Task]:
-    """Return the missing tasks, and give every input a row in the table."""
+    """Return the tasks that no earlier run has completed, and give every input a row in the table."""
     there = places.list_names(table.folder)
     places.remove_temporaries(there, table.folder)
     names = _name_outputs(found, table, settings)
@@ -312,7 +312,7 @@ def _plan_tasks(
 
 
 def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
-    """Raise if the batch would replace files that were not written by a batch."""
+    """Raise a `FileExistsError` if the batch would replace files that were not written by a batch."""
     own = table.inputs_by_output()
     wanted = [PARQUET] if not own else []
     for task in tasks:
@@ -374,9 +374,8 @@ def _name_hemisphere_outputs(found: list[places.InputFile]) -> dict[str, str]:
 def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
     """Run the tasks and yield their rows as they arrive.
 
-    When a process dies, all meshes assigned to it are suspects, and the cause may be outside the process.
-    Suspects are therefore run again one at a time. A mesh is blamed only after its process died
-    `DEATHS_ALONE` times.
+    When a process dies, any mesh assigned to it may be the cause, or none. These meshes are therefore run
+    again one at a time. A mesh is reported as the cause after its process has died `DEATHS_ALONE` times.
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
@@ -431,7 +430,7 @@ def _gather_rows(client: Any, futures: list[Any]) -> list[Row | Any]:
     if all(future.status == "finished" for future in futures):
         with suppress(
             KilledWorker, CancelledError
-        ):  # if the worker with the result died, Dask computes it again
+        ):  # Dask recomputes a result if its worker died, and may then raise these
             return list(client.gather(futures))
     rows = []
     for future in futures:
@@ -454,7 +453,7 @@ def _has_exceeded_memory(client: Any, killed: Any) -> bool:
 
 
 def _record_failure(task: Task, outcome: str, message: str) -> Row:
-    """Return and store the row of a mesh whose process died, which could not store it itself."""
+    """Return the row of a mesh whose process died, and append it to the journal in place of that process."""
     row = replace(task.row, outcome=outcome, message=message)
     append_to_journal(row, task.folder)
     return row

@@ -1,4 +1,4 @@
-"""The table of results with a row for each input, and the journals of results that it does not have yet."""
+"""Store the results of a batch: a table with a row for each input, and journals of newer results."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from typing import Any, get_args, get_type_hints
 from ..flattening import Outcome
 from . import places
 
-WRITING_PAUSE = 50  # shortest pause between two writes of the table, over the duration of a write
+WRITING_PAUSE = 50  # shortest pause between writes of the table, in units of the duration of a write
 
 WAITING = "waiting"
 VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, "overlapping", "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
-MISSING = frozenset({WAITING, UNREADABLE})  # outcomes that every run retries
-MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # outcomes that a run with `retry` retries
+MISSING = frozenset({WAITING, UNREADABLE})  # retried by every run
+MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # retried only with `retry`
 
 CSV, PARQUET = "results.csv", "results.parquet"
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # and the quote itself
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # the quote marks escaped texts
 JOURNAL, LOCK = ".results.journal", ".results.lock"
 
 
@@ -76,12 +76,12 @@ class Row:
 
     @property
     def good(self) -> bool:
-        """Whether there is a map without troubles."""
+        """Whether the input has a map without problems."""
         return self.outcome in GOOD
 
     @property
     def written(self) -> bool:
-        """Whether there is a map."""
+        """Whether the input has a map."""
         return self.charts is not None
 
 
@@ -91,12 +91,12 @@ HEADER = ["F/3nt" if name == "angle_distortion" else name for name in COLUMNS]
 
 
 def escape_path(path: str) -> str:
-    """Escape a path for the table, so that it is valid UTF-8 without line breaks."""
+    """Escape line breaks and bytes that are not UTF-8 in a path, for the table."""
     return path.encode("utf-8", "backslashreplace").decode().replace("\n", "\\n").replace("\r", "\\r")
 
 
 def append_to_journal(row: Row, folder: str) -> None:
-    """Append a row to the journal of this process."""
+    """Append a row to the journal of this process in the output folder."""
     if places.is_url(folder):
         return
     path = os.path.join(folder, f"{JOURNAL}-{platform.node()}-{os.getpid()}")
@@ -112,10 +112,10 @@ def append_to_journal(row: Row, folder: str) -> None:
 class Table:
     """The rows of an output folder, in memory and on disk. Only one process at a time can open it.
 
-    Each process appends its results to its own journal with `append_to_journal`. The table itself is written
-    from time to time and when it is closed. When it is opened again, it reads the journals. Therefore no
-    result is lost if a process is killed, not even results of workers that have not been reported yet. An
-    output folder at a URL has no journals, so the table on disk may lack the last results.
+    Each process appends its results to its own journal with `append_to_journal`. The table file is written
+    from time to time and when the table is closed. The journals are read when the table is opened. Therefore
+    no result is lost if a process is killed, not even the results that workers have not reported. An output
+    folder at a URL has no journals, so the table file may lack the last results.
     """
 
     def __init__(self, folder: str) -> None:
@@ -132,7 +132,7 @@ class Table:
             if self._lock is not None:
                 _lock_folder(self._lock, self.folder)
             self._rows = {row.input: row for row in self._read_csv()}
-            for path in self._journals():  # journals are at least as recent as the table
+            for path in self._journals():  # journals are at least as recent as the table file
                 self._rows |= {row.input: row for row in _read_journal(path)}
         except BaseException:
             self._close()
@@ -141,8 +141,8 @@ class Table:
 
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
-            with nullcontext() if kind is None else suppress(OSError):  # the first error is raised instead
-                if self._rows:  # empty if the run must not replace existing files
+            with nullcontext() if kind is None else suppress(OSError):  # do not replace the first error
+                if self._rows:  # without rows, nothing may be replaced
                     self.write()
                 if kind is None:
                     self._remove_journals()
@@ -155,24 +155,24 @@ class Table:
             self._lock = None
 
     def row(self, input: str) -> Row | None:
-        """Return the row of an input, or None."""
+        """Return the row of an input, or None if the table has no such row."""
         return self._rows.get(input)
 
     def inputs_by_output(self) -> dict[str, str]:
-        """Return the input of each output."""
+        """Return a dict from the output to the input of each row."""
         return {row.output: row.input for row in self._rows.values()}
 
     def plan(self, rows: Iterable[Row]) -> None:
-        """Put these rows in this order after the rows of earlier runs over other inputs."""
+        """Append the rows of the planned inputs, in order, to the rows of other inputs from earlier runs."""
         planned = {row.input: row for row in rows}
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
         self._remove_journals()
-        self._cost = 0.0  # the first write also imports pyarrow
+        self._cost = 0.0  # the first write does not count: it also imports pyarrow
 
     def add(self, row: Row) -> None:
-        """Add a result, which is already in a journal."""
+        """Add a result to the table in memory, and write the table from time to time."""
         self._rows[row.input] = row
         if perf_counter() - self._written_at > WRITING_PAUSE * self._cost:
             self.write()
@@ -205,7 +205,7 @@ class Table:
                 return [_parse_row(dict(zip(COLUMNS, line, strict=True))) for line in lines]
         except FileNotFoundError:
             return []
-        except ValueError:  # another program has written the file
+        except ValueError:  # the file is not from a batch
             pass
         raise OSError(None, "is not the table of a batch: move it elsewhere", places.join(self.folder, CSV))
 
@@ -213,7 +213,7 @@ class Table:
         return [] if places.is_url(self.folder) else sorted(Path(self.folder).glob(f"{JOURNAL}-*"))
 
     def _remove_journals(self) -> None:
-        """Remove the journals, whose rows are in the written table."""
+        """Remove the journals after their rows have been written to the table."""
         for path in self._journals():
             path.unlink(missing_ok=True)
 
@@ -224,7 +224,7 @@ def _read_journal(path: Path) -> list[Row]:
 
 
 def _make_cell(value: Any) -> Any:
-    """Return the value of a cell; a quote precedes texts that spreadsheets would compute as formulas."""
+    """Return the value of a cell; texts that spreadsheets would evaluate as formulas get a leading quote."""
     return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_STARTS) else value
 
 
@@ -248,7 +248,7 @@ def _save_parquet(path: str, rows: list[Row]) -> None:
 
 
 def _lock_folder(lock: int, folder: str) -> None:
-    """Lock the folder against other batches until the process ends."""
+    """Lock the output folder against other batches; raise an `OSError` if it is locked."""
     if sys.platform == "win32":
         return
     import fcntl

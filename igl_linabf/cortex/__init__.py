@@ -1,4 +1,4 @@
-"""Flat maps of cortices: from a FreeSurfer subject to patches, surfaces and pictures.
+"""Flatten the cortex of a FreeSurfer subject, and write patches, surfaces and pictures.
 
 Each hemisphere of a subject is cut along a template's cuts or along seams that are found. It is then
 flattened at the scale that preserves distances best. Vertices keep the subject's numbering.

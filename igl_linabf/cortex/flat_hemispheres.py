@@ -24,7 +24,7 @@ from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .templates import Template, load_fsaverage_template, read_template
 from .transfer import Cuts, transfer_cuts, transfer_wall
 
-MAX_DISTANCE_ERROR = 0.15  # default bound on the error of distances with found cuts
+MAX_DISTANCE_ERROR = 0.15  # default bound on the error of distances if cuts are found
 
 CutsFrom = Literal["template", "found"]
 WallFrom = Literal["template", "label"]
@@ -65,12 +65,12 @@ class FlatHemisphere:
 
     @property
     def good(self) -> bool:
-        """Whether no triangles are flipped or overlap."""
+        """Whether the map has no flipped or overlapping triangles."""
         return self.result.outcome.good and not self.quality.overlaps
 
     @property
     def border(self) -> BoolArray:
-        """Whether each vertex is in the map and next to a vertex that is not, (#V,)."""
+        """Mask of the vertices in the map that have a neighbour outside the map, (#V,)."""
         return find_border(self.hemisphere.F, self.patch)
 
     @property
@@ -244,7 +244,7 @@ def flatten_hemispheres(
 
 
 def _rename_for_hemisphere(path: Path, name: HemisphereName) -> Path:
-    """Return the path with the prefix of a hemisphere, if it has such a prefix."""
+    """Replace the prefix "lh." or "rh." of a file name by the prefix of a hemisphere."""
     return path.with_name(name + path.name[2:]) if path.name[:3] in ("lh.", "rh.") else path
 
 
@@ -267,7 +267,7 @@ def _check_options(cuts: str, medial_wall: str, template: object, max_distance_e
 def _load_template(
     hemisphere: HemisphereName, given: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None
 ) -> Template:
-    """Read the given template, or the default one."""
+    """Read the given template, or the template from fsaverage5."""
     if given is None:
         return load_fsaverage_template(hemisphere)
     patch, sphere = map(Path, given)
@@ -278,7 +278,7 @@ def _load_template(
 
 
 def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
-    """Flatten the hemisphere without its cuts, and measure the map."""
+    """Flatten a hemisphere without its cuts and its medial wall, and measure the map."""
     patch = patch_faces(given.F, cuts.stays)
     enclosed = [piece for piece in patch.pieces if len(piece) > CRUMBS_SHARE * len(given.V)]
     if enclosed:
@@ -309,8 +309,8 @@ def _remove_overlaps(
 ) -> tuple[PatchFaces, IntArray, int]:
     """Remove border vertices where the map overlaps.
 
-    Returns the remaining patch, the removed vertices, and the number of pairs of faces that still overlap. If
-    too many vertices would have to be removed, the patch is returned unchanged.
+    Return the remaining patch, the removed vertices, and the number of pairs of faces that still overlap. If
+    too many vertices would have to be removed, return the patch unchanged.
     """
     stays, first, out = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
     stays[patch.vertices] = True
@@ -329,7 +329,7 @@ def _remove_overlaps(
 
 
 def find_border(F: IntArray, patch: PatchFaces) -> BoolArray:
-    """Return whether each vertex is in the patch and next to a vertex that is not, (#V,)."""
+    """Return a mask of the vertices in the patch that have a neighbour outside the patch, (#V,)."""
     out = np.ones(int(F.max()) + 1, dtype=bool)
     out[patch.vertices] = False
     border = np.zeros(len(out), dtype=bool)
@@ -338,7 +338,7 @@ def find_border(F: IntArray, patch: PatchFaces) -> BoolArray:
 
 
 def rotate_superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
-    """Rotate the map so that superior, which is FreeSurfer's z axis, points up."""
+    """Rotate the map so that the superior direction, FreeSurfer's z axis, points up."""
     z, height = (uv - uv.mean(axis=0)) @ [1, 1j], V[:, 2] - V[:, 2].mean()
     towards = complex(height @ z)
     turn = 1j * np.conj(towards) / abs(towards) if towards else 1.0

@@ -1,4 +1,4 @@
-"""Cuts of a hemisphere without a template: seams from its medial wall."""
+"""Find cuts of a hemisphere without a template, as seams that start at its medial wall."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
     Warns
     -----
     MeshWarning
-        No cuts reach this error. The cuts with the smallest error are returned.
+        No cuts reach the given error. The cuts with the smallest error are returned.
     """
     if not wall.any():
         raise MeshError(f"{given.subject}, {given.name} has no medial wall: cuts are found from it")
@@ -52,7 +52,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
 
 
 def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
-    """Return the error of distances of the isometric map; infinite if the cuts enclose large pieces."""
+    """Return the error of distances of the isometric map, or infinity if the cuts enclose large pieces."""
     patch = patch_faces(given.F, cuts.stays)
     if sum(map(len, patch.pieces)) > CRUMBS_SHARE * len(given.V):
         return np.inf

@@ -1,4 +1,4 @@
-"""Pictures of flat cortices: the folds, and the change of area."""
+"""Draw pictures of flat cortices, which show the folds and the change of area."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..surface import Submesh, sum_by
 from ..textures import covered
 from .flat_hemispheres import FlatHemisphere
 
-PANEL_PIXELS = 900  # pixels along a side of a panel
-LARGEST_LOG_AREA = 0.7  # logarithm of the change of area at the ends of the colour scale: a factor of two
+PANEL_PIXELS = 900  # side length of a square panel, pixels
+LARGEST_LOG_AREA = 0.7  # log of the area ratio at the ends of the colour scale: a factor of two
 SMOOTHING = 2.0  # millimetres over which the drawn curvature is smoothed
 
-SHRUNK, LEVEL, GROWN = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)  # colours of areas
-GYRUS, SULCUS = 0.75, 0.35  # greys
+SHRUNK, LEVEL, GROWN = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)  # RGB
+GYRUS, SULCUS = 0.75, 0.35  # grey levels of gyri and sulci
 
 
 def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
@@ -36,7 +36,7 @@ def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
 
 
 def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
-    """Return the smoothed mean curvature at each vertex in 1/mm; it is negative in sulci."""
+    """Return the smoothed mean curvature at each vertex, in 1/mm, which is negative in sulci."""
     n, normals = len(V), igl.per_vertex_normals(V, F)
     area = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -52,7 +52,7 @@ def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
 
 
 def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
-    """Draw two panels as a Pillow image: folds with dark sulci, and areas shrunk (blue) or enlarged (red).
+    """Draw a Pillow image with two panels: the folds, and where the map shrinks or enlarges areas.
 
     `change` is the result of `compute_area_changes`, with 0 outside the map.
     """
@@ -82,7 +82,7 @@ def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
 
 
 def _sample_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the pixels of a panel that the map covers, counted from the lowest row, and the values there."""
+    """Return the indices of the panel's pixels in the map, from the lowest row, and their values."""
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()

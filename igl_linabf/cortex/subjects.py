@@ -1,4 +1,4 @@
-"""FreeSurfer subjects: the surfaces of a hemisphere, which share their vertex numbering."""
+"""Read the surfaces and the labels of a FreeSurfer subject's hemispheres."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOW_TO_GET = "pip install 'igl-linabf[cortex]' reads subjects"
 
 @dataclass(frozen=True, eq=False)
 class Hemisphere:
-    """A hemisphere of a subject.
+    """A hemisphere of a FreeSurfer subject.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Hemisphere:
 
     @classmethod
     def of_subject(cls, subject: str | os.PathLike[str], name: HemisphereName) -> Hemisphere:
-        """Read `surf/?h.fiducial`, or the surfaces that replace it.
+        """Read the surface `surf/?h.fiducial` of a subject, or the mean of surfaces that replace it.
 
         Raises
         ------

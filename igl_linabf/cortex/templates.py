@@ -1,4 +1,4 @@
-"""Templates: a medial wall and cuts on the registered sphere, derived from a flat map."""
+"""Derive a template, a medial wall and cuts on the registered sphere, from a flat map."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ..io import import_optional, read_file
 from ..surface import connected_labels, triangle_numbers
 from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
 
-WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; it is 0.5 deep, cuts only 0.04
-SHORTEST_CUT = 0.12  # smallest length of a cut, radians; the outline of the wall is rough by 0.08
-RIM_PRICE = 2.0  # cost of an edge on the rim of a cut, over an inner edge of the same length
+WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
+SHORTEST_CUT = 0.12  # smallest length of a cut, radians; bumps of the wall's outline are up to 0.08 long
+RIM_PRICE = 2.0  # cost of an edge on the rim of a cut, relative to an inner edge of equal length
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def _read_fsaverage(name: str) -> list[NDArray[Any]]:
 
 
 def read_template(patch: Path, sphere: Path) -> Template:
-    """Return the medial wall and the cuts of a patch, given the registered sphere of its subject."""
+    """Return the medial wall and the cuts of a patch file, given the registered sphere of its subject."""
     on_sphere = read_file(sphere)
     kept = read_file(patch, surface=sphere)
     return build_template(
@@ -77,9 +77,9 @@ def read_template(patch: Path, sphere: Path) -> Template:
 def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = "the template") -> Template:
     """Separate the medial wall from the cuts among the faces that are not `kept`.
 
-    The wall consists of the deep vertices. The cuts are the branches of the remaining region: each is the
-    shortest path, along the middle, from the vertex that is farthest from the wall and from the previous
-    cuts.
+    The wall consists of the vertices that are deep in the region of these faces. The cuts are the branches
+    of the remaining region: each cut is the shortest path, along the middle of its branch, from the vertex
+    that is farthest from the wall and from the previous cuts.
     """
     number, _ = triangle_numbers(np.concatenate((F, kept.astype(np.int64))))
     is_kept = np.isin(number[: len(F)], number[len(F) :])
@@ -107,7 +107,7 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
 
 
 def _trace_branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
-    """Return paths from tips to the wall or to earlier paths, longest first."""
+    """Return the paths of the cuts from their tips to the wall or to an earlier path, longest first."""
     ends, paths = wall.copy(), list[IntArray]()
     while True:
         distance, before = compute_distances(edges, price, np.flatnonzero(ends), len(wall))

@@ -12,9 +12,9 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .templates import Template, compute_distances, trace_to_source
 
-RIM_WEIGHT = 1e-6  # smallest barycentric weight of wall vertices at a point inside the wall
-POINTS_AN_EDGE = 2  # points along a template's cut per mean edge length of the subject
-LARGEST_DETOUR = 0.2  # largest distance of a path from the template's line, radians
+RIM_WEIGHT = 1e-6  # a point is inside the wall if wall vertices have a larger barycentric weight
+POINTS_AN_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
+LARGEST_DETOUR = 0.2  # largest distance of a cut from the template's cut, radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Cuts:
     wall : (#V,) bool
         The vertices of the medial wall.
     paths : tuple of int64 arrays
-        The vertices of each cut, a path of edges.
+        The vertices of each cut, which is a path of edges.
     """
 
     wall: BoolArray
@@ -34,7 +34,7 @@ class Cuts:
 
     @property
     def stays(self) -> BoolArray:
-        """The vertices that are neither in the wall nor on a cut, (#V,)."""
+        """Mask of the vertices that are neither in the wall nor on a cut, (#V,)."""
         stays = ~self.wall
         for path in self.paths:
             stays[path] = False
@@ -52,8 +52,8 @@ def transfer_wall(template: Template, sphere: FloatArray) -> BoolArray:
 def transfer_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolArray) -> Cuts:
     """Return the template's cuts as edge paths of a subject, from their tips to the wall or an earlier cut.
 
-    Each cut is a shortest path, with edge costs that grow with the distance from the template's line. It is
-    therefore connected and stays close to the line.
+    Each cut is a shortest path with edge costs that grow with the distance from the template's cut. The path
+    is therefore connected and stays close to the template's cut.
     """
     edges = igl.edges(F)
     length = np.linalg.norm(sphere[edges[:, 0]] - sphere[edges[:, 1]], axis=1)

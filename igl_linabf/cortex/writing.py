@@ -18,12 +18,12 @@ from .flat_hemispheres import FlatHemisphere
 from .pictures import compute_area_changes, draw
 from .subjects import HOW_TO_GET, HemisphereName
 
-STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # as GIFTI names them
-FLAT_PATCH = "cortex.flat.patch.3d"  # the map
+STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # GIFTI's names of the hemispheres
+FLAT_PATCH = "cortex.flat.patch.3d"  # the flat map, as a patch
 FILE_NAMES = (
-    "cortex.patch.3d",  # the mapped vertices, in space
+    "cortex.patch.3d",  # the vertices of the map at their positions in space
     FLAT_PATCH,
-    "cortex.flat.surf.gii",  # the map as a surface
+    "cortex.flat.surf.gii",  # the flat map, as a surface
     "cortex.area.shape.gii",  # log(area in the map / area of the surface)
     "cortex.png",
 )
@@ -64,7 +64,7 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
 
 @contextmanager
 def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemisphere]) -> Iterator[None]:
-    """Write hemispheres under temporary names; the files are renamed if the block succeeds."""
+    """Write hemispheres under temporary names, and rename the files when the `with` block succeeds."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     chosen = list(flats)
     with ExitStack() as stack, ThreadPoolExecutor(max(len(chosen), 1)) as threads:

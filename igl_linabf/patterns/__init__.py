@@ -1,4 +1,4 @@
-"""Sewing patterns at true scale, written as SVG, DXF or PDF.
+"""Draw sewing patterns at true scale, and write them as SVG, DXF or PDF.
 
 A `Pattern` has the outlines of the pieces of a flattened surface in millimetres, with numbered seams, fold
 lines and grain arrows.

@@ -1,4 +1,4 @@
-"""Project a direction in space to each piece, to turn pieces upright and to orient grain arrows."""
+"""Project a direction in space to each piece, to rotate pieces upright and to orient grain arrows."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import complex_positions, mapped_direction
 from .joined_pieces import CutSurface, find_narrowest_turns
 
-ARROW_HALF = 0.3  # half the length of a grain arrow, over the extent of its piece
-ARROW_SHRINKAGE = 0.8  # factor by which an arrow is shortened until it lies inside its piece
-LEAST_GRAIN = 0.1  # smallest mean length of the unit grain direction after projection to a piece
-AGREEING_SHARE = 0.3  # smallest share of a piece whose common direction is used instead of the mean
-SAME_DIRECTION = 1e-3  # largest angle between equal directions, radians
+ARROW_HALF = 0.3  # half the length of a grain arrow, relative to the extent of its piece
+ARROW_SHRINKAGE = 0.8  # an arrow is shortened repeatedly by this factor until it fits into its piece
+LEAST_GRAIN = 0.1  # a grain direction with a shorter mean projection to a piece counts as perpendicular
+AGREEING_SHARE = 0.3  # least share of a piece whose common direction replaces the mean direction
+SAME_DIRECTION = 1e-3  # largest angle between directions that count as equal, radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class PieceDirections:
     is_mean : (#pieces,) bool
         Whether the direction varies all over the piece, as on a cone, so that `towards` is the mean.
     across : (#pieces,) complex128
-        The long side of the bounding rectangle that is aligned with most of the outline.
+        Direction of the long side of the bounding rectangle that is aligned with most of the outline.
     """
 
     towards: ComplexArray
@@ -44,9 +44,9 @@ class PieceDirections:
     def upright_turn(self) -> ComplexArray:
         """The rotation of each piece that makes the direction point up.
 
-        All pieces are treated alike, so that they have the same grain. A single piece with a common direction
-        is instead rotated so that most of its outline is upright or horizontal. If no piece defines an upward
-        direction, the long sides are horizontal, as in drawings of plates.
+        Several pieces are all rotated in this way, so that they have the same grain. A single piece with a
+        common direction is instead rotated so that most of its outline is upright or horizontal. If no piece
+        defines an upward direction, the long sides are horizontal, as in drawings of plates.
         """
         if len(self.towards) > 1 or not self.known.any() or self.is_mean.any():
             return self.towards.conj() * (1j if self.known.any() else 1)
@@ -55,11 +55,11 @@ class PieceDirections:
 
 
 def find_directions(cut: CutSurface, direction: FloatArray) -> PieceDirections:
-    """Return the direction on each piece of a unit direction in space.
+    """Project a unit direction in space to each piece of the flat map.
 
-    If most of a piece has a common direction, such as the sides of a box in a row, that direction is used.
-    Otherwise it is the mean. If the direction is perpendicular to a piece, the long side is used, towards
-    increasing coordinates in space.
+    If the faces of most of a piece have a common direction, such as the sides of a box, that direction is
+    used, otherwise the mean. If the direction in space is perpendicular to a piece, the direction of the
+    piece's long side is used, towards increasing coordinates in space.
     """
     z = complex_positions(cut.flat)
     along, area = mapped_direction(cut.surface, z, cut.F, direction)
@@ -99,15 +99,16 @@ def place_arrows(
 
 
 def _group_rows(of: IntArray) -> list[IntArray]:
-    """Return the rows of each number 0, 1, ..."""
+    """Return, for each number 0, 1, ..., the indices of the entries of `of` that equal it."""
     order = np.argsort(of, kind="stable")
     return np.split(order, np.searchsorted(of[order], np.arange(1, int(of.max()) + 1)))
 
 
 def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
-    """Return the long side of each piece's bounding rectangle.
+    """Return the direction of the long side of each piece's bounding rectangle.
 
-    The rectangle is aligned with most of the outline if possible, otherwise it is the smallest one.
+    The rectangle is aligned with most of the outline if possible. Otherwise, the rectangle with the smallest
+    area is used.
     """
     z, loops = complex_positions(cut.flat), cut.topology.loops
     found = find_narrowest_turns(z, piece).conj()
@@ -117,7 +118,7 @@ def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
         length = np.abs(side[rows])
         quarters = (
             side[rows] / np.maximum(length, np.finfo(float).tiny)
-        ) ** 4  # the same in all four quarters
+        ) ** 4  # the fourth power is equal for directions that differ by quarter turns
         group, shares = _group_directions(quarters, length)
         if not shares.max(initial=0) >= AGREEING_SHARE:
             continue
@@ -136,27 +137,28 @@ def _group_directions(directions: ComplexArray, weight: FloatArray) -> tuple[Int
     group[order] = np.cumsum(np.append(True, np.diff(angle[order]) > SAME_DIRECTION)) - 1
     if (
         angle[order[-1]] - angle[order[0]] > 2 * np.pi - SAME_DIRECTION
-    ):  # the first and the last group are equal
+    ):  # angles wrap around, so the first and the last group are equal
         group[group == group[order[-1]]] = 0
     return group, np.bincount(group, weight) / max(float(weight.sum()), np.finfo(float).tiny)
 
 
 def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex) -> tuple[complex, float]:
-    """Return the sum over the largest group with a common direction, and the largest share of a group.
+    """Return the sum of the directions in the largest group, and the largest share of a group.
 
-    If no group is large, the sum is over all faces. Among groups of equal size, the one nearest to the mean
-    is used. Faces are weighted by their area and by the length of the projected direction.
+    A group is a set of faces with a common direction. If no group is large, the sum is over all faces. Among
+    groups of equal size, the group with the direction nearest to the mean is used. Faces are weighted by
+    their area and by the length of the projected direction.
     """
     weight = area * np.abs(along)
     group, shares = _group_directions(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero(shares >= AGREEING_SHARE / 2)  # at most six
+    large = np.flatnonzero(shares >= AGREEING_SHARE / 2)  # at most six groups
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
-    # on a horizontal tube, one half points up and the other half down, so neither counts
+    # opposite directions cancel, such as those of the two halves of a horizontal tube
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
     most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)
-    # if a quarter of a net points up and a quarter sideways, the mean is not the direction of any edge
+    # accept half the share if no group has the full share, because the mean may be parallel to no edge
     large = large[most & (net >= (AGREEING_SHARE if (net >= AGREEING_SHARE).any() else AGREEING_SHARE / 2))]
     if not len(large):
         return mean * float(area.sum()), float(shares.max())
@@ -167,7 +169,7 @@ def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex)
 def _fit_arrow(
     triangles: FloatArray, rim: FloatArray, points: FloatArray, along: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the tail and head of an arrow inside a piece, centred at a point far from its outline."""
+    """Return the tail and head of an arrow inside a piece, centred at a point far from the outline."""
     centres = triangles.mean(axis=1)
     room, _ = cKDTree(rim).query(centres)
     at, inside = centres[np.argmax(room)], unary_union(polygons(triangles))

@@ -13,9 +13,9 @@ from ..charts import overlap_depths
 from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
 from .seam_pairs import Sides, find_partners
 
-FIT_TOLERANCE = 1e-5  # largest gap between two sides that coincide, over the extent of their pieces
-LEAST_HINGE = 0.2  # smallest length of a joint, over the width of the narrower piece along it
-MOST_HINGES = 8  # number of sides of a seam, longest first, along which two pieces are tried
+FIT_TOLERANCE = 1e-5  # largest gap between sides that coincide, relative to the extent of their pieces
+LEAST_HINGE = 0.2  # shortest joint of two pieces, relative to the width of the narrower piece
+MOST_HINGES = 8  # number of sides of a seam, longest first, along which joining is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +43,12 @@ class CutSurface:
 
     @cached_property
     def topology(self) -> Topology:
-        """Connectivity of the cut surface."""
+        """The topology of the cut surface: its edges and boundary loops."""
         return build_topology(self.F, self.vertices)
 
     @cached_property
     def piece(self) -> IntArray:
-        """The piece of each vertex."""
+        """The index of the piece of each vertex."""
         ends = self.F[:, [0, 1, 1, 2]].reshape(-1, 2)
         return np.asarray(np.unique(connected_labels(ends, len(self.flat)), return_inverse=True)[1])
 
@@ -57,7 +57,7 @@ def join_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
     """Join pieces that fit along a seam without overlaps, and close seams whose sides coincide in the map.
 
     As a consequence, a hole in a plate stays a hole. The edges `kept` (#G, 2), given by vertices of the
-    original surface, stay seams.
+    original surface, remain seams.
     """
     if not cut.topology.loops:
         return cut
@@ -66,7 +66,7 @@ def join_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
 
 
 def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolArray]:
-    """Return the sides of all outlines, their partners, and whether each may be joined to its partner."""
+    """Return the sides of all outlines, their partners across seams, and a mask of the joinable sides."""
     rim = Sides.of(cut.topology.loops)
     partner, twisted = find_partners(rim, cut.surface, cut.piece)
     n = int(cut.origin.max()) + 1
@@ -76,7 +76,7 @@ def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolA
 
 
 def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
-    """Join pieces in the map along common seams, longest first."""
+    """Join the pieces of the map along common seams, longest first."""
     piece = cut.piece
     one = np.flatnonzero(joinable)
     one = one[piece[rim.start[one]] < piece[rim.start[partner[one]]]]
@@ -122,7 +122,7 @@ class _Hinges:
 def _find_hinges(
     here: ComplexArray, there: ComplexArray, pairs: IntArray, extent: FloatArray, places: list[ComplexArray]
 ) -> _Hinges:
-    """Find the hinges of pairs of pieces, given the ends (2, #s) of their common sides in both pieces."""
+    """Find where pairs of pieces may be joined, given the ends (2, #s) of common sides in both pieces."""
     turn = (here[1] - here[0]) * (there[1] - there[0]).conj()
     turn /= np.maximum(np.abs(turn), np.finfo(float).tiny)
     shift = here.mean(axis=0) - turn * there.mean(axis=0)
@@ -149,7 +149,7 @@ def _find_hinges(
 
 
 def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
-    """Close the seams whose two sides coincide."""
+    """Close the seams whose two sides coincide in the map."""
     z, one = complex_positions(cut.flat), np.flatnonzero(joinable)
     other, extent = partner[one], _measure_extents(z, cut.piece)[cut.piece[rim.start[one]]]
     ends = np.stack((rim.start[one], rim.end[one])), np.stack((rim.end[other], rim.start[other]))
@@ -166,7 +166,7 @@ def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolA
 
 
 def _group_vertices(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
-    """Return the vertices of each piece."""
+    """Return the positions of the vertices of each piece."""
     order = np.argsort(piece, kind="stable")
     return np.split(z[order], np.searchsorted(piece[order], np.arange(1, int(piece.max()) + 1)))
 
@@ -182,7 +182,7 @@ def find_narrowest_turns(z: ComplexArray, piece: IntArray) -> ComplexArray:
 
 
 def _measure_extents(z: ComplexArray, piece: IntArray) -> FloatArray:
-    """Return the larger of width and height for each piece."""
+    """Return the extent of each piece: the larger of its width and height."""
     low, high = np.full((2, int(piece.max()) + 1), np.inf), np.full((2, int(piece.max()) + 1), -np.inf)
     for k, x in enumerate((z.real, z.imag)):
         np.minimum.at(low[k], piece, x)

@@ -1,4 +1,4 @@
-"""The pieces of a pattern: outlines at true scale, with their seams, folds and grain arrows."""
+"""Build the pieces of a pattern: outlines at true scale, with seams, folds and grain arrows."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from .joined_pieces import CutSurface, join_pieces
 from .seam_pairs import PatternSeam, pair_seams
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
-DEFAULT_UNITS = "mm"  # unit of a surface whose file does not state one
+DEFAULT_UNITS = "mm"  # unit of length if the file of a surface does not state a unit
 PIECE_MARGIN = 0.005  # distance between a few pieces, as a share of the side of the drawing
-MOST_MARGINS = 0.64  # largest share of the square around all pieces that margins may cover
+MOST_MARGINS = 0.64  # largest share of the drawing's square that margins may cover
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ def lay_out(
 
 
 def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
-    """Return the surface and its map in millimetres, where `unit` is the unit of V in millimetres."""
+    """Return the surface and its map in millimetres; `unit` is the length of V's unit in millimetres."""
     points = vertex_array(V)
     split: Triangles | None
     if isinstance(atlas, Atlas):
@@ -161,14 +161,14 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
         raise MeshError("uv has no area: pass the map of V and F")
     if (
         isinstance(atlas, Atlas) and atlas.report.repairs
-    ):  # faces keep their given orientation, even if `unwrap` reversed them
+    ):  # restore the given orientation of faces that `unwrap` reversed
         faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
     flat = flat * np.sqrt(on_surface / np.abs(area).sum())
     return CutSurface(surface, flat, faces, used, origin[used], None if split is None else split.inner[solid])
 
 
 def _rotate_and_pack(cut: CutSurface, turn: ComplexArray) -> CutSurface:
-    """Rotate the pieces, and place them side by side at coordinates from 0 on."""
+    """Rotate the pieces, and place them side by side, with the lower left corner of the layout at 0."""
     z, piece = complex_positions(cut.flat) * turn[cut.piece], cut.piece
     flat, of = coordinates(z), piece[cut.F[:, 0]]
     number, local = len(turn), np.empty(len(piece), dtype=np.int64)

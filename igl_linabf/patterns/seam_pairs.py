@@ -12,7 +12,7 @@ from .._types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class PatternSeam:
-    """A seam: two stretches of outline that are joined.
+    """A seam of a pattern: two parts of outlines that are joined.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class PatternSeam:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """The sides of all outlines.
+    """The sides (edges) of all outlines of a pattern.
 
     Attributes
     ----------
     start, end : (#S,) int64
-        Vertices at the ends of each side. The material is on its left.
+        Vertices at the ends of each side. The material is on the left of each side.
     after, before : (#S,) int64
         The next and the previous side of the same outline.
     """
@@ -70,7 +70,7 @@ class Sides:
         return cls(start, start[after], after, np.argsort(after))
 
     def lengths(self, points: FloatArray) -> FloatArray:
-        """Return the length of each side, (#S,), with the vertices at the given points."""
+        """Return the length of each side, (#S,), if the vertices are at the given points."""
         return np.asarray(np.linalg.norm(points[self.start] - points[self.end], axis=1))
 
 
@@ -114,21 +114,21 @@ def pair_seams(
 
 
 def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
-    """Return the partner of each side on the same edge of the surface, or -1, and whether it is twisted.
+    """Return, for each side, the partner on the same edge of the surface, or -1, and whether it is twisted.
 
-    Twisted partners have the same direction, which happens only where a one-sided surface was cut.
+    Twisted partners have the same direction, which occurs only where a one-sided surface was cut.
     """
     _, place = np.unique(surface, axis=0, return_inverse=True)
     tail, head = place.ravel()[sides.start], place.ravel()[sides.end]
     n = int(place.max()) + 1
     own, opposite = tail * n + head, head * n + tail
-    # sort the sides of an edge by piece, and pair each forward side with the next backward side
+    # sort the sides on an edge by piece, and pair each forward side with the next backward side
     order = np.lexsort((piece[sides.start], own))
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order)) - np.searchsorted(own[order], own[order])
     at = np.minimum(np.searchsorted(own[order], opposite) + rank, len(order) - 1)
     partner = np.where(own[order][at] == opposite, order[at], -1)
-    alone = order[partner[order] < 0]  # sorted, so that sides of the same direction are neighbours
+    alone = order[partner[order] < 0]  # sorted: sides with equal ends are adjacent
     same = own[alone[1:]] == own[alone[:-1]]
     pairs = np.flatnonzero(same & ~np.append(False, same[:-1]))
     one, other = alone[pairs], alone[pairs + 1]
@@ -139,15 +139,15 @@ def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[I
 
 
 def _find_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
-    """Return whether the seam of each side continues along the next side of the outline."""
+    """Return a mask of the sides whose seam continues along the next side of the outline."""
     after = sides.after
     here = (partner >= 0) & (partner[after] >= 0) & (twisted == twisted[after])
     there = np.where(twisted, after[partner] == partner[after], after[partner[after]] == partner)
-    return np.asarray(here & there & (partner != after))  # the other side begins at a tip
+    return np.asarray(here & there & (partner != after))  # a seam ends where it turns back at a tip
 
 
 def _trace_runs(sides: Sides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
-    """Yield the sides along one of the two stretches of each seam, in order."""
+    """Yield, for each seam, the consecutive sides along one of its two parts."""
     done = np.zeros(len(partner), dtype=bool)
     for first in np.flatnonzero(partner >= 0).tolist():
         if done[first]:

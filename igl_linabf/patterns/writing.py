@@ -17,9 +17,9 @@ from ..charts import Atlas
 from ..io import import_optional, replacing
 from .pieces import MILLIMETRES, Pattern, build_pattern
 
-MARGIN = 10.0  # mm around the pieces and around the printed area of a page; also the overlap of pages
-LINE_WIDTH = 0.25  # mm
-BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, mm
+MARGIN = 10.0  # margin of the sheet and of each page, and overlap of pages, in mm
+LINE_WIDTH = 0.25  # in mm
+BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, in mm
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}  # mm
 EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
@@ -32,7 +32,7 @@ Units = Literal["mm", "cm", "m", "in", "ft", "um"]
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """A polyline through points (n, 2)."""
+    """A polyline through points (n, 2), open or closed."""
 
     layer: str
     points: FloatArray
@@ -41,7 +41,7 @@ class Stroke:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A text that is centred at a point."""
+    """A text centred at a point."""
 
     layer: str
     text: str
@@ -51,7 +51,7 @@ class Label:
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Everything to draw, with the lower left corner at (0, 0)."""
+    """All lines and texts of a drawing, whose lower left corner is at (0, 0)."""
 
     width: float
     height: float
@@ -143,7 +143,7 @@ def write_pattern(
 
 @contextmanager
 def writing_pattern(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
-    """Write a pattern under a temporary name; the file is renamed if the block succeeds.
+    """Write a pattern under a temporary name, and rename the file when the `with` block succeeds.
 
     The suffix selects the format.
     """
@@ -153,7 +153,7 @@ def writing_pattern(path: str | os.PathLike[str], pattern: Pattern, paper: str) 
 
 
 def _build_sheet(pattern: Pattern) -> Sheet:
-    """Draw outlines, seam marks, folds, arrows, names, and the scale bar below them."""
+    """Return a sheet with outlines, seam marks, folds, arrows, names of pieces, and a scale bar."""
     width, height = pattern.size
     text = float(np.clip(max(width, height) / 60, 0.5, 5.0))
     foot = 4 * text + MARGIN
@@ -164,7 +164,7 @@ def _build_sheet(pattern: Pattern) -> Sheet:
     for seam in pattern.seams:
         small = float(
             np.clip(0.4 * min(seam.lengths), 0.3 * text, text)
-        )  # so that neighbouring labels do not touch
+        )  # smaller on short seams, so that neighbouring labels do not overlap
         for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
             at, normal = _find_midpoint(side)
             notch = np.array([at, at + 0.8 * small * towards * normal])
@@ -189,7 +189,7 @@ def _build_sheet(pattern: Pattern) -> Sheet:
 
 
 def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the midpoint of a line by length, and the unit normal to its left there."""
+    """Return the point halfway along a line by length, and the unit normal to the left at this point."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     reached = np.cumsum(step)
     k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
@@ -199,7 +199,7 @@ def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
-    """Return the shaft and the barb of an arrow."""
+    """Return the two polylines of an arrow: its shaft and its head."""
     along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
     aside = np.array([-along[1], along[0]])
     barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
@@ -212,7 +212,7 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
         path,
         size=(f"{sheet.width!r}mm", f"{sheet.height!r}mm"),
         viewBox=f"0 0 {sheet.width!r} {sheet.height!r}",
-        debug=False,  # its checks of each number would dominate the time
+        debug=False,  # svgwrite's checks of each number would dominate the time
     )
 
     def flip_y(points: FloatArray) -> list[tuple[float, float]]:
@@ -253,9 +253,9 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
-    """Write one page if the sheet fits, otherwise overlapping tiles that are labelled by row and column.
+    """Write the sheet as one page if it fits, otherwise as overlapping pages labelled by row and column.
 
-    The paper is in landscape format if this needs fewer pages.
+    The pages are in landscape format if fewer pages are then needed.
     """
     figures = import_optional("matplotlib.figure", EXTRA)
     pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
@@ -281,7 +281,7 @@ def _count_tiles(sheet: Sheet, paper: tuple[float, float]) -> tuple[int, int]:
 def _draw_page(
     module: Any, sheet: Sheet, corner: FloatArray, free: FloatArray, paper: tuple[float, float], name: str
 ) -> Any:
-    """Draw the page of the sheet whose frame has its lower left corner at `corner`."""
+    """Draw one page of the sheet; `corner` is the lower left corner of its frame on the sheet."""
     figure = module.Figure(figsize=(paper[0] / MILLIMETRES["in"], paper[1] / MILLIMETRES["in"]))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()

@@ -1,4 +1,4 @@
-"""Pictures and an interactive window of a surface and its flat map, atlas or grid, with pyvista.
+"""Draw a surface and its flat map, atlas or grid, in pictures and an interactive window, with pyvista.
 
 `pictures` has the functions that draw, `window` the interactive viewer, and `scene` the textures, colour
 scales, cameras and lines of both.

@@ -13,13 +13,13 @@ from ..charts import Atlas
 from ..surface import connected_labels
 from .constants import MARKER_RADIUS
 
-HUE_STEP = 0.618  # difference of hue between consecutive arcs, over the full circle: the golden ratio
+HUE_STEP = 0.618  # hue difference of consecutive arcs, as a share of the full circle: the golden ratio
 CONE = "#e09f1f"
 
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """The seam of an atlas with cones, arc by arc.
+    """The seam edges of an atlas with cones, and the arcs to which they belong.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ def find_seam_sides(atlas: Atlas) -> SeamSides:
 
 
 def _number_arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
-    """Number the seam edges by arc. Arcs continue through vertices with two seam edges, except cones."""
+    """Return the arc of each seam edge; arcs pass through vertices with two seam edges, except cones."""
     end, edge = seams.ravel(), np.repeat(np.arange(len(seams)), 2)
     through = np.bincount(end, minlength=n) == 2
     through[cones] = False
@@ -63,7 +63,7 @@ def _number_arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
 
 
 def choose_arc_colours(arcs: IntArray) -> NDArray[np.uint8]:
-    """Return the colour of the arc of each edge, (#E, 3) from 0 to 255."""
+    """Return the colour of each edge, (#E, 3) from 0 to 255, given the arcs of the edges."""
     each = [
         hsv_to_rgb(i * HUE_STEP % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)
     ]
@@ -71,7 +71,7 @@ def choose_arc_colours(arcs: IntArray) -> NDArray[np.uint8]:
 
 
 def add_cones(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
-    """Add a sphere at each cone."""
+    """Add a sphere at each cone to a plotter."""
     if len(centres):
         ball = pv.Sphere(radius=MARKER_RADIUS * diagonal, theta_resolution=16, phi_resolution=16)
         balls = pv.PolyData(centres).glyph(geom=ball, scale=False, orient=False)

@@ -1,3 +1,3 @@
-"""Constants that several modules of pictures and of the window use."""
+"""Define a constant that pictures and the window share."""
 
-MARKER_RADIUS = 0.012  # radius of spheres at cones and marked points, over the diagonal of the drawn object
+MARKER_RADIUS = 0.012  # radius of spheres at cones and marked points, relative to the diagonal of the object

@@ -1,4 +1,4 @@
-"""Seams drawn by clicks, along shortest paths of edges from vertex to vertex."""
+"""Draw seams by clicks, along shortest edge paths from vertex to vertex."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +14,7 @@ from .map_cache import Pairs
 
 @dataclass
 class DrawnSeams:
-    """Drawn paths of edges on a surface, and the vertex at which the current path continues.
+    """The edge paths that a user has drawn on a surface, and the vertex where the current seam continues.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class DrawnSeams:
 
     @property
     def edges(self) -> Pairs:
-        """All drawn edges, each once."""
+        """All edges of the drawn paths, each edge once."""
         pairs = [np.column_stack((path[:-1], path[1:])) for path in self.paths]
         if not pairs:
             return ()
@@ -51,7 +51,7 @@ class DrawnSeams:
         return tuple((int(a), int(b)) for a, b in every)
 
     def add_vertex(self, vertex: int) -> None:
-        """Start a seam at a vertex, or extend the current seam to it; the last vertex again ends the seam."""
+        """Start a seam at a vertex, or extend the current seam to it; at its last vertex, end the seam."""
         if self.end is None:
             self.end = vertex
         elif vertex == self.end:
@@ -60,7 +60,7 @@ class DrawnSeams:
             _, before = dijkstra(self._graph, directed=False, indices=self.end, return_predecessors=True)
             path = [vertex]
             while path[-1] != self.end:
-                if before[path[-1]] < 0:  # in another component
+                if before[path[-1]] < 0:  # the vertices are in different components
                     break
                 path.append(int(before[path[-1]]))
             else:

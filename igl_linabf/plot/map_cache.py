@@ -1,4 +1,4 @@
-"""A cache of the maps of one surface that a window has shown."""
+"""Compute and cache the maps of a surface that a window shows."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ class MapRequest:
 class MapCache:
     """The maps of a surface, each computed at the first request.
 
-    `boundary` and `cones` apply to methods that support them, until seams are drawn or found with another
-    trade.
+    `boundary` and `cones` apply to methods that support these options, until seams are drawn or found with
+    another `trade`.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class MapCache:
         if not with_cones and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method=method, boundary=self._boundary if shapes else "free").uv
             drawn = build_scene(self.V, self.F, uv)
-            if self._maps:  # all maps have the same orientation
+            if self._maps:  # rotate all maps alike
                 drawn = drawn.fit_map(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}
@@ -110,7 +110,7 @@ class MapCache:
             extend = bool(request.drawn) and not self.planar
             options = {"seams": seams, "charts": ChartOptions(trade=trade, extend=extend)}
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", OutcomeWarning)  # the window shows and counts flipped triangles
+            warnings.simplefilter("ignore", OutcomeWarning)  # the window itself shows flipped triangles
             atlas = unwrap(self.V, self.F, method=method, **options)
         drawn = build_scene(self.V, self.F, atlas)
         return Shown(drawn, atlas.quality, len(atlas.charts), atlas.flat, np.asarray(atlas.FTC))

@@ -11,7 +11,7 @@ from .._types import FloatArray, IntArray
 def pick_face(
     renderer: Any, points: FloatArray, F: IntArray, x: int, y: int
 ) -> tuple[int, FloatArray] | None:
-    """Return the face under a pixel and barycentric coordinates in it; None beside the surface."""
+    """Return the face under a pixel, and barycentric coordinates in this face; None beside the surface."""
     ends = [_to_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
     hits, faces = pv.PolyData.from_regular_faces(points, F).ray_trace(*ends, first_point=False)
     if not len(faces):
@@ -21,7 +21,7 @@ def pick_face(
 
 
 def _to_world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
-    """Convert a pixel and a depth to a point in space."""
+    """Convert a pixel and a depth from 0 to 1 to a point in space."""
     renderer.SetDisplayPoint(x, y, depth)
     renderer.DisplayToWorld()
     point = np.array(renderer.GetWorldPoint())

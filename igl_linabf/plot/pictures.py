@@ -1,7 +1,7 @@
-"""Pictures of a surface and its flat map: checkerboards, distortion, grids.
+"""Draw pictures of a surface and its flat map: checkerboards, distortion, grids.
 
-All functions add to a given or a new pyvista `Plotter`, and return it. With `show=True` they also show it. In
-that case `screenshot` saves the picture, as in `Plotter.show`.
+All functions add to a given or a new pyvista `Plotter`, and return it. With `show=True`, the plotter is also
+shown, and `screenshot` saves the picture, as in `Plotter.show`.
 """
 
 from __future__ import annotations
@@ -334,7 +334,7 @@ def plot_compare(
             plotter.subplot(row, 0)
             add_surface(
                 plotter, drawn, **colours[row], show_scalar_bar=False
-            )  # each row has one, beside the map
+            )  # the map beside the surface has the scalar bar
             add_seams(plotter, drawn)
             face_camera(plotter, drawn.V, drawn.F)
             caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
@@ -357,14 +357,14 @@ def _plot_surface(
 
 
 def _select_scalars(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
-    """Return the scalars as an array; values at vertices are restricted to vertices of faces."""
+    """Return the scalars as an array; omit values at vertices that no face uses."""
     values = np.asarray(scalars, dtype=np.float64).ravel()
     n = len(vertex_array(uv, 2, "uv"))
     return values[np.unique(np.asarray(F))] if len(values) == n != len(np.asarray(F)) else values
 
 
 def _get_plotter(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
-    """Return the plotter to add to, and whether it is new."""
+    """Return the given plotter or a new one, and whether it is new."""
     if plotter is not None:
         return plotter, False
     with pv.vtk_verbosity("error"):  # VTK warns without a display, and continues
@@ -376,6 +376,6 @@ def _show(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)
-        # otherwise a notebook would display the plotter a second time, as the value of the cell
+        # a notebook would display the plotter a second time, as the value of the cell
         plotter._repr_png_ = lambda: None
     return plotter

@@ -1,4 +1,4 @@
-"""Parts of the pictures: textures, colour scales, cameras, lines."""
+"""Build the parts of pictures: textures, colour scales, cameras, lines."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_cones, choose_arc_colours, find_seam_sides
 
-SCALAR_BAR_HEIGHT = 0.12  # height of a scalar bar, over the height of the window
+SCALAR_BAR_HEIGHT = 0.12  # height of a scalar bar, relative to the height of the window
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
-LABEL_FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK 9.6 changed the format language
+LABEL_FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK 9.6 changed its format syntax
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Scene:
 
     @property
     def flipped(self) -> BoolArray:
-        """Whether each face is flipped or collapsed in the map, (#F,)."""
+        """Mask of the faces that are flipped or collapsed in the map, (#F,)."""
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
     @property
@@ -93,7 +93,7 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
 
 
 def _find_seam_edges(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
-    """Return the vertices of the seam edges, (#E, 2)."""
+    """Return the vertices of each seam edge, (#E, 2)."""
     f, k = np.nonzero(seam_mask(seams, F, n))
     return np.unique(np.sort(np.column_stack((F[f, k], F[f, (k + 1) % 3])), axis=1), axis=0)
 
@@ -107,13 +107,13 @@ def build_flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
 
 
 def build_board_options(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
-    """Return the options of `add_surface` for a checkerboard, or for another texture."""
+    """Return the options of `add_surface` that show a checkerboard, or the given texture."""
     texture = checker_texture() if texture is None else texture
     return {"frequency": frequency, "texture": texture, "smooth_shading": True}
 
 
 def build_distortion_options(scenes: Iterable[Scene], measure: Measure) -> list[dict[str, Any]]:
-    """Return the options of `add_surface` for the distortion of each scene, with a common colour scale."""
+    """Return, for each scene, the options of `add_surface` that show distortion on a common scale."""
     values = [distortion(one.V, one.F, one.uv, measure) for one in scenes]
     scale = colour_scale(values, measure)
     return [{"scalars": of, **scale} for of in values]
@@ -146,10 +146,10 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
 
 
 def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the faces to a plotter, with flipped faces in the warning colour.
+    """Add the faces of a scene to a plotter, with flipped faces in the warning colour.
 
     The options are the same as for `Plotter.add_mesh`. `scalars` are values at vertices or faces, and
-    `frequency` is the number of squares for `texture`.
+    `frequency` is the number of squares of the checkerboard along the map.
     """
     flipped = drawn.flipped
     surface = pv.PolyData.from_regular_faces(drawn.V, drawn.F[~flipped])
@@ -167,10 +167,10 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         options["scalars"] = values[~flipped] if by_face else values
         options["preference"] = "cell" if by_face else "point"
         if options.get("lighting", True):
-            options.setdefault("ambient", 0.2)  # shadows must not be mistaken for low values
+            options.setdefault("ambient", 0.2)  # so that shadows are not mistaken for low values
     elif options.get("texture") is not None:
         corner, size = drawn.uv.min(axis=0), np.ptp(drawn.uv, axis=0).max()
-        # the texture has two squares, and the longer side of the map `frequency` squares
+        # the texture is two squares wide, and the longer side of the map is `frequency` squares long
         surface.active_texture_coordinates = (
             (drawn.uv - corner) * (frequency / 2 / size) if drawn.period is None else drawn.uv / drawn.period
         )
@@ -199,7 +199,7 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
 
 
 def look_at_plane(plotter: pv.Plotter, bar: bool = False) -> None:
-    """Point the camera at the plane so that the map fills the window, above an optional scalar bar."""
+    """Point the camera at the plane z = 0 so that the map fills the window, above an optional scalar bar."""
     camera = plotter.camera
     camera.tight(padding=0.08, view="xy", adjust_render_window=False)
     if bar:
@@ -265,7 +265,7 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
         "clim": clim,
         "log_scale": measure in ("angle", "stretch"),
         "scalar_bar_args": {
-            "title": f"{title}\n",  # a blank line above the labels
+            "title": f"{title}\n",  # an empty line between title and labels
             "n_labels": 3,
             "fmt": LABEL_FORMAT,
             "unconstrained_font_size": True,
@@ -305,9 +305,9 @@ def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
 
 
 def face_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> None:
-    """Look along the coordinate axis with the smallest extent, at the side that shows more front faces.
+    """Look along the coordinate axis with the smallest extent, from the side that shows more front faces.
 
-    y points up, unless the picture would be much higher than wide.
+    The y axis points up, unless the picture would be much higher than wide.
     """
     a, b, c = points[faces.T]
     normal = np.cross(b - a, c - a)
@@ -326,7 +326,7 @@ def face_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> Non
 
 
 def _step_back(plotter: pv.Plotter, distance: float) -> None:
-    """Move the camera away from its focal point, because `tight` leaves it inside the surface."""
+    """Move the camera away from its focal point, because `camera.tight` leaves it inside the surface."""
     camera = plotter.camera
     camera.position = np.array(camera.focal_point) - distance * np.array(camera.direction)
     plotter.reset_camera_clipping_range()

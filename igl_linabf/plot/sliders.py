@@ -1,4 +1,4 @@
-"""The sliders of the window."""
+"""Add sliders to the window."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ..measures import MEASURES
 if TYPE_CHECKING:
     from .window import Viewer
 
-MAX_SLIDER_ITERATIONS = 8  # largest value of the slider of iterations
-MAX_SLIDER_TRADE = 60.0  # largest value of the slider of trade
-SLIDER_LETTERS = 0.1  # height of the letters, over the height of the row
+MAX_SLIDER_ITERATIONS = 8  # largest value of the slider for the number of iterations
+MAX_SLIDER_TRADE = 60.0  # largest value of the slider for `trade`
+SLIDER_LETTERS = 0.1  # height of letters, relative to the height of the row of sliders
 
 
 def add_sliders(viewer: Viewer) -> None:
@@ -73,7 +73,7 @@ def _add_number(
 def _call_on_change(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]
     """Return a callback that calls `chosen` for each new value.
 
-    pyvista also calls back with the initial value, which is ignored.
+    The initial value, with which pyvista also calls back, is ignored.
     """
     last = [now]
 

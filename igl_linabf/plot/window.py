@@ -1,7 +1,7 @@
-"""A window with the surface and its flat map side by side.
+"""Open a window with a surface and its flat map side by side.
 
-A click on either side marks the same point on both, or draws a seam. Sliders and keys change the method, its
-iterations, the trade of seam length for stretch, and the colours.
+A click marks the same point on the surface and on the map, or draws a seam. Sliders and keys change the
+method, its iterations, the trade of seam length for stretch, and the colours.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from .scene import (
 )
 from .sliders import add_sliders
 
-PANEL_HEIGHT = 130  # height of the row with sliders and help, pixels
-CLICK_MOVES = 4  # largest distance between press and release of a click, pixels
-SEAM_END_RADIUS = 0.009  # radius of spheres at the ends of seams, over the diagonal of the surface
+PANEL_HEIGHT = 130  # height of the row with the sliders and the help, pixels
+CLICK_MOVES = 4  # largest mouse movement during a click, pixels
+SEAM_END_RADIUS = 0.009  # radius of spheres at the ends of seams, relative to the diagonal of the surface
 
 METHOD_NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
@@ -166,7 +166,7 @@ class Viewer:
         self.draw()
         self.plotter.subplot(0, 0)
         face_camera(self.plotter, shown.drawn.V, shown.drawn.F)
-        self.plotter.camera.zoom(0.92)  # below the caption
+        self.plotter.camera.zoom(0.92)  # leave room for the caption
         if not off_screen:
             add_sliders(self)
             self._connect_events()
@@ -183,7 +183,7 @@ class Viewer:
         return self._maps.get(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
 
     def draw(self) -> None:
-        """Redraw both sides without moving the camera of the surface."""
+        """Redraw the surface and the map without moving the camera of the surface."""
         drawn = self.shown.drawn
         look = self.look
         colours = (
@@ -191,10 +191,10 @@ class Viewer:
             if look.measure is None
             else build_distortion_options([drawn], look.measure)[0]
         )
-        self.plotter.suppress_rendering = True  # otherwise each addition would render
+        self.plotter.suppress_rendering = True  # render once at the end
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
-        for side in (0, 1):  # keep the sliders
+        for side in (0, 1):  # not the renderer of the sliders
             self.plotter.renderers[side].clear_actors()
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
@@ -241,17 +241,17 @@ class Viewer:
         self.draw()
 
     def iterate(self, more: int) -> None:
-        """Increase the iterations of linABF by `more`; below 1, use its default."""
+        """Increase the iterations of linABF by `more`; below 1, use the default number."""
         self.method, self.iterations = "linabf", max(0, self.iterations + more)
         self.draw()
 
     def refine(self, factor: float) -> None:
-        """Multiply the number of squares by `factor`."""
+        """Multiply the number of squares of the checkerboard by `factor`."""
         self.look.frequency = float(np.clip(self.look.frequency * factor, 1, 1000))
         self.draw()
 
     def next_measure(self) -> None:
-        """Show the next distortion, or the checkerboard."""
+        """Show the next measure of distortion, or the checkerboard after the last measure."""
         every = (None, *MEASURES)
         self.look.measure = every[(every.index(self.look.measure) + 1) % len(every)]
         self.draw()
@@ -282,14 +282,14 @@ class Viewer:
         self.draw()
 
     def save_picture(self) -> Path:
-        """Save both sides as a PNG with a new name, and return its path."""
+        """Save a picture of the window as a new PNG file, and return its path."""
         path = self._free_path(".png")
         with replacing(path) as temporary:
             self.plotter.screenshot(temporary)
         return self._report_saved(path)
 
     def save_mesh(self) -> Path:
-        """Save the surface with its map as an OBJ with a new name, and return its path."""
+        """Save the surface with its map as a new OBJ file, and return its path."""
         path = self._free_path(".obj")
         write_mesh(path, self._maps.V, self._maps.F, unit_square(self.shown.uv), self.shown.corners)
         return self._report_saved(path)
@@ -305,7 +305,7 @@ class Viewer:
         return path
 
     def pick(self, x: int, y: int) -> None:
-        """Mark the point under a pixel on both sides, or draw a seam to the nearest vertex.
+        """Mark the point under a pixel on surface and map, or draw a seam to the nearest vertex.
 
         Pixels are counted from the lower left corner.
         """
@@ -362,7 +362,7 @@ class Viewer:
         interactor.style.add_observer("EndInteractionEvent", self._release)
 
     def act(self, action: Callable[[], object]) -> None:
-        """Run the action of a key or slider, and render; an error is shown in the caption."""
+        """Run the action of a key or slider, and render the window; an error is shown in the caption."""
         try:
             action()
         except (MeshError, OSError) as error:

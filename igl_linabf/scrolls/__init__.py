@@ -1,6 +1,6 @@
 """Flatten scroll segments: grids of points on papyrus, as the Vesuvius Challenge's tools make them.
 
-`igl_linabf.io.read_tifxyz` and `write_tifxyz` read and write their format.
+`igl_linabf.io.read_tifxyz` and `write_tifxyz` read and write the format of segments.
 """
 
 from .flattening import flatten_segment, memory_needed

@@ -1,4 +1,4 @@
-"""Flattening of a scroll segment: triangles between its points, a map, and a new grid in the map."""
+"""Flatten a scroll segment: triangulate its grid of points, compute a map, and sample it on a new grid."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .holes import fill_holes
 from .report import FlatSegment, SegmentReport, measure_pieces
 from .resampling import Sheet, grid_positions, sample_sheets
 
-AXIS = (0.0, 0.0, 1.0)  # of the scroll, in the coordinates of its volume
-BYTES_PER_POINT = 2200  # peak memory, with a million points or more
+AXIS = (0.0, 0.0, 1.0)  # axis of the scroll in its volume
+BYTES_PER_POINT = 2200  # peak memory per point of a segment with a million points or more
 GAP = 2  # columns without points between neighbouring pieces
-MAPPED = 0.9  # share of the progress when the maps are finished
+MAPPED = 0.9  # fraction of the progress bar when the maps are finished
 
 
 def memory_needed(segment: Segment) -> int:
@@ -61,8 +61,8 @@ def flatten_segment(
     """Flatten a scroll segment, and sample it at equal distances in the map.
 
     Cells of the grid with four valid points are split along their shorter diagonal. Coincident neighbours
-    move together. The map has the area of the surface, in voxels, and is not mirrored. Holes are not cut.
-    Holes of up to 2,500 points are filled smoothly for the computation, and are holes again in the result.
+    are merged into one vertex. The map has the area of the surface, in voxels, and is not mirrored. Holes are
+    not cut. Holes of up to 2,500 points are filled smoothly for the computation only.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def flatten_segment(
 
 @dataclass(frozen=True, eq=False)
 class _Source:
-    """Where the repaired triangles of a segment come from; without the mesh itself, which takes memory.
+    """The origin of the repaired triangles of a segment; the mesh itself is not kept, to save memory.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class _Source:
 
 
 def _find_pieces(given: Segment) -> tuple[list[Submesh], _Source]:
-    """Return the pieces of the surface, largest first, with small holes filled."""
+    """Return the pieces of the surface with small holes filled, largest first, and their origin."""
     points, filled = fill_holes(given.points)
     F, of_fill = triangulate_grid(points, filled)
     if of_fill.all():
@@ -180,7 +180,7 @@ def _find_pieces(given: Segment) -> tuple[list[Submesh], _Source]:
 
 
 def _without_fill(piece: Submesh, uv: FloatArray, of_fill: BoolArray) -> tuple[Submesh, FloatArray]:
-    """Return the part of a piece that is not a fill, with its map."""
+    """Return a piece and its map without the triangles of filled holes."""
     rows = np.flatnonzero(~of_fill[piece.faces])
     if len(rows) == len(piece.F):
         return piece, uv
@@ -217,7 +217,7 @@ def _flatten_piece(
 
 
 def _index_points(given: Segment, origin: IntArray, merged: IntArray) -> IntArray:
-    """Return the vertex of each point of the grid, given the point that each vertex comes from."""
+    """Return the vertex of each point of the grid, (#rows, #columns), or -1."""
     vertex = np.full(given.points.shape[0] * given.points.shape[1], -1)
     vertex[origin[::-1]] = np.arange(len(origin))[::-1]
     return np.asarray(vertex[merged].reshape(given.points.shape[:2]))
@@ -226,7 +226,7 @@ def _index_points(given: Segment, origin: IntArray, merged: IntArray) -> IntArra
 def _place_maps(
     given: Segment, pieces: list[tuple[Submesh, FloatArray]], origin: IntArray
 ) -> tuple[list[Sheet], FloatArray, tuple[int, int]]:
-    """Place maps side by side in a grid; return them, their map in voxels, and the size of the grid."""
+    """Place the maps of pieces side by side in a grid; return sheets, map in voxels, and size of the grid."""
     placed = [grid_positions(uv, given.scale) for _, uv in pieces]
     wide = [columns + GAP for _, (columns, _) in placed]
     size = sum(wide) - GAP, max(rows for _, (_, rows) in placed)
@@ -240,7 +240,7 @@ def _place_maps(
 
 
 def _describe_source(given: Segment, method: str) -> dict[str, Any]:
-    """Return the entry of a flat segment's meta data that names its source."""
+    """Return the meta data of a flat segment that describe its source."""
     return {
         "uuid": given.meta.get("uuid"),
         "path": None if given.path is None else str(given.path.resolve()),

@@ -1,4 +1,4 @@
-"""Triangles between the points of a grid, and the check of its scale."""
+"""Triangulate a grid of points, and check its scale."""
 
 from __future__ import annotations
 
@@ -8,20 +8,19 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import Segment
 
-SCALE_TOLERANCE = 4.0  # largest ratio of the median distance of neighbours and the distance by the scale
+SCALE_TOLERANCE = 4.0  # largest ratio of the median distance of neighbours and the distance in the scale
 
 
 def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Split each cell whose four points are valid along its shorter diagonal.
+    """Split each cell of a grid whose four points are valid along its shorter diagonal.
 
-    Returns the triangles, (#F, 3), by the indices of the points in the flattened grid, and a mask of the
-    triangles of cells with a filled point. Triangles run counterclockwise where columns run to the right and
-    rows run down.
+    Return the triangles, (#F, 3), as indices of points in the flattened grid, and a mask of the triangles of
+    cells with a filled point. Triangles are counterclockwise if columns run to the right and rows run down.
     """
     columns = points.shape[1]
     valid = np.asarray(np.isfinite(points).all(axis=2))
     row, column = np.nonzero(valid[:-1, :-1] & valid[:-1, 1:] & valid[1:, :-1] & valid[1:, 1:])
-    a = row * columns + column  # upper left
+    a = row * columns + column  # upper left corner of each cell
     b, c, d = a + 1, a + columns, a + columns + 1
     flat, fill = points.reshape(-1, 3), filled.ravel()
     falling = np.linalg.norm(flat[d] - flat[a], axis=1) <= np.linalg.norm(flat[c] - flat[b], axis=1)
@@ -53,7 +52,7 @@ def check_step(segment: Segment) -> None:
 def _median_step(points: FloatArray, axis: int) -> float:
     """Return the median distance of neighbours along an axis of the grid, without coincident points."""
     squared = (np.diff(points, axis=axis) ** 2).sum(axis=2)
-    squared = squared[squared > 0]  # NaN at missing points
+    squared = squared[squared > 0]  # also drops NaN at missing points
     if not len(squared):
         what = ("rows", "columns")[axis]
         raise MeshError(f"no two neighbouring {what} have valid points at different positions")

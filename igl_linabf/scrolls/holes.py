@@ -1,6 +1,6 @@
-"""Smooth fills of small holes, which take part in the flattening and are not in its result.
+"""Fill small holes smoothly during the flattening, without changing the result.
 
-Without holes, a map is laid out from its boundary loop, with a fraction of the memory and time.
+The fills save memory and time, because a map without holes is laid out from its boundary loop.
 """
 
 import numpy as np
@@ -10,14 +10,14 @@ from scipy.sparse import linalg
 
 from .._types import BoolArray, FloatArray
 
-MOST_FILLED = 2_500  # missing points of a hole that is filled
-SLOPE_WEIGHT = 1e-4  # of squared first differences beside second differences; makes the fill unique
+MOST_FILLED = 2_500  # largest number of missing points in a hole that is filled
+SLOPE_WEIGHT = 1e-4  # weight of first differences relative to second differences; makes the fill unique
 
 
 def fill_holes(points: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Fill the small holes of a grid with points of least bending.
+    """Fill the small holes of a grid of points with the least bending.
 
-    Returns the points, and a mask of the points that were filled.
+    Return the points, and a mask of the points that were filled.
     """
     missing = ~np.isfinite(points).all(axis=2)
     label, number = scipy.ndimage.label(missing, structure=np.ones((3, 3)))
@@ -34,7 +34,7 @@ def fill_holes(points: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def _interpolate(points: FloatArray, filled: BoolArray, present: BoolArray) -> FloatArray:
-    """Return positions of the filled points with the least sum of squared differences in the grid."""
+    """Return positions of the filled points that minimize the squared differences along the grid."""
     number = np.full(filled.shape, -1)
     number[filled] = np.arange(filled.sum())
     rows, columns, values, right = [], [], [], []

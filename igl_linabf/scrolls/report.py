@@ -1,4 +1,4 @@
-"""The flat segment, and what its map does to the surface."""
+"""Define the flat segment, and measure the distortion of its map."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class FlatSegment:
 
 
 def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> dict[str, Any]:
-    """Measure maps of several pieces together; return fields of `SegmentReport`."""
+    """Measure the distortion of the maps of all pieces; return fields of `SegmentReport`."""
     changes = [measure_change(surface, uv) for surface, uv in pieces]
     area = np.concatenate([changed.double_area for changed in changes])
     squared = np.concatenate([changed.squared_stretch for changed in changes])

@@ -1,4 +1,4 @@
-"""The flat segment as a grid: points of the surface at equal distances in the map."""
+"""Resample the surface to a flat grid, whose points have equal distances in the map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..errors import MeshWarning, stack_level
 from ..io import Segment
 from ..textures import Texels, covered
 
-FACES_AT_ONCE = 250_000  # triangles that are sampled together, which bounds the memory
+FACES_AT_ONCE = 250_000  # number of triangles to sample at a time, to bound the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class Sheet:
 
 
 def grid_positions(uv: FloatArray, scale: tuple[float, float]) -> tuple[FloatArray, tuple[int, int]]:
-    """Return the columns and rows of the vertices of a map with v upwards, and the size of the grid.
+    """Return the column and the row of each vertex of a map with v upwards, and the size of the grid.
 
-    The grid is centred, and its number of columns and rows is the largest that lies within the map.
+    The grid is centred, and as large as fits into the bounding box of the map.
     """
     cells = uv * scale
     low, high = np.nanmin(cells, axis=0), np.nanmax(cells, axis=0)
@@ -48,8 +48,8 @@ def grid_positions(uv: FloatArray, scale: tuple[float, float]) -> tuple[FloatArr
 def sample_sheets(segment: Segment, sheets: list[Sheet], size: tuple[int, int]) -> Segment:
     """Interpolate the points and the channels of a segment at the points of the flat grid.
 
-    Integer channels take the value at the nearest corner of the triangle, all others are interpolated.
-    Channels of another size than the grid are left out, with a warning.
+    Integer channels take the value at the nearest corner of the triangle; other channels are interpolated.
+    Channels that do not have the size of the grid are left out with a warning.
     """
     columns, rows = size
     given = segment.points.shape[:2]
@@ -79,7 +79,7 @@ def sample_sheets(segment: Segment, sheets: list[Sheet], size: tuple[int, int]) 
 
 
 def _interpolate(values: np.ndarray, F: IntArray, texels: Texels) -> np.ndarray:
-    """Interpolate values at the corners, (#points, k): linearly, or by the nearest corner if integer."""
+    """Interpolate values (#points, k) to texels linearly; integers are taken from the nearest corner."""
     if values.dtype.kind == "f":
         return texels.values(values[F])
     nearest = texels.weights.argmax(axis=1)

@@ -1,4 +1,4 @@
-"""A made-up scroll segment for tests, examples and benchmarks."""
+"""Make a synthetic scroll segment for tests, examples and benchmarks."""
 
 import numpy as np
 import scipy.ndimage
@@ -13,10 +13,10 @@ BOTTOM = 1000.0  # smallest z, in voxels
 
 
 def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
-    """Make a segment of a spiral sheet, with the faults of real segments.
+    """Make a synthetic segment of a spiral sheet, with the defects of real segments.
 
-    The sheet has noise, bulges, a ragged border, holes, coincident neighbours, a part that hangs on a thin
-    bridge, and a second piece.
+    The sheet has noise, bulges, a ragged border, holes, coincident neighbours, a part that is connected by a
+    thin bridge, and a second piece.
 
     Parameters
     ----------
@@ -45,20 +45,20 @@ def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
     rng = np.random.default_rng(seed)
     row, column = np.mgrid[:rows, :columns].astype(float)
     along, up = STEP * column, STEP * (rows - 1 - row)
-    grow = PITCH / (2 * np.pi)  # radius per radian
-    turn = (np.sqrt(INNERMOST**2 + 2 * grow * along) - INNERMOST) / grow  # of the length `along`, nearly
+    grow = PITCH / (2 * np.pi)  # increase of the radius per radian
+    turn = (np.sqrt(INNERMOST**2 + 2 * grow * along) - INNERMOST) / grow  # angle after the length `along`
     radius = INNERMOST + grow * turn + 0.2 * PITCH * np.sin(up / 400) * np.sin(along / 600)
     points = np.stack((radius * np.cos(turn), radius * np.sin(turn), up), axis=2)
     centre = 1.5 * radius.max()
     points += rng.normal(0, NOISE, points.shape) + np.array([centre, centre, BOTTOM])
     twice = rng.random((rows, columns - 1)) < 0.002
-    points[:, 1:][twice] = points[:, :-1][twice]  # coincident neighbours
+    points[:, 1:][twice] = points[:, :-1][twice]  # make neighbours coincident
     missing = np.abs(column - 0.8 * columns) < 1.5
-    missing[rows // 2 - 1 : rows // 2 + 1] = False  # a bridge of one cell
-    missing |= np.abs(column - 0.93 * columns) < 1.5  # a gap, so that the rest beyond it is a separate piece
+    missing[rows // 2 - 1 : rows // 2 + 1] = False  # leave a bridge of one cell
+    missing |= np.abs(column - 0.93 * columns) < 1.5  # a gap that cuts off the second piece
     for radius_of_hole in (1.0, 3.0):
         seeds = rng.random((rows, columns)) < 1 / 3000
         missing |= scipy.ndimage.distance_transform_edt(~seeds) < radius_of_hole
-    missing |= row < 2 * rng.random(columns)  # a ragged border
+    missing |= row < 2 * rng.random(columns)  # make the border ragged
     points[missing] = np.nan
     return Segment(points, (1 / STEP, 1 / STEP), {"type": "seg", "name": "synthetic"})

@@ -126,7 +126,7 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     (x, y), (across, down) = transform.get("offset", (0, 0)), transform.get("scale", (1, 1))
     cos, sin = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
     # u' = a u + b v + x, v' = c u + d v + y, v downwards. The rotation is counterclockwise on screen, as in
-    # existing programs; the code listing in the specification of KHR_texture_transform rotates clockwise.
+    # existing programs, but unlike the code listing in the specification of KHR_texture_transform.
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     nearest = sampler.get("magFilter") == Filter.NEAREST
@@ -135,7 +135,7 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
 
 
 def _find_image(texture: dict[str, Any]) -> int | None:
-    """Return the number of a texture's image: the core image, or otherwise the image of an extension."""
+    """Return the number of a texture's image: its glTF 2.0 image, or otherwise the image of an extension."""
     sources = [texture, *texture.get("extensions", {}).values()]
     return next((source["source"] for source in sources if "source" in source), None)
 
