@@ -1,4 +1,4 @@
-"""Any surface as an atlas of charts.
+"""Cut any surface into charts, flatten the charts, and pack them into an atlas.
 
 In: V, F of any manifold. Out: seams; the surface cut along them; an `Atlas` of flat, packed charts.
 Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the conformal scale of Sawhney, Crane

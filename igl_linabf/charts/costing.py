@@ -1,4 +1,4 @@
-"""The cost of an atlas: measured stretch, the price of its seams, and the fill of its pages."""
+"""Measure the cost of an atlas from its stretch, its seams and the fill of its pages."""
 
 import numpy as np
 

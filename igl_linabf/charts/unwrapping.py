@@ -261,7 +261,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     rim = topology.edges[topology.sides[1] < 0]
     if not len(rim):
         return
-    # repairs may have cut along an edge: count its two copies once
+    # count an edge along which a repair has cut only once
     _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
     _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)

@@ -233,7 +233,7 @@ def mark_sides(edges: IntArray, F: IntArray, n: int) -> BoolArray:
     at_edge[edges] = True
     corner = at_edge[F]
     sides = corner & corner[:, [1, 2, 0]]
-    face, k = np.nonzero(sides)  # compare keys only where both ends belong to one of the edges
+    face, k = np.nonzero(sides)  # compare keys only for sides whose two ends are vertices of the edges
     sides[face, k] = np.isin(
         _edge_keys(np.stack((F[face, k], F[face, (k + 1) % 3]), axis=1), n), _edge_keys(edges, n)
     )

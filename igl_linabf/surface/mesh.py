@@ -138,7 +138,7 @@ class PlanarFaces:
         return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
 
     def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:
-        """Return the mesh with these vertex positions, with the errors and warnings of `planar_mesh`."""
+        """Return the mesh with the given vertex positions, after the checks of `planar_mesh`."""
         positions = vertex_array(V)
         n_given = len(positions)
         if n_given <= self.vertices[-1]:

@@ -1,4 +1,4 @@
-"""Find the outer loop of a surface with holes: the loop that encloses all others in a flat map."""
+"""Find the outer loop of a surface with holes: the boundary loop that encloses all holes in a flat map."""
 
 import numpy as np
 
@@ -41,7 +41,7 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
-    """Return the index of the longest loop among those whose turning is within `MIN_LEAD` of the largest."""
+    """Return the index of the longest loop, of all loops with turning within `MIN_LEAD` of the largest."""
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 

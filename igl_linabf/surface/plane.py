@@ -29,7 +29,7 @@ def bounded_ratio(largest: Array, smallest: Array) -> Array:
 
 
 def scale_to_unit_size(uv: FloatArray) -> FloatArray:
-    """Scale the coordinates by a power of two, hence exactly, so that the largest is about one.
+    """Scale the coordinates exactly, by a power of two, so that the largest coordinate is about 1.
 
     Squares of the scaled coordinates cannot overflow.
     """

@@ -17,7 +17,7 @@ from .ragged import Ragged, index_and_rank
 from .triangulation import triangulate_polygons
 
 Kind = TypeVar("Kind", bound=np.generic)
-Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or one array per face if their sizes differ
+Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or an array for each face if sizes differ
 
 
 @dataclass(frozen=True, eq=False)

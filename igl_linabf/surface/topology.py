@@ -150,7 +150,7 @@ class Topology:
 
 @dataclass(frozen=True, eq=False)
 class KeptTopology(Topology):
-    """A topology that is used in many calls, and caches results that depend on it alone."""
+    """A topology that is used in many calls, and caches results that depend only on the connectivity."""
 
     _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
 
@@ -232,7 +232,7 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
 def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
     """Return the edge of each half-edge, (3 #F,), and two masks of nonmanifold edges.
 
-    The first mask marks edges with more than two half-edges, the second one marks edges with two half-edges
+    The first mask marks edges with more than two half-edges. The second mask marks edges with two half-edges
     of the same direction.
     """
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()

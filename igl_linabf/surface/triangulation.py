@@ -11,7 +11,7 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_SEARCHED_POLYGON
 
-SEARCH_BATCH = 4_000_000  # array elements that the optimal triangulation works on at a time: 32 MB
+SEARCH_BATCH = 4_000_000  # largest number of elements (32 MB) of an array in the optimal triangulation
 NEGLIGIBLE_POLYGON_AREA = 1e-12  # double area that counts as 0, relative to the squared longest diagonal
 
 # Costs of triangles with defects; all other triangles cost the sum of their cotangents.
@@ -58,9 +58,9 @@ def _triangulate_with_costs(points: FloatArray, taken: BoolArray | None) -> IntA
 
 
 def _triangulate_by_fans(points: FloatArray) -> tuple[IntArray, IntArray]:
-    """Triangulate by fans around the first corners, like igl; also return the polygons where that fails.
+    """Triangulate by fans around the first corners, like igl; also return the polygons with invalid fans.
 
-    A fan fails if one of its triangles is reversed or has no area.
+    A fan is invalid if a triangle is reversed or has no area.
     """
     k = points.shape[1]
     step = np.arange(1, k - 1)
@@ -163,7 +163,7 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
 
 
 def _contains_corner(flat: FloatArray, i: int, ear: int, j: int, remaining: BoolArray) -> bool:
-    """Return True if a remaining corner lies in the ear or on its new side."""
+    """Return True if a remaining corner lies in an ear, or on the side where the ear is cut off."""
     a, b, c = flat[i], flat[ear], flat[j]
     inside = remaining & (_double_area(a, b, flat) > 0) & (_double_area(b, c, flat) > 0)
     inside &= _double_area(c, a, flat) >= 0

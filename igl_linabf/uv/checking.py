@@ -157,7 +157,7 @@ class UVCheck:
 
     @property
     def troubles(self) -> list[str]:
-        """One sentence about each defect."""
+        """Return a sentence about each defect."""
         lines = []
         if self.report.unmapped:
             lines.append(

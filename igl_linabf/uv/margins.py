@@ -46,7 +46,7 @@ def measure_margins(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple
 def _extract_outlines(
     charts: UVCharts, own: BoolArray, size: tuple[int, int]
 ) -> list[shapely.MultiLineString]:
-    """Return the outlines of the selected charts in texels, which are sides of only one triangle."""
+    """Return the outlines of the selected charts, in texels: the sides that belong to only one triangle."""
     rows = np.flatnonzero(own[charts.chart])
     F, of = charts.F[rows], np.repeat(charts.chart[rows], 3)
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()

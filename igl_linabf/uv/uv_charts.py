@@ -138,8 +138,8 @@ class UVCharts:
     def chart(self) -> IntArray:
         """The chart of each triangle.
 
-        If the map folds along edges, such as between two halves that share their texture, each side is a
-        chart.
+        If the map folds over along edges, for example between two halves that share their texture, the parts
+        on the two sides of the fold are different charts.
         """
         islands = _renumber(connected_labels(self._adjacent, len(self.F)))
         sign = self.double_area > 0
@@ -230,9 +230,10 @@ class UVCharts:
         return self._compare(firsts, PAIRS_AT_ONCE)[1][np.searchsorted(firsts, halves)]
 
     def _compare(self, charts: IntArray, limit: int) -> tuple[IntArray, IntArray]:
-        """Return the accidental pairs among some charts, and the first chart of each chart's stack.
+        """Return the pairs of triangles that overlap by accident, and the first chart of each chart's stack.
 
-        If there are more pairs than the limit, the list is incomplete, and no charts are stacked.
+        Only the given charts are compared. If there are more pairs than `limit`, the list is incomplete, and
+        no charts are stacked.
         """
         z = self._scaled
         is_compared = np.zeros(self.number, dtype=bool)
@@ -299,8 +300,8 @@ def _merge_equal_rows(points: FloatArray) -> tuple[IntArray, IntArray]:
 def _stack_on_first(one: IntArray, other: IntArray, number: int) -> IntArray:
     """Return the first chart of each chart's stack.
 
-    `one` and `other` are the charts one < other that cover each other, sorted. A chart is stacked on the
-    earliest of them that is not itself stacked.
+    The charts `one` and `other`, one < other, cover each other; the pairs are sorted. A chart is stacked on
+    the earliest chart that it covers and that is not itself stacked.
     """
     stack = np.arange(number)
     starts = np.flatnonzero(np.diff(one, prepend=-1))

@@ -107,7 +107,7 @@ def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> In
 
 
 def _look_up(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
-    """Return, for each row of `wanted`, one of `rows` whose row of `table` has a value in common, or -1.
+    """Return, for each row of `wanted`, the entry of `rows` at a row of `table` with a common value, or -1.
 
     Only the values of `wanted` that are marked in `usable` are compared.
     """

@@ -82,7 +82,7 @@ def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles) -> Subm
 
 
 def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[Repair, ...]:
-    """Convert repairs of triangles to repairs of the polygons that they come from."""
+    """Convert repairs of triangles to repairs of the polygons that contain the triangles."""
     return tuple(
         replace(repair, first=np.unique(split.face[repair.first])) if repair.of == "faces" else repair
         for repair in repairs

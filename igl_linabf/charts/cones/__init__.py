@@ -1,4 +1,4 @@
-"""Cones: the few vertices at which a map of the surface keeps its curvature, while it is flat elsewhere.
+"""Cones: the few vertices that keep all curvature of a surface when the rest of the surface is flattened.
 
 Input: a surface. Output: cones with their angles, a seam through them, and the resulting charts.
 The conformal scale follows Ben-Chen, Gotsman, Bunin 2008.

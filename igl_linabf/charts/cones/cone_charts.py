@@ -32,9 +32,9 @@ from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-# Precondition linear ABF with the factorisation that placed the cones only from this number of nodes.
+# Least number of nodes for which linear ABF is preconditioned with the factored Laplacian of the cones.
 MIN_KNOWN_FACTOR_NODES = 5_000
-# Precondition linear ABF only if the share of bonds with negative cotangent weights is at most this value.
+# Largest share of negative cotangent weights for which linear ABF is preconditioned with that Laplacian.
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
 MAX_ANGLE_RESIDUAL = 0.5  # error of the angle sums, radians, above which no map with the cones exists
 
@@ -80,7 +80,7 @@ class SurfaceCones:
         return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
 
     def place_on(self, component: Submesh) -> ComponentCones:
-        """Return the cones on a component; find them if their number is given."""
+        """Return the cones on a component; find cones if the caller gave only their number."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
             own = find_on_component(place, self.vertices, CONES_PER_STRETCH)

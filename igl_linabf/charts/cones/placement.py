@@ -20,17 +20,17 @@ from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
 
-# Number of cones that are found one by one. The search also ends after this number of cones in a row without
-# feasible angles.
+# Number of cones that are found one by one, and number of cones in a row without feasible angles that end the
+# search.
 SINGLE_CONES = 100
 CONES_PER_NEW_CONE = 16  # number of existing cones for each cone in a batch of new cones
 MAX_GREEN_VALUES = 200_000_000  # values of Green's functions (nodes times cones), 8 bytes each
 MIN_VERTICES_PER_CONE = 8  # interior vertices per cone, if there are more than `SINGLE_CONES` cones
 MAX_IDLE_CONES = 4  # the search ends after this number of cones in a row without gain
-# Continue the search while L2 stretch plus price of cones is above this value. Strained cones cost as much.
+# L2 stretch, plus the price of cones, above which the search continues; also the price of strained cones.
 TOLERABLE_STRETCH = 3.0
 MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is placed nearby
-MAX_ANGLE_AT_CONE = 0.75 * np.pi  # mean angle of the triangles at a cone, radians, above which it is strained
+MAX_ANGLE_AT_CONE = 0.75 * np.pi  # largest mean angle of the triangles at an unstrained cone, radians
 QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in quarter turns
 
 
@@ -176,7 +176,7 @@ def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float)
     for scale in _grow_cones(place, place.limit):
         many, cost = len(scale.nodes) >= place.enough, np.inf
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
-            least = scale.stretch  # the curvature of a single cone is zero, which is the same as no cone
+            least = scale.stretch  # on a torus, a single cone has curvature zero
         if len(scale.nodes) >= place.fewest:
             cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
             # a few limbs without cones can hide the gain of cones elsewhere
@@ -312,8 +312,8 @@ def choose_cone_angles(
 ) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
     """Return the angle sums of the cones of a component.
 
-    They are given in `wanted`, or follow from an equal scale at all cones (None), or are multiples of 90
-    degrees ("quarter"). Also return the scale that determines the angles, and the quantised curvatures.
+    The angle sums are given in `wanted`, or follow from an equal scale at all cones (None), or are multiples
+    of 90 degrees ("quarter"). Also return the scale that determines the angles, and the quantised curvatures.
 
     Raises
     ------

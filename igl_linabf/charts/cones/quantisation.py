@@ -57,7 +57,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Area weights of sample nodes, u there without cones, and the change of u per quarter turn."""
+        """Area weights, values of u without cones, and changes of u per quarter turn, at sample nodes."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
@@ -162,8 +162,8 @@ class QuantisedCurvatures:
 def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
     """Round the turns of paths, (n, #paths), to whole quarter turns with little `_distortion`.
 
-    The paths are rounded one after another. The value to round includes a correction for the errors of the
-    paths before (Babai 1986).
+    The paths are rounded one after another, each with a correction for the rounding errors of the paths
+    before it (Babai 1986).
     """
     upper = np.linalg.cholesky(cost).T
     quarters = np.zeros_like(path_turns)

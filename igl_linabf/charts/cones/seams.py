@@ -34,9 +34,9 @@ def cut_handles(piece: ClosedSurface) -> IntArray:
 def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:
     """Return closed paths around all holes but one, followed by paths along and across the handles.
 
-    If the scale returns to its value along these paths and around each interior vertex, it does so along
-    every closed path. Each path crosses the seam at one edge. These are the edges that close a cycle of the
-    seam and, on a spanning tree of the seam, the first edge from each hole on the way to another hole.
+    If the scale returns to its value along these paths and around each interior vertex, it returns to its
+    value along every closed path. Each path crosses the seam at one edge: an edge that closes a cycle of the
+    seam, or the first edge from a hole on the way to another hole along a spanning tree of the seam.
     """
     if not len(seam):
         return ()

@@ -16,14 +16,14 @@ MAX_MOVED_GROUPS = 12  # number of attempts to move a group of arcs or branch po
 
 Item = TypeVar("Item")  # a branch point or an arc
 Cost = Callable[[IntArray], float]  # maps the edges of a seam to its cost
-Steps = dict[int, list[tuple[int, int]]]  # for each node: its seam edges, with the node at their other end
+Steps = dict[int, list[tuple[int, int]]]  # for each node, its seam edges and the node at the end of each edge
 Arc = tuple[list[int], list[int]]  # consecutive edges of a seam, and the nodes along them
 ArcArrays = tuple[IntArray, IntArray]  # an `Arc` stored as two arrays
 EndedArc = tuple[IntArray, int]  # consecutive edges of a seam, and the node at the end
 
 MOVES_OF_BRANCH_POINT = 3  # largest mean number of moves of a branch point
 MAX_ARCS_OF_ALL_PAIRS = 6  # largest number of arcs at a branch point for which all pairs of arcs are tried
-NEAREST_ARCS = 2  # at branch points with more arcs, each arc is only paired with this number of nearest arcs
+NEAREST_ARCS = 2  # number of nearest arcs with which each arc is paired at branch points with many arcs
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
@@ -52,7 +52,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
 
 
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Remove branches, longest first, if that lowers `cost`.
+    """Remove branches, longest first, if their removal lowers `cost`.
 
     A branch becomes superfluous if another branch that was grown later serves the same purpose.
     """
@@ -92,7 +92,7 @@ def select_longest(items: list[Item], length: Callable[[int], float]) -> list[It
 def move_in_groups(
     items: list[Item], seam: IntArray, move: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
-    """Move all items of a seam together; if that is rejected, move halves of them, and so on.
+    """Move all items of a seam at once; if the move is rejected, move each half of the items, and so on.
 
     `move` returns the new seam, or None if it rejects the move.
     """
@@ -151,7 +151,7 @@ def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[Ended
 def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
 
-    A loop without any such node is a single arc.
+    A loop that contains no end of an arc is a single arc.
     """
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -195,7 +195,7 @@ def follow_arcs(graph: SurfaceGraph, steps: Steps, branch: int) -> list[EndedArc
 def follow_arc(
     graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
-    """Return the arc that starts at `node` along `step`; cut off if it is longer than `reach`."""
+    """Return the arc that starts at `node` along `step`, truncated to a length of about `reach`."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
     while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:

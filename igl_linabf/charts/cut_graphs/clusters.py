@@ -141,7 +141,7 @@ class Levels:
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """Map a coarse seam to the surface step by step, pulling it tight. Its `leaves` do not move."""
+        """Map a coarse seam to the surface in steps, and pull it tight; the nodes `leaves` do not move."""
         for step in reversed(self.steps):
             seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam

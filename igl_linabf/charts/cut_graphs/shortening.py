@@ -157,7 +157,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
             path = corridor.shortest_path(int(places[0]), int(places[-1]), blocked, length)
             if len(path) > 1:
                 new = graph.edges_between(path[:-1], path[1:])
-                one = len(new) == 1 and new[0] in seam  # a single edge that is another arc of the seam
+                one = len(new) == 1 and new[0] in seam  # the path is a single edge of the seam
                 on[edges] = False
                 if (
                     not one

@@ -21,7 +21,7 @@ MIN_DISK_CURVATURE = 0.02  # least sum of squared curvatures, in full turns, of 
 
 MIN_PLANE_SHARE = 1e-3  # least area of a large plane, as a share of the component's area
 PLANE_OVER_NEIGHBOURS = 2.0  # least area of a large plane, over the area of any smoothly adjacent plane
-TURN_OF_EXTENT = 1e-3  # radians that count for a path as long as the extent, when fillets are halved
+TURN_OF_EXTENT = 1e-3  # radians that are added to the turning of a path for a length equal to the extent
 MAX_FILLET_TURN = np.deg2rad(60.0)  # largest total turn of the surface from a plane to a face assigned to it
 
 

@@ -22,7 +22,7 @@ from ...surface import Submesh, sum_by
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
-HIDING = 3.0  # the length of an edge in full view is multiplied by this factor, of a hidden edge divided
+HIDING = 3.0  # factor on the length of edges in full view, and divisor of the length of hidden edges
 HIDING_ON_BACK = 2.0  # `HIDING` for hide="back"; lower, because the back is only estimated
 MIN_BODY_SHARE = 0.01  # least share of all triangles of a component whose front is determined
 MIN_DETAILED_FACES = 300  # least number of triangles of a component whose front is determined

@@ -3,4 +3,4 @@
 MIN_SHAPED_AREA = 1 / 1600  # share of the total area below which a chart counts as a small rectangle
 COARSE_TURNS = 8  # number of rotations of each chart that are tried on coarse grids
 EXPECTED_FILL = 0.62  # expected fill of a page, which sets the scale of the first grid
-GROWING_ROOM = 1.3  # side of the search grid over the expected side, and its growth factor in each trial
+GROWING_ROOM = 1.3  # initial side of the search grid over the expected side, and growth factor per trial

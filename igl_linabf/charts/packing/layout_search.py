@@ -19,15 +19,16 @@ from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_ARE
 from .outlines import ChartMasks, Outline, rasterize_outlines
 from .spacing import Spacing
 
-MAX_SHAPED_CHARTS = 100  # largest charts that are placed by their shapes instead of as rectangles
-RECTANGLE_FILL = 0.9  # fill of its bounding rectangle from which a chart is turned by quarter turns only
+# Largest number of charts that are placed by their shapes. Smaller charts are placed as rectangles.
+MAX_SHAPED_CHARTS = 100
+RECTANGLE_FILL = 0.9  # charts that fill their bounding rectangle to this share are rotated by 90 degrees only
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
 CLOSE_SIDE = (
     1.02  # side of a fine layout, over the best coarse side, above which the next coarse layout is tried
 )
 FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
-MAX_FINE_TRIALS = 8  # fine trials of one layout
+MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid
 SIDE_HALVINGS = 7  # bisection steps for the side of several pages
 MAX_SIDE_RATIO = 1e3  # side over its lower bound beyond which the charts cannot fit because of the gaps
 
@@ -240,7 +241,7 @@ def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> 
         masks = _draw_masks(charts, shaped[order], turns, side, COARSE_GRID, spacing)
         found.append(_make_square_layout(charts, shaped[order], masks, side, COARSE_GRID, spacing))
         least = found[-1].needed
-        # retry at the width that is needed or, if it is the same, on a grid that rounds differently
+        # retry with the required page width or, if the width is the same, on a grid that rounds differently
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.needed)
 

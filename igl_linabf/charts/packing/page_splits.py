@@ -25,7 +25,7 @@ from .trial_pages import TrialChart, TrialPage
 
 MOST_TRIAL_CHARTS = 30  # largest number of charts on a trial page
 MAX_PAGE_CUTS = 8  # largest number of cuts for a fuller page
-LINE_DIRECTIONS = 8  # directions of the lines across a chart along which it may be cut
+LINE_DIRECTIONS = 8  # number of directions of the lines along which a chart may be cut
 LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
 MAX_PACKED_LINES = 8  # number of lines, the most promising ones, whose parts are packed
 MAX_SEAM_LINES = 3  # number of lines, the best ones, near which the shortest seam is found and tried

@@ -6,7 +6,8 @@ from ..._types import ComplexArray, FloatArray, IntArray
 
 BEAM_WIDTH = 256  # number of partial choices that the beam search keeps
 
-NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])  # 0 and its neighbours
+# The complex integer 0 and the 8 complex integers around it.
+NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])
 
 
 def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:

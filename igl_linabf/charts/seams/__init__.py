@@ -1,4 +1,4 @@
-"""The search for seams along which a surface is cut open.
+"""Search for seams along which a surface is cut open.
 
 In: a component. Out: the edges of its seam. Handles are cut as in Erickson, Whittlesey 2005; branches follow
 the conformal scale of Sawhney, Crane 2017.

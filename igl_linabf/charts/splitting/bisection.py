@@ -19,7 +19,7 @@ def bisect(piece: Submesh) -> list[Submesh]:
     sides, price = edges_between_polygons(piece)
     centre = centres(polygon, piece.V[piece.F].mean(axis=1))
     step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
-    # csr_array sums the equal lengths of two edges between the same faces, which does little harm
+    # if two faces share two edges, csr_array adds their equal lengths, which hardly changes distances
     graph = sparse.csr_array((step, tuple(sides)), shape=(len(centre), len(centre)))
 
     def distance(face: int) -> np.ndarray:

@@ -258,7 +258,7 @@ class _Rims:
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
-        # a run continues from edge k to edge k + 1 of the loop if both meet at the same vertex of the host
+        # a run continues from edge k to edge k + 1 of the loop if the host's copies of both share a vertex
         goes_on = beside & (of == of[after]) & (end == start[after])
         first = beside.copy()
         first[after] &= ~goes_on

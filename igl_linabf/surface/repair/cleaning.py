@@ -26,7 +26,7 @@ LARGEST_USUAL_COORDINATE = 1e30
 SMALLEST_USUAL_COORDINATE = 1e-30
 
 LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in squared distances
-FLATNESS = 1e-6  # largest share of its area that a flat piece loses when it is projected to a plane
+FLATNESS = 1e-6  # largest share of a flat piece's area that is lost by projection to a plane
 
 
 def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
@@ -50,7 +50,7 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
 
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
-    """Map each `used` vertex to the first one with exactly the same position."""
+    """Map each `used` vertex to the first used vertex with exactly the same position."""
     points = V[used]
     order = np.lexsort(points.T)
     new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))
@@ -213,7 +213,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
 
 
 def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
-    """Return the result of `clean`, and its `Submesh`, which has the caller's vertices if it is clean."""
+    """Return the result of `clean`, also as a `Submesh`; a clean mesh keeps the caller's vertices."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)

@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, triangle_numbers
 
-MOST_FACES_PAIRED = 500  # faces at an edge; if there are more, none of them are joined
+MOST_FACES_PAIRED = 500  # largest number of faces at an edge that are joined in pairs
 
 # Joining two faces costs 1 + cos of their angle (0 flat, 1 at a right angle, 2 folded) plus penalties.
 JOIN_COST_DECIMALS = 6  # decimals of the rounded cost, so that rounding errors do not break ties

@@ -8,7 +8,7 @@ from ..arrays import distinct_corners
 from ..topology import connected_labels
 
 COLLAPSED_LENGTH = 1e-9  # longest side that collapses, relative to the size of the face's coordinates
-ROUNDING_MARGIN = 16.0  # collapse faces whose area is up to this multiple of its rounding error
+ROUNDING_MARGIN = 16.0  # areas up to this multiple of their rounding error count as zero
 
 # The arc of opened caps has the smaller of two heights: a share of its chord, and of the shortest side.
 ARC_HEIGHT = 0.02
