@@ -200,7 +200,7 @@ def print_loss(folder: Path, paths: list[Path]) -> None:
 def print_cost(folder: Path) -> None:
     """Print the cost of a million meshes, extrapolated from the CPU time of a few meshes."""
     rng = np.random.default_rng(2)
-    print("| triangles a mesh | core seconds a mesh | a million, core hours |\n|---|---|---|")
+    print("| triangles per mesh | core seconds per mesh | core hours for a million meshes |\n|---|---|---|")
     for size in CLASSES:
         seconds = []
         for make in (disk, sphere) * 3:

@@ -43,7 +43,7 @@ def measure_in_blender(archive: str, meshes: list[str], repeat: int) -> None:
     bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
     import igl_linabf  # the package is part of the extension
 
-    print("| mesh (triangles) | way | seconds | F/3nt | L2 stretch | flips |", file=sys.stderr)
+    print("| mesh (triangles) | method | seconds | F/3nt | L2 stretch | flips |", file=sys.stderr)
     print("|---|---|---|---|---|---|", file=sys.stderr)
     for path in meshes:
         arrays = np.load(path)
@@ -85,7 +85,12 @@ def measure_subdivided(archive: str) -> None:
         "sphere, 8 x 5": lambda: add.primitive_uv_sphere_add(segments=8, ring_count=5),
         "cone, 8 sides": lambda: add.primitive_cone_add(vertices=8),
     }
-    names = "the cage", "Use Modifiers", "Blender, the cage", "Blender, Use Subdivision Surface"
+    names = (
+        "extension, unwraps the cage",
+        "extension, Use Modifiers",
+        "Blender, unwraps the cage",
+        "Blender, Use Subdivision Surface",
+    )
     print(f"| cage | {' | '.join(names)} |\n|---|---|---|---|---|", file=sys.stderr)
     for cage, make in cages.items():
         for old in list(bpy.data.objects):

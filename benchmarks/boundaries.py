@@ -73,7 +73,7 @@ def compare_with_bff(command: str) -> None:
     """Print a table of our map and the map of BFF on a circle."""
     print("Each cell: F/3nt, L2 stretch, flips, distance of the boundary from a circle; CPU seconds, with")
     print("reading and writing files.\n")
-    print("| mesh | triangles | BFF | on a circle |")
+    print('| mesh | triangles | BFF | igl_linabf, `boundary="circle"` |')
     print("|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk")]:
         V, F = split_chords(V, F)

@@ -137,10 +137,10 @@ def peers_table(python: str | None, repeat: int) -> str:
         took = float(theirs["seconds"])
         with_scale, alone = (took / float(seconds[title]) for title in list(runs)[:2])
         text += (
-            f"\nautoflatten takes {alone:.0f} times as long as the isometric map, and {with_scale:.0f} times "
-            "as long as that with the search for its scale, in the same run.\n"
+            f"\nIn the same run, autoflatten takes {alone:.0f} times as long as the isometric map, and "
+            f'{with_scale:.0f} times as long as the isometric map with `fit="lengths"`.\n'
         )
-    return f"fsaverage5, left: {len(F):,} triangles.\n\n{text}"
+    return f"Maps of the left hemisphere of fsaverage5, which has {len(F):,} triangles:\n\n{text}"
 
 
 def energies_table() -> str:
@@ -169,7 +169,9 @@ def energies_table() -> str:
     begin = perf_counter()
     nearest = minimize_distance_error(start, all_pairs)
     return text + row(
-        "least error, from the default's map, by L-BFGS", nearest, measuring + perf_counter() - begin
+        "least distance error, by L-BFGS from the map of `Isometric()`",
+        nearest,
+        measuring + perf_counter() - begin,
     )
 
 
@@ -192,7 +194,8 @@ def minimize_distance_error(start: np.ndarray, distances: Distances, steps: int 
 
 def subjects_table() -> str:
     """Return the table of synthetic subjects, timed from their files to all files of both hemispheres."""
-    text = "| vertices of a hemisphere | seconds, both | distance error | area | flips | overlaps |\n"
+    text = "| vertices of a hemisphere | seconds for both | distance error, left · right "
+    text += "| area, mean \\|log\\|, left · right | flips | overlaps |\n"
     text += "|---|---|---|---|---|---|\n"
     for subdivisions in (5, 6, 7):
         with tempfile.TemporaryDirectory() as name:
