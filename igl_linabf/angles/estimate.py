@@ -72,9 +72,10 @@ def initial_estimate(
 def rescale_triangles(
     topology: Topology, length: FloatArray, log_scale: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Return the angles of triangles with sides, (3, #F), scaled by exp((u_i + u_j) / 2) at their ends.
+    """Return the angles, (3, #F), of the triangles after side ij is scaled by exp((u_i + u_j) / 2).
 
-    Also return a mask of the triangles that cannot have such sides. Their angles are meaningless.
+    `length`, (3, #F), are the sides before scaling, and `log_scale`, (#V,), is u. Also return a mask of the
+    triangles whose scaled sides violate the triangle inequality. Their angles are meaningless.
     """
-    # each side is scaled by exp(-u / 2) of its opposite vertex, up to a common factor of the triangle
+    # up to a common factor of the triangle, each side is scaled by exp(-u / 2) of its opposite vertex
     return _core.rescaled_angles(topology.corner, length, np.exp(-log_scale / 2))

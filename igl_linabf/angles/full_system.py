@@ -62,20 +62,20 @@ def fan_rows(
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
     """Return the left-hand side of eq. 5, (#rows, 3 #F): sum e."""
-    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)  # eq. 5
+    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Return the left-hand side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
     left, right = (fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
-    return left - right  # eq. 8-10
+    return left - right
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
     """Return the left-hand side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
     each = sparse.eye_array(constraints.topology.corner.shape[1])
-    return sparse.kron(each, np.ones((1, 3))).tocsr()  # eq. 6
+    return sparse.kron(each, np.ones((1, 3))).tocsr()
 
 
 def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
@@ -96,11 +96,11 @@ def _interleave_rows(constraints: Constraints) -> IntArray:
 def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the right-hand sides of `interior_rows` (eq. 5 and 10) and of `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
-    vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
+    vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # right-hand side of eq. 5
     n = constraints.wheels
     left, right = (fan_rows(constraints, log_sin, which, n) for which in (Corner.LEFT, Corner.RIGHT))
-    wheel = right - left  # eq. 10
-    triangle = np.pi - alpha.sum(axis=0)  # eq. 6
+    wheel = right - left  # right-hand side of eq. 10
+    triangle = np.pi - alpha.sum(axis=0)  # right-hand side of eq. 6
     return np.concatenate((vertex, wheel.sum(axis=1)))[_interleave_rows(constraints)], triangle
 
 
@@ -131,7 +131,7 @@ def least_norm(
         The rows do not have full rank in double precision.
     """
     scale = sparse.diags_array(alpha.T.ravel())
-    C = A @ scale  # eq. 11-16
+    C = A @ scale  # relative errors as unknowns, eq. 11-16
     lower = sparse.tril(C @ C.T).tocsc()
     factored = solvers.factor(lower)
 

@@ -20,7 +20,7 @@ class Boundary:
     vertices : (#rim,) int64
         Vertices of the loops, one loop after the other.
     z : (#rim,) complex128
-        Positions of these vertices; each loop is closed.
+        Positions of `vertices`; each loop is closed.
     gaps : (#disks,) float64
         Gap of each loop before it was closed, relative to its length.
     """
@@ -34,8 +34,9 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     """Draw the outer loops from their exterior angles and the length ratios of successive edges.
 
     The exterior angles are shifted to sum to 2 pi, and the logarithms of the ratios to sum to 0. The
-    remaining gap is closed by the smallest change of the lengths, min sum delta^2 / l. Prescribed angles are
-    kept, and free angles take up the difference. A loop on a circle is drawn from the ratios only.
+    remaining gap is closed by the smallest changes delta of the lengths l, which minimise sum delta^2 / l.
+    Prescribed angles do not change, and free angles take up the difference. A loop on a circle is drawn from
+    the ratios only.
     """
     vertices, start = constraints.topology.rims
     turning, log_ratio, asked = b.turning[vertices], b.log_ratio[vertices], constraints.sums[vertices]
@@ -67,7 +68,7 @@ def harmonic(
         return z, "none"
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
-    # boundary vertices with a prescribed sum have rows as well
+    # boundary vertices with a prescribed sum also have rows, which are not part of the Laplacian
     lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
     rhs = pattern.pull(weight, z)

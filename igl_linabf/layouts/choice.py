@@ -1,4 +1,4 @@
-"""The choice of the layout, and the placement of its map."""
+"""The choice of the layout method, and the placement of the map that it computes."""
 
 from __future__ import annotations
 
@@ -41,10 +41,7 @@ GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "a
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
-    """Move the map to its pins.
-
-    Without pins, scale the map to `area`, centre it, and turn it to its principal axes.
-    """
+    """Move a map to its pins, or without pins, scale it to `area`, centre it, and turn it to its axes."""
     return normalize_placement(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
 
@@ -69,7 +66,8 @@ class LayoutOptions:
     area : float
         Area of the map without pins.
     side : (2,) or (0,) int64
-        Without pins, two vertices; the map is turned so that the second is to the right of the first.
+        Two vertices of a map without pins. The map is turned so that the second vertex is to the right of the
+        first.
     """
 
     method: LayoutName = "auto"
@@ -86,10 +84,10 @@ def lay_out(
     laplacian: Analysis | None = None,
     boundary: Boundary | None = None,
 ) -> Layout:
-    """Lay out the angles of triangles.
+    """Compute a flat map from the angles of its triangles.
 
-    `laplacian` is the analysis of the pattern of the constraints, and `boundary` the drawn outer loop, if
-    they are known. An outer loop with prescribed angle sums is drawn with these sums and kept.
+    If they are known, `laplacian` is the analysis of the pattern of the constraints, and `boundary` the drawn
+    outer loop. An outer loop with prescribed angle sums is drawn with these sums, and does not change.
     """
     method, pinned = options.method, options.pinned
     check_pins(method, pinned)
@@ -128,7 +126,7 @@ def lay_out(
 
 
 def _describe_thinnest(method: str, alpha: FloatArray) -> str:
-    """Return the message for a singular layout, with the thinnest triangles."""
+    """Return the error message for a singular layout, with the thinnest triangles."""
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return (
         f"the {method} layout is singular in double precision; the thinnest target triangles are faces "

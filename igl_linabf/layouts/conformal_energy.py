@@ -15,7 +15,7 @@ def least_squares(
 
     E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, where L is the cotangent
     Laplacian of the target angles, and Q is skew with entries on the boundary edges only. The pins, at least
-    two, are eliminated, and one complex Hermitian system is factored. Returns the map and the name of the
+    two, are eliminated, and a complex Hermitian system is factored. Returns the map and the name of the
     solver.
     """
     row = np.zeros(topology.n, dtype=np.int64)
@@ -42,9 +42,9 @@ def least_squares(
 
 
 def find_far_points(points: FloatArray) -> IntArray:
-    """Return two points of a closed polygon, (#P, dim), half of its length apart.
+    """Return two points that divide a closed polygon, (#P, dim), into halves of equal length.
 
-    Among all such pairs, it is the pair with the largest distance.
+    Among all these pairs, return the pair with the largest distance.
     """
     arc = np.concatenate(([0], np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1))))
     opposite = np.searchsorted(arc, (arc[:-1] + arc[-1] / 2) % arc[-1]) % len(points)

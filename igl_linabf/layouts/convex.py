@@ -10,15 +10,15 @@ from ..angles import Pattern
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Topology, planar_topology, signed_double_areas
 
-DECAYS = (0.5, 1.0, 0.25, 0.0)  # decay rates of the weights per edge towards the interior, tried in turn
+DECAYS = (0.5, 1.0, 0.25, 0.0)  # decay rates of the weights, per edge towards the interior, tried in turn
 MAX_EXPONENT = 600.0  # largest x in a weight exp(-x); double precision underflows beyond 700
-PATCH_WIDTHS = (1, 2, 4, 8, 16, 32)  # rings of triangles around flipped triangles, tried in turn
+PATCH_WIDTHS = (1, 2, 4, 8, 16, 32)  # numbers of rings of triangles around flipped triangles, tried in turn
 
 
 def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
     """Embed the surface with its outer loop on a circle and its holes filled, one map for each decay rate.
 
-    The maps are valid in exact arithmetic.
+    No triangle of the maps is flipped in exact arithmetic.
     """
     n = topology.n
     filled = topology
@@ -42,10 +42,10 @@ def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
 
 
 def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
-    """Embed a patch around the flipped triangles again, with wider and wider patches.
+    """Embed wider and wider patches around the flipped triangles again.
 
-    The boundary of a patch is kept. It may not be convex, so that the caller has to check the result for
-    flips.
+    The boundary of a patch does not change. Because it may not be convex, the caller has to check the result
+    for flips.
     """
     bad = ~(signed_double_areas(z, topology.corner) > 0)
     inside = topology.interior
@@ -70,12 +70,12 @@ def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iter
 def _convex_combination(
     topology: Topology, z: ComplexArray, free: BoolArray, decay: float, solvers: Solvers
 ) -> ComplexArray | None:
-    """Place each free vertex at a convex combination of its neighbours; keep the other vertices.
+    """Place each free vertex at a convex combination of its neighbours; all other vertices are fixed.
 
     The weights are w_ij = exp(-decay (d_i + d_j)), where d is the number of edges to the nearest fixed
-    vertex. They pull vertices outwards: with equal weights, long limbs shrink exponentially. The range of the
-    weights does no harm, because scaling rows does not change the rounding errors of the elimination. Return
-    None if the system is singular in double precision.
+    vertex. The weights pull vertices outwards, because long limbs would shrink exponentially with equal
+    weights. The wide range of the weights does no harm, because scaling rows does not change the rounding
+    errors of the elimination. Return None if the system is singular in double precision.
     """
     a, b = topology.edges.T
     depth = _depth(topology, np.flatnonzero(~free))

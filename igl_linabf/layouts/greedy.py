@@ -25,7 +25,7 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     # each triangle in its own frame: corner 0 at 0, corner 1 on the real axis
     sine = np.sin(alpha)
     local = np.stack((np.zeros(m), sine[2], sine[1] * np.exp(1j * alpha[0])))
-    # z -> ratio z + shift maps the frame of a triangle to the frame of its parent; twins run in opposite ways
+    # z -> ratio z + shift maps the frame of a triangle to that of its parent; twin half-edges are reversed
     tree = parent[there % m] == here % m
     k, t, c, child = here[tree] // m, here[tree] % m, there[tree] // m, there[tree] % m
     tail, head = local[(k + 1) % 3, t], local[(k + 2) % 3, t]
@@ -34,7 +34,7 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     ratio[child] = (head - tail) / (child_head - child_tail)
     shift[child] = tail - ratio[child] * child_tail
     above = np.where(parent < 0, seed, parent)
-    while (above != seed).any():  # pointer doubling: each round doubles the distance to the ancestor
+    while (above != seed).any():  # pointer doubling: the distance to `above` doubles in each round
         shift = ratio[above] * shift + shift[above]
         ratio = ratio[above] * ratio
         above = above[above]

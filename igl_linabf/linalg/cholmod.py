@@ -13,7 +13,7 @@ from ..errors import FallbackWarning, stack_level
 from .factors import Analysis, Factor
 from .scikit_sparse import Interface, interface_of
 
-SIMPLICIAL_ROWS = 25_000  # above this size, a supernodal factor is faster than a simplicial one
+SIMPLICIAL_ROWS = 25_000  # number of rows above which a supernodal factor is faster than a simplicial factor
 
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
@@ -43,7 +43,7 @@ class Cholmod(Analysis):
         supernodal = n > SIMPLICIAL_ROWS
         if supernodal:
             _warn_of_slow_blas()
-        # always AMD: the smaller fill of METIS does not make up for its slower analysis
+        # AMD for all sizes: METIS has less fill, but its analysis takes longer than the fill saves
         mode, analyse = "supernodal" if supernodal else "simplicial", interface_of(cholmod)
         self._symbolic: Interface | None = analyse(cholmod, self._lower, mode) if n else None
 
@@ -79,14 +79,14 @@ def _warn_of_slow_blas() -> None:
 
 
 def blas_of_cholmod() -> str | None:
-    """Return the BLAS that CHOLMOD uses according to the loaded libraries, or None if it is unknown."""
+    """Return the BLAS that CHOLMOD uses, according to the loaded libraries; None if the BLAS is unknown."""
     if not has_cholmod() or not os.path.exists("/proc/self/maps"):
         return None
     from sksparse import cholmod  # noqa: F401, loads the BLAS
 
     with open("/proc/self/maps", encoding="utf-8") as maps:
         loaded = {line.split()[-1] for line in maps if line.count("/") > 1}
-    # ignore the copy of OpenBLAS in the wheels of NumPy and SciPy, libscipy_openblas
+    # the wheels of NumPy and SciPy load their own copy of OpenBLAS, libscipy_openblas, which is ignored
     for path in sorted(loaded):
         name = os.path.basename(path)
         if name.startswith(("libopenblas", "libmkl_rt", "libblis", "libflexiblas", "libblas.so")):

@@ -21,8 +21,8 @@ def conjugate_gradients(
     """Solve A x = b to |A x - b| <= rtol |b| in each block of a block-diagonal system.
 
     A and its preconditioner have the same blocks. Each block has its own step lengths and stops when it has
-    converged, so that its iterates equal the iterates of the block as a separate system. The scalar products
-    avoid BLAS, because starting its threads takes longer than they save.
+    converged. Therefore, its iterates equal those of the block as a separate system. The scalar products
+    avoid BLAS, because starting the threads of BLAS takes longer than they save.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def conjugate_gradients(
     most : int
         Maximum number of steps.
     first_rtol : float, optional
-        Relative residual that suffices after the first step.
+        Largest relative residual at which a block may stop after the first step; `rtol` by default.
     start : (#blocks + 1,) int64, optional
         First row of each block, followed by n; by default there is a single block.
 

@@ -8,9 +8,9 @@ import psutil
 
 from ..errors import MemoryLimitError
 
-BYTES_PER_FACE = 1000  # peak memory of a map without factors, see benchmarks/memory.py
-FILL = 4.5  # bytes of a factor of a planar Laplacian with n rows, over 8 n log2(n), see benchmarks/memory.py
-UNASKED_BYTES = 2**25  # smaller allocations do not query the free memory
+BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
+FILL = 4.5  # entries of the factor of a planar Laplacian with n rows, over n log2(n), benchmarks/memory.py
+UNASKED_BYTES = 2**25  # the free memory is only queried for larger allocations
 
 
 def available() -> int | None:
@@ -29,7 +29,7 @@ def available() -> int | None:
 def factor_bytes(n: int, block: int = 1) -> int:
     """Estimate the bytes of a factor of an n by n matrix over a planar graph.
 
-    The entries of the matrix are `block` by `block` blocks. The factor has O(n log n) of them (Lipton, Rose,
+    The entries of the matrix are `block` by `block` blocks. The factor has O(n log n) blocks (Lipton, Rose,
     Tarjan 1979).
     """
     return int(FILL * n * math.log2(max(n, 2)) * 8 * block**2)
@@ -58,7 +58,7 @@ def gigabytes(n: int) -> str:
 
 
 def _free_in_cgroup() -> int | None:
-    """Return the bytes that remain of the limit of this process's control group (version 2 or 1), if any."""
+    """Return how many bytes the control group (version 2 or 1) of this process can still use, if limited."""
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),

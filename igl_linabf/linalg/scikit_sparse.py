@@ -1,4 +1,4 @@
-"""The two interfaces of scikit-sparse to CHOLMOD, up to version 0.4 and from version 0.5 on."""
+"""A common interface to scikit-sparse up to version 0.4 and from version 0.5 on, which wraps CHOLMOD."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from scipy import sparse
 from .._types import FloatArray, IntArray, Solve
 from .factors import NotPositiveDefiniteError
 
-FAILED_COLUMN = re.compile(r"column (\d+)")  # in the text of an error; it has no attribute for the column
+FAILED_COLUMN = re.compile(r"column (\d+)")  # the error has no attribute for the column
 
 
 class Interface(Protocol):
-    """The symbolic analysis of a matrix, given by its lower triangle in CSC."""
+    """The symbolic analysis by CHOLMOD of a matrix, given by its lower triangle in CSC."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None: ...
 
@@ -26,12 +26,12 @@ class Interface(Protocol):
 
 
 def interface_of(cholmod: Any) -> type[Interface]:
-    """Return the interface that the module `sksparse.cholmod` has."""
+    """Return the class for the installed version of the module `sksparse.cholmod`."""
     return CholeskyFactors if hasattr(cholmod, "CholeskyFactor") else Factors
 
 
 class Factors:
-    """The interface up to version 0.4: `analyze`, and the class `Factor`."""
+    """The interface of scikit-sparse up to version 0.4: the function `analyze` and the class `Factor`."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:
         self._error = cholmod.CholmodNotPositiveDefiniteError
@@ -48,7 +48,7 @@ class Factors:
 
 
 class CholeskyFactors:
-    """The interface from version 0.5 on: the class `CholeskyFactor`."""
+    """The interface of scikit-sparse from version 0.5 on: the class `CholeskyFactor`."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:
         self._error, self._warning = cholmod.CholmodNotPositiveDefiniteError, cholmod.CholmodWarning
@@ -66,7 +66,7 @@ class CholeskyFactors:
             _check_pivots(numeric.factor.diagonal(), numeric.perm)
 
         def solve(b: FloatArray) -> FloatArray:
-            with warnings.catch_warnings():  # of a large condition number, which the caller expects
+            with warnings.catch_warnings():  # callers expect large condition numbers
                 warnings.simplefilter("ignore", self._warning)
                 return np.asarray(numeric.solve(b))
 

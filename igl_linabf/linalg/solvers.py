@@ -19,7 +19,7 @@ SolverName = Literal["auto", "cholmod", "direct"]
 
 @dataclass(frozen=True)
 class Solvers:
-    """The implementations that a computation uses.
+    """The choice of the linear solvers that a computation uses.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Solvers:
 
     @property
     def shared(self) -> bool:
-        """Whether factors of other computations may be reused, because the default implementation is used."""
+        """Whether the default solver is used, so that factors of other computations may be reused."""
         return self.solver == "auto"
 
     def analyse(self, indptr: IntArray, indices: IntArray, block: int = 1) -> Analysis:

@@ -14,8 +14,8 @@ from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 
 RINGS = 7  # rings of neighbours within which distances are compared, as in FreeSurfer
-MAX_SOURCES = 1000  # source vertices; a random sample of a larger mesh
-SOURCES_A_CALL = 8  # vertices per call of igl, whose single queue is slow for many
+MAX_SOURCES = 1000  # largest number of source vertices; they are a random sample of a larger mesh
+SOURCES_A_CALL = 8  # source vertices per call of igl, whose single queue is slow for many sources
 
 NO_INDICES: IntArray = np.zeros(0, dtype=np.int64)
 
@@ -101,7 +101,7 @@ class Distances:
         sources = np.arange(n)
         number = MAX_SOURCES if most is None else most
         if n > number:
-            # random, because every n-th vertex could be on one line of a grid
+            # a random sample, because every n-th vertex could be on a single line of a grid
             sources = np.sort(np.random.default_rng(0).choice(n, number, replace=False))
         near = _find_neighbours(surface, sources, rings)
         face = np.repeat(np.arange(len(surface.F)), 3)
@@ -124,7 +124,7 @@ class Distances:
         return made
 
     def in_map(self, map_: FloatArray) -> FloatArray:
-        """Return the distances of the same pairs of vertices in a flat map."""
+        """Return the distances between the vertices of each pair in a flat map, (#P,)."""
         start, end = map_[self.ends]
         return np.asarray(np.hypot(*(end - start).T))
 
@@ -143,7 +143,7 @@ class Distances:
 
 
 def _find_neighbours(surface: Submesh, sources: IntArray, rings: int) -> sparse.csr_array:
-    """Return a row for each source, with the vertices that at most `rings` edges lead to, and itself."""
+    """Return a matrix whose row i marks source i and all vertices at most `rings` edges away from it."""
     F, n = surface.F, len(surface.V)
     tail, head = np.concatenate((F, F[:, [1, 2, 0]])).ravel(), np.concatenate((F[:, [1, 2, 0]], F)).ravel()
     step = sparse.csr_array((np.ones(len(tail), dtype=bool), (tail, head)), shape=(n, n))

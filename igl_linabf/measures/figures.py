@@ -20,7 +20,7 @@ from .per_triangle import Change, measure_change
 
 @dataclass(frozen=True)
 class QualityReport:
-    """Further figures of a flat map.
+    """Quality figures of a flat map that complement those of `Quality`.
 
     Attributes
     ----------
@@ -211,7 +211,7 @@ def measure_quality(
 
 
 def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
-    """Return the quality of each of many charts: tuples of a surface, its map, and its overlapping pairs."""
+    """Return the quality of each chart, given as a surface, its map, and its number of overlapping pairs."""
     if not charts:
         return []
     surfaces, maps, overlaps = zip(*charts, strict=True)
@@ -223,7 +223,7 @@ def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list
 
 
 def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
-    """Combine the changes of faces to the quality of each chart, given its number of overlapping pairs."""
+    """Combine the changes of faces to the quality of each chart; `overlaps` counts pairs of each chart."""
     area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):
         weighted = area * (
@@ -254,7 +254,7 @@ def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) ->
 
 
 def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
-    """Compute, for each chart, the 99th over the 1st percentile of the area ratio, weighted by area."""
+    """Return, for each chart, the area-weighted 99th percentile of the area ratio over the 1st percentile."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
     # a sort per chart is faster than one sort of all faces by two keys
     order = np.concatenate(list(map(np.argsort, faces.split(log_ratio)))) + faces.repeat(faces.start[:-1])

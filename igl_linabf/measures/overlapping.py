@@ -24,11 +24,11 @@ from ..surface import (
 from .winding import find_open_sides, find_suspect_faces
 
 NO_PAIRS: IntArray = np.zeros((0, 2), dtype=np.int64)
-MAX_PAIRS = 5_000_000  # a longer list is incomplete; n faces that all overlap have n^2 / 2 pairs
+MAX_PAIRS = 5_000_000  # largest number of pairs that are listed; n faces that all overlap have n^2 / 2 pairs
 
 
 def format_pair_count(count: int) -> str:
-    """Return the number of overlapping pairs as text, which for an incomplete list is "more than"."""
+    """Return the number of overlapping pairs as text; "more than ..." if not all pairs are listed."""
     return f"{count:,}" if count <= MAX_PAIRS else f"more than {MAX_PAIRS:,}"
 
 
@@ -128,7 +128,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
-    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # a power of two: scaling to size one is exact
+    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # powers of two, so that scaling is exact
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.repeat(scale)[:, None])
     chart = faces.repeat(np.arange(len(maps)))
     asked = np.flatnonzero(~_prove_injectivity(z, F, chart))
@@ -139,7 +139,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
         pairs = rows[find_overlaps(z, F[rows], chart[rows], MAX_PAIRS)]
-        if len(pairs) > MAX_PAIRS:  # the list may be incomplete for any of the charts
+        if len(pairs) > MAX_PAIRS:  # any chart may lack pairs
             return [overlapping_pairs(uv, F) for uv, F in maps]
         of = chart[pairs[:, 0]]
         for i in np.unique(of).tolist():
@@ -148,7 +148,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
 
 
 def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
-    """Find the overlapping pairs of a chart, near places that its boundary winds around more than once."""
+    """Find the overlapping pairs of a chart, near points around which its boundary winds more than once."""
     rim, index = find_open_sides(F, len(z)), np.arange(len(F))
     if rim is not None:
         tail, head = (F[:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
@@ -181,11 +181,11 @@ def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArr
 
 
 def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
-    """Return, for each chart, True if all loops are simple and exactly one is counter-clockwise.
+    """Return, for each chart, True if all boundary loops are simple and exactly one is counter-clockwise.
 
-    If no face is flipped, this proves that faces do not overlap: the number of faces that cover a point is
-    the winding number of the loops, which is at most one. Because it is never negative, the loops are
-    disjoint.
+    If no face is flipped, the result True proves that faces do not overlap: the number of faces that cover a
+    point is the winding number of the loops, which is at most one. Because the winding number is never
+    negative, the loops are disjoint.
 
     `following` and `of` are the index of the next point and the chart of each point in `z`; `number` is the
     number of charts.

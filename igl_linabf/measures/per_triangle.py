@@ -79,8 +79,8 @@ class Change:
     sides : (3, #F) float64
         Ratio of the length in uv to the length in 3-D of the side opposite to each corner.
     scale : float, or (#F,) float64
-        Ratio of the area in uv to the area in 3-D of the whole map; or one per triangle, of the map that
-        contains the triangle.
+        Ratio of the area in uv to the area in 3-D of the whole map. If the faces belong to several maps, it
+        is the ratio of the map of each face.
     """
 
     angle: FloatArray
@@ -94,7 +94,7 @@ class Change:
 
     @property
     def angle_distortion(self) -> FloatArray:
-        """Squared relative errors of angles, (3, #F) float64; their mean is F/3nt of the paper."""
+        """Squared relative errors of angles, (3, #F) float64, whose mean is F/3nt of the paper."""
         return np.asarray((self.angle_error / self.angle) ** 2)
 
     def mean(self, values: FloatArray) -> float:
@@ -129,7 +129,7 @@ class Change:
     def symmetric_dirichlet(self) -> FloatArray:
         """(s1^2 + s2^2 + s1^-2 + s2^-2) / 4, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            squared = (self.major**2 + self.minor**2) / self.scale / 2  # 0 / 0 in a map without area
+            squared = (self.major**2 + self.minor**2) / self.scale / 2  # NaN in a map without area
             return np.where(self.minor > 0, (squared + self.squared_stretch) / 2, np.inf)
 
     @cached_property

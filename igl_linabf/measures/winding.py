@@ -1,19 +1,20 @@
-"""Winding numbers of a chart's boundary, which limit where the chart can overlap itself."""
+"""Winding numbers of the boundary of a chart, which can overlap itself only where they exceed one."""
 
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
 
-MOST_GRID_CELLS = 512  # along a side of the grid
-CELL_MARGIN = 1e-6  # margin of ranges against rounding, relative to a cell
+MOST_GRID_CELLS = 512  # largest number of cells along a side of the grid
+CELL_MARGIN = 1e-6  # margin by which ranges are enlarged because of rounding, in cells
 
 
 def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:
     """Mark the faces of a chart near points with a winding number above one; all faces if any is flipped.
 
     `tail` and `head` are the end vertices of the boundary sides, with the chart on their left. The winding
-    number is constant in each grid cell that the boundary does not pass. Cells that it passes are included.
+    number is constant in each grid cell that the boundary does not pass. Faces in cells that the boundary
+    passes are also marked.
     """
     if not (signed_double_areas(z, F.T) > 0).all():
         return np.ones(len(F), dtype=bool)
@@ -50,7 +51,7 @@ def _min_of_three(values: FloatArray) -> FloatArray:
 
 
 def _subdivide(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Subdivide sides into pieces shorter than a cell."""
+    """Subdivide sides into pieces that are shorter than a grid cell."""
     number = np.maximum(np.ceil(1.01 * np.abs(end - start)), 1).astype(np.int64)
     of, step = index_and_rank(number)
     a, along = start[of], (end - start)[of]
@@ -59,14 +60,14 @@ def _subdivide(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, Co
 
 
 def _touched_range(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
-    """Return the first and last columns, or rows, that ranges from `low` to `high` touch."""
+    """Return the first and last columns, or rows, of the grid that ranges from `low` to `high` touch."""
     ends = low - CELL_MARGIN, high + CELL_MARGIN
     first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in ends)
     return first, last
 
 
 def _mark_passed_cells(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray:
-    """Mark the cells that short pieces may pass."""
+    """Mark the grid cells that short pieces, from a to b, may pass."""
     columns = _touched_range(np.minimum(a.real, b.real), np.maximum(a.real, b.real), side)
     rows = _touched_range(np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag), side)
     marked = np.zeros((side, side), dtype=bool)
@@ -77,14 +78,14 @@ def _mark_passed_cells(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray
 
 
 def _winding_numbers(a: ComplexArray, b: ComplexArray, side: int) -> IntArray:
-    """Compute the winding numbers of short pieces around the centres of cells."""
+    """Compute the winding numbers of the curve of short pieces, from a to b, around the centres of cells."""
     low, high = np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag)
     # a short piece crosses at most one horizontal line through cell centres
     row = np.ceil(high - 0.5).astype(np.int64) - 1
     crossing = low <= row + 0.5
     a, b, row = a[crossing], b[crossing], row[crossing]
     at = a.real + (row + 0.5 - a.imag) / (b.imag - a.imag) * (b.real - a.real)
-    first = np.clip(np.ceil(at - 0.5), 0, side).astype(np.int64)  # the first centre to the right
+    first = np.clip(np.ceil(at - 0.5), 0, side).astype(np.int64)  # first cell centre to the right
     turns = np.zeros((side, side + 1), dtype=np.int64)
     np.add.at(turns, (row, first), np.where(b.imag < a.imag, 1, -1))
     return np.asarray(np.cumsum(turns, axis=1)[:, :side])

@@ -1,4 +1,4 @@
-"""Steps that end in corrections in the conformal metric, which need no inner iterations."""
+"""Steps of linear ABF that are followed by corrections in the conformal metric, each a single solve."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import Linearisation, errors, exact_direction, linearise, solve
 
-GROWING_STEPS = 4  # consecutive steps with growing residuals after which the angles diverge
-MAX_CORRECTIONS = 12  # consecutive corrections before the next step
+GROWING_STEPS = 4  # the angles diverge if the residuals grow in this many consecutive steps
+MAX_CORRECTIONS = 12  # largest number of consecutive corrections before the next step
 INEFFECTIVE_CORRECTION = 0.5  # a correction is rejected if it leaves this share of the residual
-SLOW_CORRECTION = 0.2  # the next correction factors again if this share of the residual remains
+SLOW_CORRECTION = 0.2  # the next correction computes a new factor if this share of the residual remains
 
 
 def iterate_with_corrections(
@@ -27,11 +27,11 @@ def iterate_with_corrections(
 ) -> State:
     """Take active-set steps, followed by conformal corrections, until the residual is at most `tol`.
 
-    A step reduces the residual to about its square. Therefore each system is solved no further than that, and
-    at least to a relative residual of `largest`. Small residuals are corrected in the conformal metric,
-    unless `rtol`, the relative residual of all steps, is given. Residuals along closed paths are spread over
-    all triangles, too smoothly for conjugate gradients. Therefore corrections close the paths, and steps
-    close them only if corrections fail.
+    A step reduces the residual to about its square. Therefore, each system is solved no more accurately than
+    that, and at least to a relative residual of `largest`. Small residuals are corrected in the conformal
+    metric, unless `rtol`, the relative residual of all steps, is given. Residuals along closed paths spread
+    over all triangles, and conjugate gradients reduce such smooth residuals slowly. Therefore, corrections
+    close the paths, and steps close the paths only if corrections fail.
     """
     paths, turned = state.problem.constraints.paths, _has_prescribed_turning(state)
     for _ in range(most):
@@ -56,7 +56,7 @@ def iterate_with_corrections(
 
 
 def is_diverging(state: State) -> bool:
-    """Return True if steps that close paths move away from all solutions."""
+    """Return True if the surface has closed paths, and each of the last steps increased the residual."""
     last = [step.residual for step in state.steps[-1 - GROWING_STEPS :]]
     growing = len(last) > GROWING_STEPS and all(after > before for before, after in pairwise(last))
     return growing and len(state.problem.constraints.paths) > 0
@@ -68,7 +68,7 @@ def _has_prescribed_turning(state: State) -> bool:
 
 
 def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """Take a step with the known factor, unless the last step was limited or the first one.
+    """Take a step with the factor of an earlier step; compute a new factor after the first or a limited step.
 
     With `close`, the step also closes the paths. If turnings are prescribed, each step on a large surface
     searches for slivers again.
@@ -90,7 +90,7 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """Take a step that closes paths, to the angles closest to the angles of the `surface`, (3, #F).
 
-    The step uses the known factor, and later steps do not use it.
+    The step uses the factor of an earlier step, which is then discarded.
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
@@ -101,8 +101,9 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     """Correct the angles until the residual is at most `tol` or corrections become ineffective.
 
     A least-norm step is e = P M^T x with (M P M^T) x = r. If the cotangent element matrices K replace P, then
-    M K M^T is diag(L+, L), whose factor is known. Therefore e = K M^T x satisfies the linearised constraints
-    after a single solve. This e is minimal in another norm, which does not matter if e is small.
+    M K M^T is diag(L+, L), which is solved by a factor of the Laplacian. Therefore, e = K M^T x satisfies the
+    linearised constraints after a single solve. This e is minimal in another norm, which does not matter if e
+    is small.
 
     Parameters
     ----------
@@ -140,7 +141,7 @@ def _correct_once(state: State, conformal: Linearisation) -> State:
     """Return the state after one correction with the system of `_conformal_system`."""
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
-    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, the angles of each triangle sum to pi
+    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # the triangle residuals are 0
     if holonomy is not None:
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with time_stage("solve"):

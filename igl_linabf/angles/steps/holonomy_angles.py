@@ -20,11 +20,11 @@ HOLONOMY_ROUNDING = 1e-10  # relative rounding error of the entries of a dense m
 class HolonomyAngles:
     """The turning of closed paths once the constraints hold, to first order.
 
-    In the metric of the cotangent matrices K, M K M^T is diag(L, L). With C = diag(L, L)^-1 B for the rows T
-    of the paths, the residual r of the constraints changes scale and turning along the paths by C^T r. A
-    change s of both requires errors e with e^T K^-1 e = s^T (D - B^T C)^-1 s. A change of turning is cheap if
-    the scale may change with it. If the scale is fixed, the conformal structure has to change, and all
-    triangles with it.
+    In the metric of the cotangent matrices K, M K M^T is diag(L, L). Let T be the rows of the paths, B = M K
+    T^T, D = T K T^T and C = diag(L, L)^-1 B. The residual r of the constraints changes the scale and the
+    turning along the paths by C^T r. A change s of scale and turning requires errors e with e^T K^-1 e = s^T
+    (D - B^T C)^-1 s. A change of turning is cheap if the scale may also change. If the scale is fixed, the
+    conformal structure has to change, and therefore all triangles change.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class HolonomyAngles:
     by_vertex : (#C, #paths) float64
         Derivative of the turning with respect to the angle sums of some vertices.
     cost : (#paths, #paths) float64
-        Changing the turnings by c adds about c^T cost c to F/3nt.
+        A change c of the turnings adds about c^T cost c to F/3nt, the distortion of the angles.
     """
 
     angle: FloatArray
@@ -74,7 +74,8 @@ class HolonomyAngles:
             change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
-            closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])  # change of scale per turning
+            # change of scale per change of turning
+            closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
             norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T
             by_vertex = np.where(rows[:, None] >= 0, columns.vertex_rows(rows)[:, turn], 0.0)

@@ -1,4 +1,4 @@
-"""The problem in angles, the iterates, and the steps between them."""
+"""The problem of finding angles of a flat mesh, its iterates, and the steps between iterates."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoratio
 
 @dataclass(frozen=True, eq=False)
 class DiskBlocks:
-    """The blocks of disks that are solved side by side, or of a single disk.
+    """The rows and faces of each of several disks that are solved side by side, or of a single disk.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class DiskBlocks:
 
     @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
-        """Return the blocks of disks side by side; each interior vertex has one row, in order."""
+        """Return the blocks of several disks, whose interior vertices have one row each, in order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
 
@@ -56,7 +56,7 @@ class AngleProblem:
         Whether the step of each triangle is limited so that its angles stay positive; False is the unmodified
         scheme of the paper.
     side_by_side : DiskBlocks or None
-        Several disks, each with its own steps and its own end of the linear solver.
+        Several disks; each disk has its own steps, and its own last iteration of the linear solver.
     """
 
     constraints: Constraints
@@ -67,7 +67,7 @@ class AngleProblem:
 
     @cached_property
     def disks(self) -> DiskBlocks:
-        """The disks side by side, or the only disk."""
+        """The blocks of the disks that are solved side by side, or of the only disk."""
         if self.side_by_side is not None:
             return self.side_by_side
         m = self.constraints.topology.corner.shape[1]
@@ -75,7 +75,7 @@ class AngleProblem:
 
     @cached_property
     def start(self) -> Iterate:
-        """The initial estimate."""
+        """The iterate at the initial estimate."""
         return self.at(self.estimate)
 
     def at(self, alpha: FloatArray) -> Iterate:

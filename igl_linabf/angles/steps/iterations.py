@@ -25,7 +25,7 @@ class State:
     steps : tuple of Step
         All linear solves in order.
     lin : Linearisation or None
-        The last system; the next one reuses its analyses.
+        The last system; the next system reuses its analyses.
     """
 
     problem: AngleProblem
@@ -39,7 +39,7 @@ class State:
         return "none" if self.lin is None else self.lin.how
 
     def without_factors(self) -> State:
-        """Return the state without factors, which take most of the memory; analyses are kept."""
+        """Return the state without factors, which take most of the memory, but with all analyses."""
         return self if self.lin is None else replace(self, lin=replace(self.lin.without_matrix, inverse=None))
 
     def back_to_start(self) -> State:

@@ -37,14 +37,14 @@ from .iterates import AngleProblem, Iterate, Kind, Step
 
 Closed = Literal["all", "paths", "none"]
 
-MAX_SHARE_TO_ZERO = 0.7  # of the way to a vanishing angle that a step may take
+MAX_SHARE_TO_ZERO = 0.7  # longest step, as a share of the step at which an angle vanishes
 
 EMPTY_MATRIX = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """The constraints linearised at some angles, with a solver.
+    """The constraints linearised at given angles, with a solver of the linear system.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Linearisation:
     how : str
         Name of the solver.
     fallback : str
-        Why S was factored as a fallback, in this or an earlier system; "" if it was not.
+        Why S was factored as a fallback, in this or an earlier system; "" without a fallback.
     """
 
     problem: AngleProblem
@@ -94,12 +94,12 @@ class Linearisation:
         inverse: Factor,
         columns: SchurColumns | None = None,
     ) -> Linearisation:
-        """Return a factor and Schur columns that can precondition the first step."""
+        """Return a linearisation without matrix, whose factor and columns precondition the first step."""
         return cls(problem, system, EMPTY_MATRIX, None, laplacian=laplacian, inverse=inverse, columns=columns)
 
     @property
     def without_matrix(self) -> Linearisation:
-        """The linearisation with the factor of the preconditioner only, for the next system."""
+        """The linearisation without its matrix, but with a factor that can precondition the next system."""
         return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
@@ -145,7 +145,7 @@ class Direction:
 
     @property
     def inner_steps(self) -> int:
-        """The number of conjugate gradient steps of the disk that took most."""
+        """The largest number of conjugate gradient steps of a disk."""
         return int(self.each.max(initial=0))
 
 
@@ -192,7 +192,7 @@ def linearise(
         holonomy = HolonomyConstraints(system, open_by) if open_by.constrained.any() else None
     lin = Linearisation(problem, system, S, holonomy)
     if not problem.constraints.n and not paths:
-        return lin  # the estimate is flat
+        return lin  # without constraints, the estimate is flat
     if reuse is not None:
         slivers = reuse.slivers if same_slivers else None
         lin = replace(
@@ -242,7 +242,7 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
 
 
 def _add_factor(lin: Linearisation, at: Iterate) -> Linearisation:
-    """Add the factor of S."""
+    """Factor the reduced matrix S, and add the factor to a linearisation."""
     with time_stage("analysis"):
         analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
     try:
@@ -294,9 +294,9 @@ def solve(
         Relative residual of conjugate gradients.
     gradient : (3, #F) float64, optional
     start : float64 array, optional
-        Initial multipliers; `rtol` is then relative to the residual of these.
+        Initial multipliers; `rtol` is then relative to their residual.
     first_rtol : float, optional
-        Relative residual that a single inner step has to reach.
+        Relative residual at which conjugate gradients may end after a single step.
     """
     if lin.precondition is None and lin.whole is None:
         return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
@@ -312,7 +312,7 @@ def solve(
                 (rhs, -lin.holonomy.rows.gap(b.holonomy, b.vertex) - lin.holonomy.rows.times(e0))
             )
         if start is not None:
-            start = np.append(start, np.zeros(len(rhs) - len(start)))  # for new holonomy constraints
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # new holonomy constraints
             rhs -= lin.product(start)
         del e0  # free the memory for conjugate gradients
     with time_stage("solve"):

@@ -13,35 +13,35 @@ from .iterates import Kind, Step
 from .iterations import State
 from .linearisation import Direction, linearise, solve
 
-# Anchored steps
+# Constants of anchored steps
 ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients
 SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change
 LEAST_ANCHORED_RTOL = 0.003  # smallest relative residual of conjugate gradients after slow steps
-NEARLY_LINEAR = 1.0  # relative change of an angle above which slow steps are not solved further
-MAX_ANCHORED_STEPS = 30  # feasible steps are limited to twice as many
-MAX_SLOW_STEPS = 9  # consecutive slow steps before the iterations end
+NEARLY_LINEAR = 1.0  # relative change of an angle above which slow steps are not solved more accurately
+MAX_ANCHORED_STEPS = 30  # largest number of anchored steps, and half the largest number of feasible steps
+MAX_SLOW_STEPS = 9  # largest number of consecutive slow steps
 
 # Bounds of the angles
 ANGLE_BOUND = 0.01  # smallest ratio of an angle to its initial value
 AT_BOUND = 1 + 1e-6  # tolerance factor: angles up to this multiple of their bound are at the bound
-HELD_WEIGHT = 1e-12  # weight of a held angle, relative to a free one
+HELD_WEIGHT = 1e-12  # weight of an angle that is held at its bound, relative to a free angle
 
-# Feasible steps
+# Constants of feasible steps
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
 LEAST_CURVATURE = 0.2  # smallest curvature along an angle, as a share of the curvature of the objective
-MAX_RESTORING_STEPS = 4  # changes of the held angles in a step, and restoration steps after it
-LEFT_GAIN = 1e-4  # times the tolerance: negligible relative gain of the objective
-LEFT_TO_STEPS = 4.0  # times the tolerance: negligible relative change of the angles
-MAX_FEASIBLE_WORK = 2e7  # number of triangles times the number of solves and inner steps
+MAX_RESTORING_STEPS = 4  # largest number of updates of the held angles, and of restoration steps, in a step
+LEFT_GAIN = 1e-4  # negligible relative gain of the objective, as a multiple of the tolerance
+LEFT_TO_STEPS = 4.0  # negligible relative change of the angles, as a multiple of the tolerance
+MAX_FEASIBLE_WORK = 2e7  # largest number of triangles times the number of solves and inner steps
 ROUNDING = 1e-13  # relative rounding error of the objective
 LEAST_STEP = 1e-7  # shortest step of the line search, relative to the full step
-START_RESIDUAL = 1e-9  # residual before the first feasible step
-MAX_START_STEPS = 20  # steps to that residual
+START_RESIDUAL = 1e-9  # largest residual before the first feasible step
+MAX_START_STEPS = 20  # largest number of steps that reduce the residual to START_RESIDUAL
 
 
 @dataclass(frozen=True, eq=False)
 class AbfResult:
-    """The end of the iterations of converged ABF.
+    """The result of the iterations of converged ABF.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class AbfResult:
     converged : bool
         Whether the relative change of every angle and the residual are within the tolerance.
     held : (3, #F) bool
-        Angles at their lower bound; all False outside the bounded forms.
+        Mask of the angles at their lower bound; all False if the angles have no bounds.
     """
 
     state: State
@@ -77,8 +77,8 @@ def converge(state: State, tol: float) -> AbfResult:
     state : State
         At the initial estimate alpha_0.
     tol : float
-        The iterations end when the largest residual and the largest relative change of an angle by another
-        step are at most this. Changes decrease linearly, so the next change is predicted.
+        The iterations end when the largest residual, and the largest relative change of an angle by another
+        step, are at most `tol`. The next change is predicted, because changes decrease linearly.
     """
     return _iterate_anchored(state, tol)
 
@@ -99,7 +99,7 @@ def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> Abf
             lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
-            break  # too ill-conditioned for double precision; the feasible form avoids such angles
+            break  # the system is too ill-conditioned for double precision; feasible steps avoid such angles
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
         change = _largest_change(e, state)
         state, now = state.take_step(raw, kind), held
@@ -150,17 +150,19 @@ def _move_into_bounds(state: State) -> State:
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """Find the minimum of `converge` (eq. 1-4) under lower bounds, if anchored steps do not converge.
+    """Minimise the objective of `converge` (eq. 1-4) under lower bounds of the angles, by feasible steps.
 
-    First, anchored steps hold the angles that reach their bounds. If these do not converge either, feasible
-    steps start from a converged active set.
+    This is the fallback if the anchored steps of `converge` do not converge. First, anchored steps are taken
+    that hold the angles that reach their bounds. If these steps do not converge either, feasible steps start
+    from a converged active set.
 
-    The weights include the curvature of the wheel constraints, which is diagonal: |1 / alpha_0^2 + (x_right -
-    x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an angle. Each step is followed by
-    corrections that restore the constraints, and halved until the objective decreases. The steps end when
-    their gains, predicted as a geometric series, become negligible. Every angle is bounded below by a
-    hundredth of alpha_0, because some angles vanish at the minimum on hard meshes. On large meshes, the steps
-    end without convergence after a fixed amount of work.
+    The weights of feasible steps include the curvature of the wheel constraints, which is diagonal: |1 /
+    alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, where x_right and x_left are the multipliers of the two
+    wheels that contain the angle. Each step is followed by corrections that restore the constraints, and
+    halved until the objective decreases. The steps end when their gains, predicted as a geometric series,
+    become negligible. Every angle is bounded below by a hundredth of alpha_0, because some angles vanish at
+    the minimum on hard meshes. On large meshes, the steps end without convergence after a fixed amount of
+    work.
 
     Parameters
     ----------
@@ -189,7 +191,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         after = objective(state)
         gain = value - after
-        # the gains decrease like a geometric series
+        # the remaining gain, because gains decrease like a geometric series
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if gain_left <= max(LEFT_GAIN * tol, (LEFT_TO_STEPS * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
@@ -213,10 +215,10 @@ def _largest_change(e: FloatArray, state: State) -> float:
 def _feasible_direction(
     state: State, x: FloatArray | None, held: BoolArray
 ) -> tuple[Direction, int, BoolArray]:
-    """Compute a direction at feasible angles.
+    """Compute a descent direction of the objective at feasible angles.
 
-    An angle at its bound is held if the direction would decrease it. Also return the number of inner steps
-    and the held angles.
+    An angle at its bound is held if the direction would decrease the angle. Also return the number of inner
+    steps and a mask of the held angles.
     """
     anchor, alpha = state.problem.estimate, state.at.alpha
     gradient, inner_steps, lin = _gradient(state), 0, state.lin
@@ -243,11 +245,11 @@ def _feasible_direction(
 def _line_search(
     state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
 ) -> tuple[State, float]:
-    """Step along `e` and restore the constraints, with halved lengths until the objective decreases."""
+    """Step along `e` and restore the constraints; halve the step until the objective decreases."""
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
-    # small enough not to hide the change of the objective
+    # a residual that is small enough not to hide the change of the objective
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))
@@ -267,7 +269,7 @@ def _line_search(
 def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
     """Reduce the residual to at most `exact` by corrections, then by active-set steps if needed."""
     if not held.any():
-        state = correct_conformally(state, exact)  # corrections cannot hold angles
+        state = correct_conformally(state, exact)  # conformal corrections would change held angles
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

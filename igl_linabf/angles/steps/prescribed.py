@@ -17,8 +17,8 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     """Take steps to the angle sums prescribed at the boundary, until the residual is at most `tol`.
 
     Prescribed sums change the angles more than a free boundary does, and therefore need more steps. The steps
-    keep the first factor as the preconditioner, and end in conformal corrections. The angle sums on circles
-    depend on the current edge lengths. Each step aims at the predicted sums.
+    use the factor of the first step as the preconditioner, and end in conformal corrections. The angle sums
+    on circles depend on the current edge lengths. Therefore, each step aims at the predicted sums.
     """
     constraints = state.problem.constraints
     if len(constraints.circles) > 1:  # lengths around a hole are meaningless before its loop closes

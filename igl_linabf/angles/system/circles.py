@@ -7,27 +7,27 @@ import scipy
 
 from ..._types import FloatArray
 
-MOST_WAVES = 32  # number of predicted waves along a loop
-SIDES_PER_WAVE = 4  # smallest number of sides per predicted wave
+MOST_WAVES = 32  # largest number of Fourier modes along a loop that are predicted
+SIDES_PER_WAVE = 4  # smallest number of sides per wavelength of a predicted Fourier mode
 
 
 def central_angles(log_ratio: FloatArray) -> FloatArray:
-    """Return the angles subtended at the centre by the sides of an inscribed polygon; they sum to 2 pi.
+    """Return the central angles of the sides of a polygon that is inscribed in a circle; they sum to 2 pi.
 
     Parameters
     ----------
     log_ratio : (#P,) float64
-        At each vertex, the logarithm of the ratio of the next side's length to the previous one's. Side i
-        starts at vertex i.
+        At each vertex, the logarithm of the ratio of the length of the next side to the length of the
+        previous side. Side i starts at vertex i.
     """
     log_length = np.cumsum(log_ratio - log_ratio.mean())
     side = np.exp(log_length - log_length.max())
     longest = int(np.argmax(side))
     others = np.delete(side, longest)
-    if others.sum() <= 1.0:  # no closed polygon has such sides: use their shares of the length
+    if others.sum() <= 1.0:  # no closed polygon has such sides: angles proportional to the sides
         return np.asarray(2 * np.pi * side / side.sum())
     root = scipy.optimize.brentq
-    # a side s subtends 2 arcsin(s / 2R); x = 1 / 2R, and the longest side is 1
+    # a side s subtends the angle 2 arcsin(s x) at the centre, with x = 1 / 2R; the longest side is 1
     if np.arcsin(others).sum() >= np.pi / 2:
         x = root(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
@@ -50,13 +50,13 @@ def inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
 
 
 def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
-    """Predict the further change of a circle's angle sums while the angles of its loop approach them.
+    """Predict how the angle sums of a circle will change while the angles of its loop approach these sums.
 
     The edge lengths change with the angles, and the sums of the circle change with the lengths. In a
-    conformal map of the unit disk with scale u, the sums change by -du/dn per length. This is -k u for the
-    k-th wave along the loop, while the sums of the circle change by -u. Therefore the current difference is 1
-    - 1 / k of the required change, and 1 + 1 / k of it around a hole. The wave k = 1 belongs to maps of the
-    disk onto itself, and contributes nothing to the difference.
+    conformal map of the unit disk with scale u, the angle sums of the loop change by -du/dn per length. This
+    is -k u for the k-th Fourier mode along the loop, while the sums of the circle change by -u. Therefore,
+    the current difference is the share 1 - 1 / k of the required change, or the share 1 + 1 / k around a
+    hole. The mode k = 1 belongs to maps of the disk onto itself, and contributes nothing to the difference.
 
     Parameters
     ----------
@@ -73,4 +73,4 @@ def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> Fl
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)
     more = share * ((gain * (wave.conj() @ missing)) @ wave).real / np.pi
-    return np.asarray(more - share * (more.sum() / share.sum()))  # keeps the total of the sums
+    return np.asarray(more - share * (more.sum() / share.sum()))  # the total of the sums is constant

@@ -17,7 +17,7 @@ from ...surface import Ragged, Topology
 from .circles import inscribed_sums, predict_change
 from .patterns import Pattern
 
-SMALLEST_SINE = 1e-75  # stands in for the sine of a zero angle; the sums of the core use the same value
+SMALLEST_SINE = 1e-75  # replaces the sine of a zero angle, as in the sums of the core
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,11 +164,11 @@ class Constraints:
 
     @property
     def prescribes_sums(self) -> bool:
-        """Whether angle sums other than 2 pi inside are prescribed."""
+        """Whether angle sums other than 2 pi at interior vertices are prescribed."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
     def prescribe(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
-        """Return the same rows with other angle sums, (#V,), and other turnings.
+        """Return the constraints with the same rows, but other angle sums, (#V,), and turnings of paths.
 
         No row may belong to a hole.
         """
@@ -190,7 +190,7 @@ class Constraints:
 
     @cached_property
     def _vertex(self) -> IntArray | None:
-        """The vertex of each row; None if a row has several vertices, as the row of a hole has."""
+        """The vertex of each row; None if a row has several vertices, such as the row of a hole."""
         inside = np.flatnonzero(self.row >= 0)
         if len(inside) != self.n:
             return None
@@ -229,7 +229,7 @@ def build_constraints(
     circles: Sequence[int] = (),
     left_out: int | None = None,
 ) -> Constraints:
-    """Return one row for each interior vertex, each hole (a virtual vertex) and each prescribed sum.
+    """Build the constraints, with a row for each interior vertex, hole (virtual vertex) and prescribed sum.
 
     Around a hole of m vertices, the angles sum to (m + 2) pi; an interior vertex is the case m = 0. A hole
     with prescribed sums at some of its vertices is a closed path instead of a virtual vertex: it turns by -2
@@ -273,7 +273,7 @@ def _constraints(
             virtual.append(loop)
     left_out = np.zeros(topology.n, dtype=bool)
     if not topology.loops:
-        # the wheel constraints sum to zero at each angle; for the vertex constraints see the next case
+        # the wheel constraints sum to zero, and the vertex constraints to the angle sum of all triangles
         left_out[np.argmax(np.abs(sums - 2 * np.pi)) if ground is None else ground] = True
     elif given[topology.loops[0]].all() and topology.n_outer == 1:
         # the angle sums of all vertices add up to those of all triangles (Gauss-Bonnet)
@@ -313,7 +313,7 @@ class Residual:
         pi - sum alpha.
     turning, log_ratio : (#V,) float64
         At a vertex of a boundary loop with the mesh on its left: the exterior angle, and the logarithm of the
-        ratio of the next edge's length to the previous one's.
+        ratio of the length of the next edge to the length of the previous edge.
     holonomy : HolonomyResidual
         Gaps of the loops of holes and of the closed paths.
     """
@@ -327,7 +327,7 @@ class Residual:
 
     @cached_property
     def largest(self) -> float:
-        """Largest absolute value: radians, logarithms, and relative gaps of holes."""
+        """Largest absolute value of all residuals: radians, logarithms, and relative gaps of holes."""
         return max(self.at_vertices, largest_magnitude(np.abs(self.holonomy.gap)))
 
     @cached_property
@@ -343,7 +343,7 @@ def largest_magnitude(values: FloatArray) -> float:
 
 
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
-    """Return the residuals of the constraints at `alpha`, (3, #F) radians, with known cotangents if given."""
+    """Return the residuals of the constraints at `alpha`, (3, #F) radians; `cot` are its cotangents."""
     topology, paths = constraints.topology, constraints.paths
     cot = _core.cotangents(alpha) if cot is None else cot
     total, log_ratio = _core.angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
@@ -359,9 +359,9 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     wheel = constraints.sum_at_rows(log_ratio)  # eq. 8-10
     wheel[constraints.wheels :] = 0.0
     return Residual(
-        vertex=constraints.target_sums(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
+        vertex=constraints.target_sums(log_ratio) - constraints.sum_at_rows(total),  # of eq. 5
         wheel=wheel,
-        triangle=triangle,  # eq. 6
+        triangle=triangle,  # of eq. 6
         turning=turning,
         log_ratio=log_ratio,
         holonomy=holonomy_residual(topology, turning, log_ratio, paths, fan_sums),

@@ -41,11 +41,11 @@ class HolonomyRows:
     faces : (#f,) int64
         Faces where T is not zero.
     transposed : (3 #f, #T) matrix
-        T^T, with errors numbered 3 t + k over these faces.
+        T^T, with errors numbered 3 t + k over `faces`.
     pairs : (#p,) int64
-        Indices r of the rows 2 r and 2 r + 1 of M that are not zero on these faces; ascending.
+        Indices r of the rows 2 r and 2 r + 1 of M that are not zero on `faces`; ascending.
     row_pairs : (2 #p, 3 #f) sparse array
-        These rows of M.
+        The rows of M at `pairs`.
     """
 
     constraints: Constraints
@@ -72,7 +72,7 @@ class HolonomyRows:
         corner, cot_here = topology.corner[:, faces], cot[:, faces]
         m = len(faces)
         error = np.tile((3 * np.arange(m) + np.arange(3)[:, None]).ravel(), 3)
-        # the vertex row of the corner's vertex; the wheel rows of the next and the previous vertex
+        # entries in the vertex row of the corner, and in the wheel rows of the next and the previous corner
         site = np.concatenate((corner, corner[PREV], corner[NEXT])).ravel()
         wheel = np.repeat([False, True], [3 * m, 6 * m])
         value = np.concatenate((np.ones_like(cot_here), cot_here, -cot_here)).ravel()
@@ -81,7 +81,7 @@ class HolonomyRows:
         pairs, place = np.unique(row[has_row], return_inverse=True)
         entries = value[has_row], (2 * place + wheel[has_row], error[has_row])
         row_pairs = sparse.csr_array(entries, shape=(2 * len(pairs), 3 * m))
-        for i, path in enumerate(paths):  # likewise; the left fans of a path form one site
+        for i, path in enumerate(paths):  # the left fans of a path form a single site
             k, t = np.divmod(path.corner, n_faces)
             t, left, right = 3 * np.searchsorted(faces, t), (k + 1) % 3, (k + 2) % 3
             error = np.concatenate((error, t + k, t + left, t + right))
@@ -94,7 +94,7 @@ class HolonomyRows:
 
     @property
     def size(self) -> int:
-        """Number of rows."""
+        """Number of rows of T."""
         return int(self.transposed.shape[1])
 
     @property
@@ -133,7 +133,7 @@ class HolonomyRows:
         return x
 
     def in_metric(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, NarrowMatrix]:
-        """Return M P T^T, T P T^T, and P T^T on these faces, for a metric P.
+        """Return M P T^T, T P T^T, and P T^T on the faces of the rows, for a metric P.
 
         `metric` returns the element matrices of P.
         """
@@ -229,12 +229,12 @@ class HolonomyConstraints:
     ) -> tuple[Solve, SchurColumns]:
         """Return a preconditioner of the bordered system, given the `inverse` of `laplacian_inverse`, and C.
 
-        C = diag(L_s, L_s)^-1 B of the conformal metric. The rows T - C^T M close the same loops, and are
-        orthogonal to M in this metric. They are solved separately with the matrix D - C^T B - B^T C + C^T S
-        C, which is positive definite for any C. If the turning of all closed paths is free, D - C^T B of the
-        conformal metric serves as well. Without `S`, the metric is the conformal metric of these rows. If it
-        is K, then S is diag(L, L), and the result is exact. With `S`, the columns `known` of an earlier
-        system may serve as C.
+        C = diag(L_s, L_s)^-1 B of the conformal metric. The rows T - C^T M close the same loops as T, and are
+        orthogonal to M in the conformal metric. Therefore, they are solved separately, with the matrix D -
+        C^T B - B^T C + C^T S C, which is positive definite for any C. If the turning of all closed paths is
+        free, the matrix D - C^T B of the conformal metric is used instead. Without `S`, the metric is the
+        conformal metric of these constraints. If this metric is K, then S is diag(L, L), and the result is
+        exact. With `S`, the columns `known` of an earlier system may replace C.
 
         Raises
         ------
@@ -260,7 +260,7 @@ class HolonomyConstraints:
         return self._bordered_solver(inner, columns, self.D - mixed - mixed.T + columns.galerkin(S)), columns
 
     def conformal_columns(self, inverse: Solve) -> SchurColumns:
-        """Return C = diag(L, L)^-1 B with D - B^T C, if these rows use the conformal metric."""
+        """Return C = diag(L, L)^-1 B with D - B^T C, if the constraints use the conformal metric."""
         return self._columns(partial(solve_pairs, inverse))
 
     def _columns(self, inner: Solve) -> SchurColumns:

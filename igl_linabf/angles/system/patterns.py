@@ -1,4 +1,4 @@
-"""Symmetric sparse matrices over the rows of a mesh; the pattern is computed once and filled many times."""
+"""Symmetric sparse matrices over the rows of a mesh. A pattern is computed once and filled many times."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Symmetric:
         return made
 
     def whole(self) -> sparse.csr_array:
-        """Return the matrix with all entries."""
+        """Return the matrix as a sparse array with both triangles."""
         indptr, indices, block = self.blocks
         upper = sparse.bsr_array(
             (block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size)
@@ -93,13 +93,13 @@ class Pattern:
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[tuple[Solvers, int], Analysis] = {}
         self.n, self.topology, self.row = n, topology, row
-        # the lower triangle in CSC order is the upper one in CSR order
+        # the lower triangle in CSC order is the upper triangle in CSR order
         indptr, indices, self.slot = _core.symmetric_pattern(self.ends, n)
         small = 8 * len(indices) < np.iinfo(np.int32).max
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
         self.indices: IntArray = indices.astype(index)
-        # SciPy checks the pattern only here
+        # copies of this array skip the checks of SciPy
         self._zero = sparse.csc_array((np.zeros(len(indices)), self.indices, self.indptr), shape=(n, n))
 
     @property
@@ -149,7 +149,7 @@ class Pattern:
 
 
 class RowSubset:
-    """Some pairs of rows of the matrices of a pattern; found once and filled many times.
+    """A subset of the row pairs of all matrices with one pattern. It is found once and filled many times.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class RowSubset:
     start, column : int64 arrays
         The columns of the blocks of each pair, as indptr and indices in CSR.
     indptr, indices : int64 arrays
-        The upper triangle of the principal submatrix of these rows, in CSR.
+        The upper triangle of the principal submatrix of the subset, in CSR.
     """
 
     def __init__(self, matrix: Symmetric, pairs: IntArray) -> None:
@@ -179,7 +179,7 @@ class RowSubset:
         self.indptr = np.append(0, np.cumsum(np.bincount(at[self.upper], minlength=len(pairs))))
 
     def of(self, matrix: Symmetric) -> SubsetBlocks:
-        """Return the blocks of `matrix` in these rows."""
+        """Return the blocks of `matrix` in the rows of the subset."""
         return SubsetBlocks(
             self, _core.gather_row_blocks(matrix.blocks[2], self.column, self._place, self._pair)
         )
@@ -207,5 +207,5 @@ class SubsetBlocks:
         return _core.subtract_rows(self.rows.start, self.rows.column, self.block, x, r)
 
     def residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
-        """Return r - R z in these rows."""
+        """Return r - R z, where r is restricted to the rows of the subset."""
         return _core.row_residual(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

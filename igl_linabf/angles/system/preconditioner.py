@@ -1,4 +1,4 @@
-"""The preconditioner of the reduced system: a Laplacian, holonomy constraints, a correction at slivers."""
+"""The preconditioner of the reduced system: a Laplacian with a border, and a correction at slivers."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
-SLIVER = 10.0  # ratio of the eigenvalues of P_t and s_t K_t of a sliver, at least
-SLIVER_OF_SMALL_SYSTEM = 1000.0  # the same ratio in small systems, where inner steps are cheap
-LARGE_SYSTEM = 5_000  # rows of a disk's system up to which it is small
+SLIVER = 10.0  # smallest ratio of the eigenvalues of P_t and s_t K_t at which triangle t is a sliver
+SLIVER_OF_SMALL_SYSTEM = 1000.0  # the eigenvalue ratio SLIVER in small systems, where inner steps are cheap
+LARGE_SYSTEM = 5_000  # number of rows from which the system of a disk is large
 
 
 def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
-    """Return diag(L_s+, L_s)^-1 for (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
+    """Return a solver of diag(L_s+, L_s) for right-hand sides, (#rows, 2 k).
 
-    L_s+ covers all rows, L_s only rows with a wheel constraint. If every row has one, both are equal.
-    Otherwise L_s contains the identity for the other rows, so that its pattern and the `laplacian` analysis
-    are shared.
+    The first k right-hand sides belong to vertex constraints, the last k to wheel constraints. L_s+ covers
+    all rows, and L_s only the rows with a wheel constraint. If every row has a wheel constraint, L_s+ equals
+    L_s. Otherwise, L_s contains the identity for the other rows. Therefore, it has the pattern of L_s+, which
+    `laplacian` has analysed.
     """
     vertex = laplacian.factor(lower.data)
     if system.constraints.wheels == system.constraints.n:
@@ -64,7 +65,7 @@ class Slivers:
         if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
             largest = SLIVER_OF_SMALL_SYSTEM
         elif constraints.prescribes_sums:
-            largest = SLIVER / 2  # many steps lead to such sums, with one correction
+            largest = SLIVER / 2  # many steps share the correction
         faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > largest + 1 / largest)
         rows = constraints.row[corner[:, faces]]
         pairs = np.unique(rows[rows >= 0])
@@ -77,13 +78,13 @@ class Slivers:
 def correct_at_slivers(
     conformal: Solve, slivers: Slivers, S: Symmetric, holonomy: HolonomyConstraints | None
 ) -> Solve:
-    """Apply S^-1 on the rows of slivers before and after the `conformal` preconditioner.
+    """Return a preconditioner that applies S^-1 on the rows of slivers before and after `conformal`.
 
     This is a symmetric multiplicative Schwarz method with two subspaces.
     """
     if slivers.rows is None or slivers.analysis is None:
         return conformal
-    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: these are also its columns
+    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # also columns of S, which is symmetric
     local = slivers.analysis.factor(blocks.values()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
     border = None if holonomy is None else holonomy.B.row_subset(index)

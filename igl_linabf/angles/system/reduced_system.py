@@ -93,16 +93,16 @@ class System:
         return _core.conformal_weights(w, d, cot)
 
     def rows(self, e: FloatArray) -> FloatArray:
-        """Return M e, the (#rows, 2) sums of (3, #F) angles."""
+        """Return M e, (#rows, 2): the change of the constraints of each row by the errors e, (3, #F)."""
         sums = _core.row_sums(self.topology.corner, self.cot, e, self.topology.n)
         made = np.empty((self.constraints.n, 2))
-        made[:, 0] = self.constraints.sum_at_rows(sums[0])  # eq. 5
-        made[:, 1] = self.constraints.sum_at_rows(sums[1])  # eq. 8-10
+        made[:, 0] = self.constraints.sum_at_rows(sums[0])  # vertex constraints, eq. 5
+        made[:, 1] = self.constraints.sum_at_rows(sums[1])  # wheel constraints, eq. 8-10
         made[self.constraints.wheels :, 1] = 0.0
         return made
 
     def matrix(self) -> Symmetric:
-        """Return S, (2 #rows, 2 #rows)."""
+        """Return the reduced matrix S, (2 #rows, 2 #rows)."""
         topology, pattern, wheels = self.topology, self.pattern, self.constraints.wheels
         graph = pattern.indptr, pattern.indices
         edges, faces = (pattern.slot, pattern.ends, topology.sides), (topology.corner, pattern.row)

@@ -37,7 +37,7 @@ class Border:
     pairs : (#p,) int64
         Indices r of the rows 2 r and 2 r + 1 that may have entries; ascending.
     values : (2 #p, size) matrix
-        These rows.
+        The rows of B at `pairs`.
     """
 
     pairs: IntArray
@@ -45,12 +45,12 @@ class Border:
 
     @cached_property
     def rows(self) -> IntArray:
-        """The indices of these rows."""
+        """The indices of the rows that may have entries."""
         return (2 * self.pairs[:, None] + np.arange(2)).ravel()
 
     @cached_property
     def transposed(self) -> NarrowMatrix:
-        """These rows, transposed."""
+        """The transpose of `values`."""
         return self.values.T
 
     def transposed_times(self, x: FloatArray) -> FloatArray:
@@ -58,13 +58,13 @@ class Border:
         return np.asarray(self.transposed @ x[self.rows])
 
     def dense(self, n: int) -> FloatArray:
-        """Return all 2 n rows."""
+        """Return B as a dense array with all 2 n rows."""
         made = np.zeros((2 * n, self.values.shape[1]))
         made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
         return made
 
     def row_subset(self, index: IntArray) -> sparse.csr_array:
-        """Return the rows with the given indices."""
+        """Return the rows of B with the given indices."""
         place = np.minimum(np.searchsorted(self.rows, index), len(self.rows) - 1)
         found = np.flatnonzero(self.rows[place] == index)
         shape = len(index), len(self.rows)
@@ -74,7 +74,7 @@ class Border:
 
 @dataclass(frozen=True, eq=False)
 class SchurColumns:
-    """A dense matrix C.
+    """The Schur columns C = A^-1 B of a bordered system, where B is the border of holonomy constraints.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class SchurColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Return True if the columns can also precondition a system with these, nearly the same, loops."""
+        """Return True if the loops differ so little from `drawn` that the columns can precondition there."""
         q, known = drawn.q, self.drawn
         same = np.array_equal(drawn.constrained, known.constrained)
         return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())

@@ -1,8 +1,9 @@
 """Newton steps for maps that are too large for a factor of their Hessian.
 
 The displacement of the vertices is bilinear in the cells of a grid over the map, and its values at the nodes
-of the grid are the unknowns. The energy and its gradient still sum over all triangles. Only smooth
-displacements are missing in a conformal map of a surface with smooth curvature, and these the grid contains.
+of the grid are the unknowns. The energy and its gradient are still summed over all triangles. A conformal map
+of a surface with smooth curvature differs from an isometric map only by smooth displacements, which the grid
+can represent.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ from ...surface import Ragged
 from .energy import Rest
 from .newton import Springs, factor_damped, sum_at_vertices
 
-VERTICES_PER_NODE = 40  # of a map that fills a rectangle
+VERTICES_PER_NODE = 40  # vertices per node of the grid, for a map that fills a rectangle
 TIE = 1e-2  # stiffness of springs between the nodes of an empty cell, over the mean stiffness of a node
 FACES_AT_ONCE = 200_000  # triangles that are added to the Hessian together, which bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
 class Bilinear:
-    """Places in the cells of a grid.
+    """Points in the cells of a grid, for bilinear interpolation from the nodes.
 
     Attributes
     ----------
@@ -40,7 +41,7 @@ class Bilinear:
 
     @classmethod
     def of(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> Bilinear:
-        """Locate points in units of cells; in the given cells, into which they are extrapolated, if any."""
+        """Locate points, given in units of cells; with `cell`, extrapolate from these cells instead."""
         if cell is None:
             cell = x.imag.astype(np.int64) * columns + x.real.astype(np.int64)
         row, column = np.divmod(cell, columns)
@@ -109,9 +110,9 @@ class CoarseHessians:
         return slope, self._factor(sums)
 
     def _factor(self, sums: FloatArray) -> Factor:
-        """Factor the Hessian, given its part of each cell, and restrict and prolong around its solutions."""
+        """Factor the Hessian on the grid; the factor solves for gradients and displacements on the mesh."""
         on_diagonal = np.array([i == j for i, j in self._pairs])
-        # nodes at the border with few triangles follow their neighbours
+        # springs let nodes of cells with few triangles follow their neighbours
         stiffness = TIE * sums[:, on_diagonal][..., [0, 3]].mean()
         empty = np.maximum(1 - self._faces.sizes / np.median(self._faces.sizes), 0)
         sums[..., [0, 3]] += np.multiply.outer(stiffness * empty, np.where(on_diagonal, 3, -1))[..., None]
@@ -124,7 +125,7 @@ class CoarseHessians:
     def _sum_in_cells(
         self, rows: FloatArray, corner: IntArray, cell: IntArray, sizes: IntArray
     ) -> FloatArray:
-        """Sum row row^T over the triangles of each cell, as if each lay in the cell of its centre."""
+        """Sum row row^T over the triangles whose centres lie in each cell."""
         within = Ragged.of_sizes(sizes)
         by_corner = rows.reshape(4, 2, 3, -1)
         at_nodes = np.zeros((4, 2, 4, len(cell)))  # rows, x and y, nodes

@@ -25,7 +25,7 @@ OPENING = 1e-6  # smallest height over longest side of a triangle; largest added
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """The triangles as they are on the surface.
+    """The triangles at rest, with their shapes on the surface.
 
     Attributes
     ----------
@@ -49,10 +49,10 @@ class Rest:
         `OPENING` times the area of the chart.
         """
         area = faces.repeat(faces.sum(double_area) / 2)
-        longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared
+        longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared length
         room = np.minimum(OPENING * longest - double_area, 2 * OPENING * area / faces.repeat(faces.sizes))
         double_area = double_area + np.maximum(room, 0)
-        top = dot.argmin(axis=0)  # opposite to the longest side; its length has no cancellation
+        top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
         left, right = (top + 1) % 3, (top + 2) % 3
         face = np.arange(len(top))
         side = np.sqrt(dot[left, face] + dot[right, face])
@@ -63,11 +63,11 @@ class Rest:
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
     def of_faces(self, rows: IntArray) -> Rest:
-        """Return some of the triangles."""
+        """Return the triangles with the indices `rows`."""
         return Rest(np.ascontiguousarray(self.corner[:, rows]), self.gradient[:, rows], self.share[rows])
 
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
-        """Return the energy of each triangle times its share; infinite if it is flipped or collapsed."""
+        """Return the energy of each triangle times its share; infinite for flipped or collapsed triangles."""
         return isometric_energy(self.corner, self.gradient, self.share, z, weight)
 
     def expand(self, z: ComplexArray, weight: float) -> tuple[FloatArray, FloatArray]:
@@ -80,5 +80,5 @@ class Rest:
         return isometric_rows(self.corner, self.gradient, self.share, z, weight)
 
     def collapse_lengths(self, z: ComplexArray, direction: ComplexArray) -> FloatArray:
-        """Return the step length at which each triangle collapses, |p|^2 = |q|^2; otherwise infinite."""
+        """Return the step length at which each triangle collapses (|p|^2 = |q|^2), or infinity if never."""
         return collapse_lengths(self.corner, self.gradient, z, direction)

@@ -1,4 +1,4 @@
-"""The isometric layout: lengths are preserved as well as possible, from a map without flipped triangles."""
+"""The isometric layout, which starts from a map without flips and preserves lengths as well as possible."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .energy import Rest
 from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, descend
 from .slim import is_upright
 
-UNWEIGHTED_TOL = 0.05  # relative gain left to the unweighted energy when the weighted one takes over
-STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # of the springs to the pins, in turn; the surface has energy 1
-MAX_PINNED_STEPS = 40  # Newton steps for each stiffness
-PINS_MET = 1e-6  # distance to a pin, for a surface of area 1; closer vertices are moved onto their pins
-MOST_FREE_VERTICES = 1_000_000  # of a map whose vertices move independently, which takes 6 GB
-WEAK_FIT = 0.3  # with a lower correlation of the free map and its pins, the pins determine the size
+UNWEIGHTED_TOL = 0.05  # relative gain at which the weighted energy replaces the unweighted energy
+STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # stiffnesses of the springs to the pins; an isometry has energy 1
+MAX_PINNED_STEPS = 40  # largest number of Newton steps for each stiffness
+PINS_MET = 1e-6  # distance at which vertices are moved onto their pins, for a surface of area 1
+MOST_FREE_VERTICES = 1_000_000  # largest map whose vertices move independently, which takes 6 GB
+WEAK_FIT = 0.3  # correlation of the free map and its pins below which the pins determine the size
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +56,11 @@ def make_isometric(
     solvers: Solvers,
     tol: float = STALLED_FALL,
 ) -> IsometricMap:
-    """Reduce the isometric energy of a map without flipped triangles until it stalls.
+    """Reduce the isometric energy of a map without flipped triangles until the energy stalls.
 
     The energy has stalled if further steps would reduce it by less than the share `tol`. Two pins are met by
-    a similarity, as in the layouts of angles. With more pins, the surface is scaled so that the free map fits
-    the pins best, and springs of increasing stiffness pull the vertices to their pins.
+    a similarity, as in the layouts of angles. With more pins, the map is first scaled to fit the pins best,
+    and springs of increasing stiffness then pull the vertices to their pins.
     """
     energy = _single_chart_energy(mesh, weight)
     coarse = mesh.topology.n > MOST_FREE_VERTICES and not shape_is_pinned(pinned)
@@ -99,7 +99,7 @@ def flatten_isometrically(
 def draw_to_pins(
     mesh: Mesh, start: ComplexArray, weight: float, pinned: Pins, solvers: Solvers
 ) -> tuple[ComplexArray, float]:
-    """Pull a map without flipped triangles to more than two pins; return it and the largest distance."""
+    """Pull a map without flips to more than two pins; return the map and the largest distance to a pin."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
     energy = _single_chart_energy(mesh, weight)
     hessians = Hessians(mesh.topology.corner, len(z), solvers)
@@ -120,8 +120,8 @@ def _lower_energy(
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
     """Minimise the energy with `descend`, from maps of any scale.
 
-    If the weight is larger than 1, the unweighted energy is reduced first, because a weighted energy grows
-    faster than its model if areas are far from those of the surface.
+    If the weight is larger than 1, the unweighted energy is reduced first. A weighted energy grows faster
+    than its quadratic model if areas in the map differ much from areas on the surface.
     """
     size = energy.faces.sum(signed_double_areas(start, energy.rest.corner)) / 2
     z, first = start / energy.vertices.repeat(np.sqrt(size)), np.zeros(len(size), dtype=np.int64)
@@ -143,7 +143,7 @@ def _draw_to_pins(
     own, wanted = z[index] - mean, position - middle
     scale = np.vdot(own, wanted) / np.vdot(own, own)
     whole = np.linalg.norm(wanted) / np.linalg.norm(own)
-    if abs(scale) < WEAK_FIT * whole:  # no rotation fits well, and the best scale is nearly 0
+    if abs(scale) < WEAK_FIT * whole:  # no rotation fits well, and the best scale is too small
         scale = whole * (scale / abs(scale) if scale else 1 + 0j)
     to = z.copy()
     to[index] = wanted / scale + mean

@@ -18,10 +18,10 @@ MAX_NEWTON_STEPS = 200
 STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
 NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
 GROWTH = 1.5  # factor of lengthened steps while the energy decreases
-DAMPING = 1e-9  # added to the Hessian as a share of its diagonal, because rigid motions are free
-SUFFICIENT_DECREASE = 1e-4  # share of the predicted decrease that a step has to reach (Armijo's rule)
-MAX_HALVINGS = 40  # halvings of a step before it is given up
-SHORT_OF_COLLAPSE = 0.9  # share of the step length to the first collapsed triangle
+DAMPING = 1e-9  # share of the diagonal that is added to the Hessian, which is singular for rigid motions
+SUFFICIENT_DECREASE = 1e-4  # smallest share of the predicted decrease that a step must reach (Armijo's rule)
+MAX_HALVINGS = 40  # largest number of times that a step is halved before it is rejected
+SHORT_OF_COLLAPSE = 0.9  # longest step, as a share of the step at which the first triangle collapses
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Springs:
 
 @dataclass(frozen=True, eq=False)
 class IsometricEnergy:
-    """The energy of independent charts side by side.
+    """The isometric energy of independent charts that are minimised side by side.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class IsometricEnergy:
     vertices, faces : Ragged
         Vertices and faces of each chart.
     weight : float
-        Weight of areas against angles.
+        Exponent of the area term, which weights areas against angles.
     springs : Springs or None
     """
 
@@ -64,7 +64,7 @@ class IsometricEnergy:
 
 
 class Hessians:
-    """The pattern of the energy's Hessian, with x and y of each vertex adjacent; analysed once."""
+    """Hessians of the isometric energy with the same pattern, which is analysed once."""
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
         self._corner, self._n = corner, n
@@ -94,7 +94,7 @@ class Hessians:
 
 
 def sum_at_vertices(corner: IntArray, by_corner: FloatArray, n: int) -> FloatArray:
-    """Return the gradient with respect to all vertices, (2 #V,), from the gradients of the triangles."""
+    """Return the gradient with respect to all vertices, (2 #V,), as a sum of gradients of triangles."""
     slope = np.empty(2 * n)
     for axis in (0, 1):
         slope[axis::2] = np.bincount(corner.ravel(), by_corner[3 * axis : 3 * axis + 3].ravel(), n)
@@ -102,7 +102,7 @@ def sum_at_vertices(corner: IntArray, by_corner: FloatArray, n: int) -> FloatArr
 
 
 def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) -> Factor:
-    """Factor a Hessian given by its blocks, with a diagonal that is increased until it is definite."""
+    """Factor a Hessian, given by its blocks, whose diagonal is increased until the Hessian is definite."""
     own, damping = blocks[diagonal][:, ::3], DAMPING
     while True:
         own *= 1 + damping
@@ -116,7 +116,7 @@ def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) ->
 
 
 class HessianModel(Protocol):
-    """The model of the energy's Hessian that `descend` solves with."""
+    """A model of the Hessian of the isometric energy, which `descend` uses for its steps."""
 
     def expand(
         self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
@@ -130,12 +130,12 @@ def descend(
     tol: float = STALLED_FALL,
     max_steps: int = MAX_NEWTON_STEPS,
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
-    """Reduce the energy of every chart until it stalls; return the map, the steps, and which charts stalled.
+    """Reduce the energy of each chart until it stalls; return the map, the steps, and which charts stalled.
 
     Each chart has its own step length, and stops if further steps would reduce its energy by less than the
-    share `tol`. Therefore the maps are the same as for one chart at a time. No triangle can flip, because it
-    would have to collapse first, and a step ends before the first collapse. A single chart stops if no
-    further step is possible in double precision.
+    share `tol`. Therefore, the maps are the same as for one chart at a time. No triangle can flip, because a
+    triangle collapses before it flips, and a step ends before the first triangle collapses. A single chart
+    stops if no further step is possible in double precision.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def descend(
         try:
             slope, factor = hessians.expand(energy.rest, z, energy.weight, energy.springs)
             x = -factor.solve(slope)
-            del factor  # the largest object
+            del factor  # free its memory, the largest of all objects
         except NotPositiveDefiniteError:
             if n > 1:
                 raise
@@ -205,7 +205,7 @@ class Line:
             length[short] = 0.0
             reached = np.where(short, self.value, reached)
         growing = moving & ~short
-        while growing.any():  # the Hessian of the model is too large for growing triangles
+        while growing.any():  # the convexified Hessian is too large for growing triangles
             tried = np.where(growing, np.minimum(GROWTH * length, most), length)
             after = self._energies(tried)
             growing &= (tried > length) & (after < reached)

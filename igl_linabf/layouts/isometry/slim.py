@@ -1,4 +1,4 @@
-"""Maps without flips from maps with flips (the guarantee), by the SLIM of igl (Rabinovich et al. 2017)."""
+"""Maps without flips, made from maps with flips by the SLIM of igl (Rabinovich et al. 2017)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -55,10 +55,10 @@ class InjectiveMap:
 def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
     """Make a map without flipped triangles from a map with flips.
 
-    First, a valid start is found. Wider and wider patches around the flipped triangles are embedded again. If
-    no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic. From there,
-    the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2) / (2 s1 s2). Its
-    line search flips no triangle. The map with the least F/3nt is returned.
+    First, a valid start is found: wider and wider patches around the flipped triangles are embedded again. If
+    no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic. From the
+    start, the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2) / (2 s1
+    s2). The line search of SLIM flips no triangle. The map with the least F/3nt is returned.
 
     `place` moves maps to their final position. Flips are counted after `place`, because rounding can flip
     very small triangles. Returns None if no valid start was found.
@@ -75,7 +75,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
                 made = _lower_by_slim(mesh, start, InjectiveMap(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
-        # with a larger ratio, rounding ends SLIM early
+        # SLIM may have ended early, because of rounding, if the ratio of area scales is larger
         if best is not None and area_scale_ratio(mesh, best.z) <= SAFE_AREA_RATIO:
             break
     return best
@@ -86,10 +86,10 @@ def embed_in_boundary(
 ) -> tuple[ComplexArray, str] | None:
     """Make a map without flipped triangles that keeps the boundary of a map with flips.
 
-    Returns the map and a description, or None. It works like the first part of `injective`. The widest patch
-    is valid in exact arithmetic if the boundary is convex and no chord joins two vertices on the same
-    straight side (Tutte 1963). On a circle, vertices may be too close for double precision; they are then
-    spaced evenly.
+    Returns the map and a description, or None. Patches are embedded again, as at the start of `injective`.
+    The widest patch is valid in exact arithmetic if the boundary is convex and no chord joins two vertices on
+    the same straight side (Tutte 1963). If the boundary is a circle on which vertices are too close for
+    double precision, all vertices of the circle are spaced evenly.
     """
     hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
     for made in () if hopeless else embed_patches(mesh.topology, z, solvers):
