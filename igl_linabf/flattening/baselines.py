@@ -1,4 +1,4 @@
-"""The methods that linear ABF is compared with."""
+"""Flattening methods with which linear ABF is compared: LSCM, SCP, DNCP and one step of ABF++."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -39,7 +39,7 @@ from ..surface import (
 from .fallbacks import Problem, StageResult, StageResults, add_layout
 from .result import Flattening, FlatteningReport, Hole, Outcome, Residuals
 
-SCP_SIZE = 1 / 32  # square root of the area of a surface scaled for the eigensolver of igl
+SCP_SIZE = 1 / 32  # square root of the area to which a surface is scaled for the eigensolver of igl
 
 
 def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
@@ -54,7 +54,7 @@ def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 
 
 def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
-    """Run `igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
+    """Run `igl.spectra.lscm`, the spectral conformal map without pins of Mullen et al. 2008."""
     start = perf_counter()
     if shape_is_pinned(pinned):
         raise MeshError(
@@ -66,7 +66,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _no_map_error(mesh, "igl.spectra.lscm") from None
-    # the sign of the eigenvector and the order of the coordinates leave the orientation open
+    # the orientation is arbitrary, because the sign of the eigenvector and the order of its parts are
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2
@@ -77,10 +77,10 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
 
 
 def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
-    """Run discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
+    """Run discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002) with a free boundary.
 
-    It minimises the Dirichlet energy with the cotangents of the surface minus the area of the map. This is
-    the least-squares layout of the angles of the surface, with the same energy and minimiser as LSCM.
+    The method minimises the Dirichlet energy, with the cotangents of the surface, minus the area of the map.
+    It equals the least-squares layout of the angles of the surface, and has the energy and minimiser of LSCM.
     """
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
@@ -95,7 +95,7 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
 def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     """Take a single Newton step of ABF++ (Sheffer et al. 2005), the nonlinear problem in angles.
 
-    At zero multipliers, the Hessian is diag(2 / alpha_0^2). Therefore the step is the least-norm solution of
+    At zero multipliers, the Hessian is diag(2 / alpha_0^2). Therefore, the step is the least-norm solution of
     the linearised constraints, as in linear ABF, but with the wheel constraint in its product form, prod
     sin(beta) - prod sin(gamma) = 0. The row of this constraint, prod(beta) cot(beta) e_beta - prod(gamma)
     cot(gamma) e_gamma = prod(gamma) - prod(beta), is divided by the geometric mean of the products, which
@@ -120,13 +120,13 @@ def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
 
 
 def far_pins(mesh: Mesh) -> Pins:
-    """Return two boundary vertices half the loop length apart, the most distant such pair, as pins."""
+    """Return the default pins: the most distant pair of vertices that halve the length of the outer loop."""
     loop = mesh.topology.loops[0]
     return loop[find_far_points(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
 
 
 def bare_lscm(mesh: Mesh) -> Callable[[], object]:
-    """Return a call of `igl.lscm` with given pins, which is the unit of the reported times."""
+    """Return a function that calls `igl.lscm` with given pins; its time is the unit of reported times."""
     faces = mesh.faces
     b, bc = far_pins(mesh)
     return lambda: igl.lscm(mesh.V, faces, b, bc)
@@ -135,7 +135,7 @@ def bare_lscm(mesh: Mesh) -> Callable[[], object]:
 def _result_of_map(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
-    """Return the result of a method without target angles; the angles of its map replace them."""
+    """Return the result of a method without target angles, with the angles of its map as target angles."""
     topology, constraints = mesh.topology, build_constraints(mesh.topology)
     if not np.isfinite(z).all():
         raise _no_map_error(mesh, solver)

@@ -1,4 +1,4 @@
-"""Many disks side by side: the two solves of linear ABF with a drawn boundary, and isometric maps."""
+"""Flattening of many disks with a single linear system, by linear ABF or to isometric maps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -37,14 +37,14 @@ from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
 @dataclass(frozen=True, eq=False)
 class LinearBatch:
-    """Disks after the step and the chord of linear ABF, laid out.
+    """Disks after the linear step and its chord, with their maps.
 
     Attributes
     ----------
     disks : Disks
     stepped : StepAndChord
     good : (#disks,) bool
-        Whether the common solve suffices for the disk.
+        Whether the map of the disk is final, so that no further attempts are needed.
     uv : (#V, 2) float64
     F, angles : (#F, 3) int64 and float64
         Triangles with the vertex numbers of each disk, and their target angles.
@@ -66,7 +66,7 @@ class LinearBatch:
 
 
 def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
-    """Flatten disks side by side by one step and one chord each.
+    """Flatten disks with a single linear system, by a linear step and a chord.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     with (
         time_stage("layout"),
         np.errstate(divide="ignore", invalid="ignore"),
-    ):  # caused by angles that are discarded later
+    ):  # disks that are not solved well have invalid angles; their maps are discarded
         boundary = develop_boundary(constraints, at.residual)
         z, solver = harmonic(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
         areas = signed_double_areas(z, topology.corner)
@@ -113,7 +113,7 @@ Arrays = tuple[FloatArray, IntArray]
 def isometric_maps(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
-    """Yield the indices and isometric maps of the disks for which the common solve suffices."""
+    """Yield the index and the isometric map of each disk whose map is final after the common Newton steps."""
     disks, found = sound_disks(meshes)
     if disks is None:
         return

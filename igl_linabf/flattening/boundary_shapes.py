@@ -15,7 +15,7 @@ from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
-CORNER_WINDOW = 0.02  # half width of the window for the turning at a corner, over the boundary length
+CORNER_WINDOW = 0.02  # half width of the window in which a corner turns, relative to the boundary length
 
 HELP = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
 
@@ -81,7 +81,7 @@ def resolve_shape(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: Array
 
 
 def _lengths(mesh: Mesh, i: int) -> FloatArray:
-    """Return the lengths of the edges that start at the vertices of a boundary loop."""
+    """Return the lengths of the edges that start at the vertices of boundary loop i."""
     at = mesh.V[mesh.topology.loops[i]]
     return np.asarray(np.linalg.norm(np.roll(at, -1, axis=0) - at, axis=1))
 
@@ -107,7 +107,7 @@ def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
 
 
 def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
-    """Return the four given vertices in the order of the outer loop, starting at the first one."""
+    """Return the four given vertices in the order of the outer loop, from the first given vertex on."""
     at = vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
     rim = mesh.topology.loops[0]
     place = np.full(mesh.topology.n, -1)
@@ -134,7 +134,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
     angle = np.arctan2(mesh.double_area, mesh.dot)
     turning = np.pi - mesh.topology.sum_at_vertices(angle)[rim]
     arc, total = np.concatenate(([0.0], np.cumsum(length)[:-1])), length.sum()
-    # the turning within the window around each vertex, from cumulative sums over three rounds of the loop
+    # compute the turning in the window around each vertex from cumulative sums over three rounds of the loop
     rounds = np.concatenate((arc - total, arc, arc + total))
     before = np.concatenate(([0.0], np.cumsum(np.tile(turning, 3))))
     first = np.searchsorted(rounds, arc - CORNER_WINDOW * total, "left")
@@ -149,7 +149,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
         chosen.append(i)
         near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= CORNER_WINDOW * total
         if np.count_nonzero(open_ & ~near) < left - 1:
-            near = np.arange(len(rim)) == i  # too few vertices remain outside the windows
+            near = np.arange(len(rim)) == i  # too few vertices remain for the other corners
         open_ &= ~near
     chosen = sorted(chosen)
     sides = np.diff(arc[chosen], append=arc[chosen[0]] + total)
@@ -221,7 +221,7 @@ def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple
     place[rim] = np.arange(len(rim))
     ends = np.sort(place[topology.edges[find_chords(topology)]], axis=1)
     ends = ends[ends[:, 0] >= 0]
-    # at a free vertex the loop may turn by up to pi
+    # the loop may turn by up to pi at a free vertex
     turning = np.where(np.isnan(sums[rim]), np.pi, np.pi - sums[rim])
     before = np.concatenate(([0.0], np.cumsum(turning)))
     i, j = ends.T

@@ -1,4 +1,4 @@
-"""Methods side by side on one mesh: distortion, flips, and time relative to igl.lscm."""
+"""Comparison of methods on a mesh: distortion, flips, and time relative to igl.lscm."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Entry:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
-    """Methods side by side; `print` shows them as a table.
+    """A comparison of methods on a mesh; `print` shows it as a table.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ def compare(
         with progress_part(method.name, i / len(chosen) / (1 + repeat)):
             first.append(flatten(V, F, method=method, **given))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the runs above have already issued them
+        warnings.simplefilter("ignore")  # the first runs have already issued all warnings
         mesh = planar_mesh(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
         calls += [
@@ -190,7 +190,7 @@ def compare(
 def medians(
     calls: Sequence[Callable[[], object]], repeat: int, clock: Callable[[], float] = perf_counter
 ) -> list[float]:
-    """Return the median seconds of each call; the calls take turns."""
+    """Return the median time of each call in seconds. The calls run in turn, `repeat` times each."""
     seconds: list[list[float]] = [[] for _ in calls]
     for done in range(repeat):
         for call, taken in zip(calls, seconds, strict=True):

@@ -16,7 +16,7 @@ class Flattener:
     """A flattener of meshes that share their triangles.
 
     All results that depend only on the triangles are computed once: the check of the triangles, their edges
-    and loops, the pattern of the system, and the analysis of its factor.
+    and loops, the sparsity pattern of the linear system, and its symbolic factorization.
 
     Parameters
     ----------

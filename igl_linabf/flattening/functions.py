@@ -43,10 +43,10 @@ from .result import Flattening, Guarantee, Outcome
 
 Fit = Literal["area", "lengths"]
 
-FIT_SOURCES = 250  # source vertices of the distances for fit="lengths"
-LEAST_UP = 0.01  # smallest length of the mean image of a unit direction that can turn the map
+FIT_SOURCES = 250  # number of vertices from which distances are measured for fit="lengths"
+LEAST_UP = 0.01  # smallest length of the mean image of the unit direction `up` that can turn the map
 MIRRORED = 0.9  # pins are mirrored if this share of their triangles has reversed orientation
-MOST_PINNED_TRIANGLES = 2000  # random triangles of pins that are checked
+MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins whose orientation is checked
 
 
 def linabf(
@@ -83,9 +83,9 @@ def linabf(
         1 is the single linear step of the paper. k runs up to k steps of the active set (section 6), each
         linearised at the angles of the previous step. The steps end early if the residual is at most `tol`.
         "auto" is one step and a second solve with the same system. If a step was limited, the boundary does
-        not close, or a triangle flips, it continues like the active set (at most 12 steps), and ends in
-        corrections in the conformal metric. If triangles still flip, converged ABF follows. On a mesh with
-        holes, the second solve is a step, which also closes the loops of the holes (docs/holes.md).
+        not close, or a triangle flips, at most 12 steps of the active set follow, and corrections in the
+        conformal metric. If triangles still flip, converged ABF follows. On a mesh with holes, the second
+        solve is a step, which also closes the loops of the holes (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
         The method that turns angles into coordinates; see `igl_linabf.layouts.layout`.
     outer : int, optional
@@ -100,8 +100,8 @@ def linabf(
         turns most.
     rtol : float, optional
         Relative residual at which conjugate gradients stop. The default is 0.1 for the two solves of "auto",
-        where the second one takes at most twelve steps; 0.03 for the steps that follow them; and 0.01
-        otherwise. With a given `rtol`, there are no corrections in the conformal metric.
+        0.03 for the steps that follow these solves, and 0.01 otherwise. With a given `rtol`, there are no
+        corrections in the conformal metric.
     tol : float
         Residual of the angle constraints, in radians, at which the iterations end.
     threshold : float
@@ -166,8 +166,8 @@ def abf(
 
     The sum ((alpha - alpha_0) / alpha_0)^2 is minimised (Sheffer, de Sturler 2001) subject to all
     constraints, by steps of linear ABF relative to the initial estimate alpha_0. If the steps do not
-    converge, a slower form is used that stays close to flat meshes. It bounds every angle below by a
-    hundredth of alpha_0.
+    converge, slower steps are used that stay close to flat meshes, with a hundredth of alpha_0 as a lower
+    bound of every angle.
 
     Parameters
     ----------
@@ -175,9 +175,9 @@ def abf(
         As in `linabf`.
     tol : float
         The iterations end when the largest residual, and the largest relative change of an angle by another
-        step, are at most this; at least 1e-10. They also end if all further steps would decrease the sum by
-        less than 16 tol^2 of itself. At 1e-4, F/3nt of the angles is accurate to five digits, or to 1e-10.
-        Maps whose areas differ by 20 orders of magnitude or more are less accurate.
+        step, are at most `tol`, which is at least 1e-10. The iterations also end if all further steps would
+        decrease the sum by less than the share 16 tol^2. At 1e-4, F/3nt of the angles is accurate to five
+        digits, or to 1e-10. Maps whose areas differ by 20 orders of magnitude or more are less accurate.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
@@ -339,7 +339,7 @@ def linabf_angles(
 
 
 def _warn_if_bad(result: Flattening) -> Flattening:
-    """Warn if the outcome is bad, for callers that return only a part of the result."""
+    """Warn if the outcome is bad, because callers return only a part of the result."""
     if not result.outcome.good:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return result
@@ -472,7 +472,7 @@ def flatten(
 
 
 def _restore_given_vertices(made: Flattening, disk: RepairedDisk, placed: bool) -> Flattening:
-    """Return a result for the given vertices of a repaired disk; `placed` means that pins set its scale."""
+    """Return a result for the given vertices of a repaired disk. If `placed`, pins determine the scale."""
     origin, used = disk.cleaned.origin, disk.row >= 0
     uv = np.full((len(disk.row), 2), np.nan)
     uv[used] = np.ldexp(made.uv[disk.row[used]], 0 if placed else -disk.cleaned.power)
@@ -551,7 +551,7 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
 def least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArray:
     """Return the L2 stretch that each map would have if no angle changed.
 
-    It depends on the areas of the triangles on the surface and in the map only.
+    This stretch depends only on the areas of the triangles, on the surface and in the map.
     """
     with np.errstate(all="ignore"):
         return np.asarray(np.sqrt(faces.sum(area * (area / flat)) * faces.sum(flat)) / faces.sum(area))
@@ -583,7 +583,7 @@ def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
 
 
 def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
-    """Return the result with a moved map, or unchanged if rounding would change which faces are flipped."""
+    """Replace the map of a result by `uv`, unless rounding would change which faces are flipped."""
     changed = np.setxor1d(flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
     if not len(changed):
         return replace(made, uv=uv)

@@ -1,4 +1,4 @@
-"""Many meshes at once: small disks side by side in one system, and all other meshes one by one."""
+"""Flattening of many meshes: small disks share a linear system, all other meshes are flattened one by one."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, resolve_method
 from .result import NO_INDICES, Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
 
-LARGEST_TOGETHER = 10_000  # triangles of the largest mesh that shares its system with others
-TOGETHER = 4 * LARGEST_TOGETHER  # triangles per system
+LARGEST_TOGETHER = 10_000  # number of triangles of the largest mesh that shares its linear system
+TOGETHER = 4 * LARGEST_TOGETHER  # number of triangles at which a shared linear system is complete
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -61,13 +61,13 @@ def flatten_many(
     errors: Literal["raise", "return"] = "raise",
     progress: Progress = None,
 ) -> list[Flattening] | list[Flattening | MeshError]:
-    """Flatten many meshes at once: the same results as a loop of `flatten`, in less time.
+    """Flatten many meshes with the results of a loop of `flatten`, in less time.
 
-    Small disks are combined into linear systems, because they do not interact. A system is assembled,
-    analysed and factored once, while each disk has its own steps, residuals and outcome. Several threads
-    process different systems, one per core or as many as OMP_NUM_THREADS sets. Isometric maps start from
-    these maps. Meshes are flattened one by one if they need more than the two solves of linear ABF or start
-    far from an isometry, if they are large or have holes or shaped boundaries, and with other methods.
+    Small disks share linear systems, because disks do not interact. A system is assembled, analysed and
+    factored once, while each disk has its own steps, residuals and outcome. Several threads process different
+    systems, one thread per core, or as many threads as OMP_NUM_THREADS sets. Isometric maps start from the
+    maps of linear ABF. A mesh is flattened alone if it needs more than the two solves of linear ABF or starts
+    far from an isometry, if it is large or has holes or a shaped boundary, and with other methods.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def flatten_many(
 
 
 def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening | MeshError | None]) -> None:
-    """Warn once of useless valid maps; `flatten` warns of the maps that it makes itself."""
+    """Warn once of all valid maps that are stretched too much; other warnings are issued by `flatten`."""
     valid = [
         (i, *mesh, made.uv)
         for i, (mesh, made) in enumerate(zip(meshes, maps, strict=True))
@@ -174,11 +174,11 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
     try:
         return flatten(V, F, method=method, boundary=boundary)
     except MeshError as error:
-        return error.with_traceback(None)  # a traceback would keep the arrays of all its frames alive
+        return error.with_traceback(None)  # a traceback keeps the arrays of its frames alive
 
 
 def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
-    """Flatten small disks side by side; return None for each mesh to be flattened alone."""
+    """Flatten small disks with shared linear systems; return None for each mesh that this cannot flatten."""
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_batch(meshes, LinABF(solver=method.solver))
@@ -199,7 +199,7 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
 
 
 def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
-    """Yield groups of small meshes that are flattened together."""
+    """Yield the indices of small meshes in groups that share a linear system."""
     group: list[int] = []
     faces = 0
     for i, (_, F) in enumerate(meshes):
@@ -216,7 +216,7 @@ def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
 def _flatten_group(
     meshes: Sequence[Arrays], group: list[int], method: LinABF
 ) -> list[tuple[int, Flattening]]:
-    """Return the indices and results of the meshes of a group for which the common solve suffices."""
+    """Return the indices and results of the meshes of a group for which the shared solves suffice."""
     start = perf_counter()
     if len(group) < 2:
         return []
@@ -228,7 +228,7 @@ def _flatten_group(
             seconds["check"] = perf_counter() - start
             batch = linear_batch(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
-        halves = np.array_split(found, 2)  # until the singular disk is alone
+        halves = np.array_split(found, 2)  # divide the group until the singular disk is alone
         parts = [_flatten_group(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0] + parts[1]
     seconds["total"] = perf_counter() - start
@@ -238,7 +238,7 @@ def _flatten_group(
 def _results_of_batch(
     batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
 ) -> list[tuple[int, Flattening]]:
-    """Return the indices and results of a batch; `seconds` are divided in proportion to the triangles."""
+    """Return the indices and results of a batch. Times are divided in proportion to the triangles."""
     vertices, faces = batch.disks.vertices.start.tolist(), batch.disks.faces.start.tolist()
     stepped, rows = batch.stepped, batch.stepped.state.problem.disks.rows.sizes.tolist()
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)

@@ -40,8 +40,8 @@ Iterations = int | Literal["auto"]
 
 AREA_WEIGHT = 1.5  # default exponent of the area term of the isometric energy; minimises the L2 stretch
 MAX_AREA_WEIGHT = 8.0
-ISOMETRIC_TOL = 1e-3  # default share of the isometric energy that may be left to further steps
-LARGEST_FOR_ABF = 20_000  # triangles of the largest mesh with converged ABF as a fallback of linear ABF
+ISOMETRIC_TOL = 1e-3  # share of the isometric energy, by default, that further steps might still gain
+LARGEST_FOR_ABF = 20_000  # number of triangles up to which converged ABF is a fallback of linear ABF
 
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
 
@@ -182,10 +182,10 @@ class ABF(Method):
 class Isometric(Method):
     """The map that preserves lengths as well as possible, for textures, fabrics, and comparisons of areas.
 
-    It starts from the map of `LinABF`, from which flips are removed if needed (guarantee="injective").
-    Newton's method then reduces the mean of c a^weight over the area until it stalls, where c = (s1 / s2 + s2
-    / s1) / 2 measures the angles, a = (s1 s2 + 1 / (s1 s2)) / 2 the areas, and s1 and s2 are the singular
-    values (Degener, Meseth, Klein 2003). No triangle can flip.
+    The start is the map of `LinABF`, from which flips are removed if needed (guarantee="injective"). Newton's
+    method then reduces the area-weighted mean of the energy c a^weight until it stalls. Here, c = (s1 / s2 +
+    s2 / s1) / 2 measures the angles, a = (s1 s2 + 1 / (s1 s2)) / 2 measures the areas, and s1 and s2 are the
+    singular values (Degener, Meseth, Klein 2003). No triangle can flip.
 
     Attributes
     ----------
@@ -193,8 +193,9 @@ class Isometric(Method):
         Weight of areas against angles, from 0 to 8. 0: angles only. 1: the symmetric Dirichlet energy. Larger
         weights make areas more equal. The default minimises the L2 stretch.
     tol : float
-        Share of this mean that may be left to further steps, predicted from the last two. The remainder at
-        the default is invisible; at 0, the steps continue until a step gains less than 1e-8 of the mean.
+        The steps end when further steps would reduce the mean energy by less than the share `tol`, predicted
+        from the last two steps. The default leaves no visible difference. At 0, the steps continue until a
+        step gains less than 1e-8 of the mean.
     solver : str
         As in `igl_linabf.linabf`.
 
@@ -268,7 +269,7 @@ class OneStepABFpp(Method):
 
 @dataclass(frozen=True)
 class LSCM(Method):
-    """`igl.lscm`, with two distant boundary vertices as the default pins."""
+    """Least squares conformal maps by `igl.lscm`, with two distant boundary vertices as the default pins."""
 
     name = "lscm"
     label = "igl.lscm"
@@ -279,7 +280,7 @@ class LSCM(Method):
 
 @dataclass(frozen=True)
 class SCP(Method):
-    """`igl.spectra.lscm`: the spectral, pin-free conformal map (Mullen et al. 2008)."""
+    """The spectral conformal map without pins (Mullen et al. 2008), by `igl.spectra.lscm`."""
 
     name = "scp"
     label = "igl.spectra.lscm"
@@ -323,7 +324,7 @@ def resolve_method(method: str | Method, several: bool = False) -> Method:
 
 
 def get_guaranteed_method(method: Method) -> Method | None:
-    """Return the method with guarantee="injective", or None if it has this or no such option."""
+    """Return the method with guarantee="injective"; None if it has this guarantee or cannot have it."""
     if not isinstance(method, LinABF | ABF) or method.guarantee is not None:
         return None
     return replace(method, guarantee="injective")
@@ -347,7 +348,7 @@ def _run_with_stages(
 
 
 def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
-    """Return the stages of linear ABF in order."""
+    """Return the default stages of linear ABF, in the order of increasing cost."""
     return [
         partial(solve_one_system, rtol=rtol, tol=tol),
         partial(continue_active_set, rtol=rtol, tol=tol),

@@ -1,6 +1,6 @@
-"""Maps of other programs, if they are installed: Blender (`bpy`) and MeshLab (`pymeshlab`).
+"""Maps by Blender (`bpy`) and MeshLab (`pymeshlab`), if these programs are installed.
 
-Each program runs in a separate process, because their libraries conflict.
+Each program runs in a separate process, because the libraries of both programs conflict.
 """
 
 from collections.abc import Callable

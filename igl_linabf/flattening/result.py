@@ -133,8 +133,8 @@ class Residuals:
     wheel : float
         `|sum log sin(gamma) - log sin(beta)|` around interior vertices (eq. 10).
     closure : float
-        Gap of the loop of a hole, relative to its length; 0 without holes. The angle sum and the wheel around
-        a hole are in `vertex` and `wheel`.
+        Gap of the loop of a hole, relative to its length; 0 without holes. `vertex` and `wheel` include the
+        angle sum and the wheel around a hole.
     """
 
     vertex: float
@@ -171,7 +171,7 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Attempt:
-    """One of the methods that were tried in turn.
+    """An attempt to flatten a mesh, one of several that were made in turn.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ class Attempt:
     residual : float
         Largest residual of the angles.
     failed : str
-        Why the next method was tried, or what is wrong with the final map; "" if the attempt is good.
+        Why the next attempt was made, or what is wrong with the final map; "" if the attempt is good.
     """
 
     name: StageName
@@ -197,7 +197,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Hole:
-    """Residuals of the target angles at one hole.
+    """Residuals of the target angles around a hole.
 
     Attributes
     ----------
@@ -206,10 +206,10 @@ class Hole:
     size : int
         Number of vertices of the loop.
     rotation : float
-        `|(m + 2) pi - sum of the angles at its m vertices|`, radians. Zero if the loop turns once.
+        `|(m + 2) pi - sum of the angles|` at the m vertices, in radians. Zero if the loop turns once.
     scale : float
-        `|sum log sin(gamma) - log sin(beta)|` over its vertices. Zero if the loop ends at the scale at which
-        it starts.
+        `|sum log sin(gamma) - log sin(beta)|` over the vertices of the loop. Zero if the loop ends at the
+        scale at which it starts.
     translation : float
         Distance from the end of the drawn loop to its start, relative to its length.
     """
@@ -313,7 +313,7 @@ class Flattening:
     seconds : dict of str to float
         Time by stage, and "total".
     report : FlatteningReport
-        Attempts, steps, layout, solvers, and further facts about how it was computed.
+        Attempts, steps, layout, solvers, and further facts about the computation.
     """
 
     uv: FloatArray

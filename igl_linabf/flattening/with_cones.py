@@ -1,4 +1,4 @@
-"""Surfaces with cones: angles are found on the uncut surface, and laid out on the cut surface."""
+"""Surfaces with cones: their angles are found on the uncut surface, and laid out on the cut surface."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -51,9 +51,9 @@ from .fallbacks import (
 from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
 
-LARGEST_SCALED_ANGLE = 2.0  # radians; limit for the largest angle of a conformally scaled triangle
-LARGEST_WIDENING = 0.2  # radians by which a larger angle may grow beyond its value on the surface
-MAX_STEPS_TO_SEAMS = 3  # steps after converged ABF that make both sides of seams match
+LARGEST_SCALED_ANGLE = 2.0  # largest angle of a conformally scaled triangle, in radians
+LARGEST_WIDENING = 0.2  # increase by scaling that is allowed even for larger angles, in radians
+MAX_STEPS_TO_SEAMS = 3  # largest number of steps after converged ABF that make both sides of seams match
 
 
 class DivergedError(ArithmeticError):
@@ -85,9 +85,9 @@ class KnownLaplacian:
     Attributes
     ----------
     inverse : Factor or None
-        Inverse over the interior vertices except `left_out`.
+        Factor of the Laplacian over the interior vertices except `left_out`.
     left_out : int or None
-        A vertex of a closed surface.
+        The vertex of a closed surface that the factor omits.
     even : bool
         Whether the surface is large with few thin triangles. Otherwise, a factor in the metric of the first
         step is a better preconditioner.
@@ -124,7 +124,7 @@ def flatten_with_cones(
     method : Method
         Linear ABF or converged ABF.
     known : KnownLaplacian, optional
-        Preconditions the first step, if the method allows any solver.
+        Preconditioner of the first step, if the method allows any solver.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def flatten_with_cones(
         raise ValueError(
             f"method is {method.name!r}: cones require a method that finds angles, 'linabf' or 'abf'"
         )
-    uncut = replace(topology, n_outer=len(topology.loops))  # no loop counts as a hole with a fixed turning
+    uncut = replace(topology, n_outer=len(topology.loops))  # all boundary loops are free
 
     with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
@@ -203,11 +203,11 @@ def _with_chosen_sums(
 def _scale_conformally(
     angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearisation
 ) -> State:
-    """Scale the angles of the surface conformally, so that it is nearly flat except at the cones.
+    """Scale the surface conformally, so that it is nearly flat except at the cones; return its angles.
 
-    If r is the difference to the prescribed sums, the logarithm of the scale is u = -L^-1 r. The scaled
-    angles belong to edge lengths; therefore the wheel constraints hold, and the scale returns along closed
-    paths. Triangles at cones that cannot be scaled this way, or become obtuse, keep their estimate.
+    If r is the difference from the prescribed sums, the logarithm of the scale is u = -L^-1 r. The scaled
+    angles belong to edge lengths. Therefore, the wheel constraints hold, and the scale returns along closed
+    paths. Triangles at cones whose scaled sides form no triangle, or an obtuse one, keep their estimate.
     """
     constraints = angles.constraints
     with time_stage("estimate"):
@@ -215,7 +215,7 @@ def _scale_conformally(
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # the sides, up to a scale
+        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # sides, up to a scale
         alpha, bad = rescale_triangles(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.at(np.where(bad, angles.estimate, alpha))

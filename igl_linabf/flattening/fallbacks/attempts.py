@@ -59,8 +59,8 @@ class Problem:
     layout : str
         The method that turns angles into coordinates.
     angles : AngleProblem
-        The problem in angles with the initial estimate. Its constraints are `own`, or the constraints of the
-        surface before `mesh` was cut.
+        The problem in angles, with the initial estimate. Its constraints are `own`, or the constraints of the
+        surface from which `mesh` was cut.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
     own : Constraints
@@ -94,16 +94,16 @@ class StageResult:
     ----------
     stage : str
     state : State
-        The angles of the stage, with all steps so far.
+        The angles after the stage, with all steps from the initial estimate.
     status : Status
     detail : str
         The status in words; "" if it is good.
     converged : bool
         Whether the angles satisfy the constraints to the tolerance of the method.
     note : str
-        Why the iterations did not help, for the message.
+        Why the iterations did not help; part of the message of the result.
     remark : str
-        A further remark on the map, for the message.
+        A further remark on the map; part of the message of the result.
     layout : Layout or None
         None if the stage stopped before the layout.
     flipped : (#flips,) int64
@@ -132,9 +132,9 @@ def initial_problem(
     shape: Shape = FREE,
     uncut: Constraints | None = None,
 ) -> Problem:
-    """Return the problem at its initial estimate (section 4.2).
+    """Set up the problem of flattening a mesh, with the initial estimate of its angles (section 4.2).
 
-    `uncut` are the constraints of the uncut surface, if its angles are to be found.
+    `uncut` are the constraints of the uncut surface, if the angles of that surface are to be found.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def initial_problem(
 
 
 def run_stages(problem: Problem, stages: Sequence[Stage]) -> StageResults:
-    """Run stages of increasing cost until one is good; return all results."""
+    """Run stages of increasing cost until the result of a stage is good; return the results of all stages."""
     results: StageResults = ()
     for stage in stages:
         made = stage(problem, results)
@@ -192,7 +192,7 @@ def run_stages(problem: Problem, stages: Sequence[Stage]) -> StageResults:
 
 
 def select_best(results: StageResults) -> tuple[StageResult, Layout]:
-    """Return the map with the fewest flips; among equals the latest, which has the smallest residual.
+    """Return the map with the fewest flips; of several maps, the latest, which has the smallest residual.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def build_result(
     for made in results:
         flips = None if made.layout is None else len(made.flipped)
         attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
-        if best.stage not in ("injective", "isometric"):  # these do not depend on earlier angles
+        if best.stage not in ("injective", "isometric"):  # injective and isometric maps ignore earlier angles
             note = note or made.note
     outcome, message = judge(
         Findings(

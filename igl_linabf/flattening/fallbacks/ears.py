@@ -1,4 +1,4 @@
-"""Ears of a disk on a circle: the map is computed without ears, which are added on arcs over their chords."""
+"""Ears of a disk on a circle. The disk is mapped without ears, which are added on arcs over their chords."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ EPSILON = float(np.finfo(np.float64).eps)
 class Ears:
     """The ears of a disk, which are faces with two boundary edges, and the disk without them.
 
-    On a circle, the arc over the chord determines the shape of an ear, independent of its angles. If ears
-    were part of the system, the angles at their chords would need many more digits than other angles.
+    On a circle, the arc over the chord determines the shape of an ear, independent of the angles of the ear.
+    If ears were part of the system, the angles at their chords would need many more digits than other angles.
 
     Attributes
     ----------
     whole, rest : Mesh
-        The disk with the ears, and without them.
+        The disk with the ears, and the disk without the ears.
     vertices, faces : (#rest V,), (#rest F,) int64
         Vertices and faces of `whole` that belong to `rest`.
     layers : tuple of (#ears, 3) int64 arrays
@@ -43,9 +43,9 @@ class Ears:
 
     @classmethod
     def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
-        """Return the ears at the outer loop, including ears of the remaining disk; None without ears.
+        """Remove the ears at the outer loop repeatedly, until no ears remain; return None without ears.
 
-        If all faces of a disk have three boundary vertices, its ears are kept.
+        If all faces of a disk have three boundary vertices, no ears are removed.
         """
         faces, layers = mesh.topology.once("without ears", lambda: _layers(mesh.topology))
         if not layers:
@@ -68,7 +68,7 @@ class Ears:
         return cls(mesh, rest, vertices, faces, layers, pinned)
 
     def add_to_map(self, rest: ComplexArray) -> ComplexArray:
-        """Return the map of all vertices from the map of the rest, (#rest V,), with its rim on a circle.
+        """Return the map of the disk with ears, given the map of the rest, (#rest V,), on a circle.
 
         An apex divides the arc so that its two edges have the same length ratio as on the surface. If the arc
         is too flat for double precision, the apex is moved outwards by a few units of rounding.
@@ -83,7 +83,7 @@ class Ears:
             half = np.arcsin(np.minimum(np.abs(chord) / (2 * radius), 1.0))
             half = np.where((chord.conj() * (centre - z[before])).imag < 0, np.pi - half, half)
             ratio = np.linalg.norm(V[apex] - V[before], axis=1) / np.linalg.norm(V[after] - V[apex], axis=1)
-            # half the arc to the apex: sin a / sin(half - a) is the ratio
+            # a is half the arc to the apex, with sin a / sin(half - a) = ratio
             a = np.arctan2(ratio * np.sin(half), 1 + ratio * np.cos(half))
             z[apex] = z[before] + (z[before] - centre) * (2j * np.sin(a) * np.exp(1j * a))
         z = place_map(self.whole.topology, z, self.whole.area, self.pinned)
@@ -97,7 +97,7 @@ class Ears:
         return z
 
     def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
-        """Return the angles of all faces, (3, #F), with given angles of the rest and the map's at ears."""
+        """Return the angles of all faces, (3, #F): the angles `rest`, and the angles of ears in the map z."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)
@@ -106,7 +106,7 @@ class Ears:
 
 
 def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
-    """Return the remaining faces, and the ears removed in each round until no ears remain."""
+    """Return the faces that remain after ears are removed repeatedly, and the ears of each round."""
     on_rim = np.zeros(topology.n, dtype=bool)
     on_rim[topology.loops[0]] = True
     left, layers = np.ones(topology.corner.shape[1], dtype=bool), list[IntArray]()
@@ -127,7 +127,7 @@ def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
 
 
 def _circle(z: ComplexArray) -> tuple[complex, float]:
-    """Return the centre and the radius of the circle that best fits some points."""
+    """Return the centre and the radius of the circle that fits the points z best."""
     A = np.column_stack((z.real, z.imag, np.ones(len(z))))
     x, y, c = np.linalg.lstsq(A, np.abs(z) ** 2, rcond=None)[0]
     centre = complex(x, y) / 2

@@ -12,7 +12,7 @@ from .attempts import Problem, StageResult, StageResults, select_best
 
 
 def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
-    """Make a map without flipped triangles from the best map so far, by SLIM."""
+    """Make a map without flipped triangles from the best earlier map, by SLIM."""
     mesh, last, pinned = problem.mesh, earlier[-1], problem.pinned
     _, layout = select_best(earlier)
     held = shape_is_pinned(pinned)
@@ -48,7 +48,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
 def isometric_map(
     problem: Problem, earlier: StageResults, weight: float, tol: float, pinned: Pins | None
 ) -> StageResult | None:
-    """Make the isometric map from the best map so far; return None if that has flipped triangles."""
+    """Make the isometric map from the best earlier map; return None if the best map has flipped triangles."""
     mesh, last = problem.mesh, earlier[-1]
     best, layout = select_best(earlier)
     if len(best.flipped):
@@ -69,12 +69,12 @@ def isometric_map(
 
 
 def describe_newton(steps: int, start: str, energy: float) -> str:
-    """Describe how an isometric map was made."""
+    """Return a text that describes how an isometric map was made."""
     return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
 
 
 def _report_missed_pins(missed: float) -> dict[str, Any]:
-    """Return the fields of a result whose pins are missed by the given share of the size of the map."""
+    """Return the `StageResult` fields of a map whose pins are missed by a share of the size of the map."""
     if not missed:
         return {}
     detail = f"pins are missed by up to {missed:.1e} of the map's size"

@@ -1,6 +1,6 @@
-"""The stages of linear and converged ABF; each stage starts from the results of earlier stages.
+"""The stages of linear and converged ABF. Each stage starts from the results of earlier stages.
 
-Their first two arguments are the arguments of a `Stage`; `functools.partial` sets the others.
+The first two parameters of each function are those of a `Stage`; `functools.partial` sets all others.
 """
 
 import warnings
@@ -28,20 +28,20 @@ from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults
 
-LARGEST_HOLE_GAP = 0.1  # largest gap of a hole's loop, relative to its length, after the linear step
+LARGEST_HOLE_GAP = 0.1  # largest gap of the loop of a hole, relative to its length, after the linear step
 STEP_AND_CHORD_RTOL = (
-    0.1  # relative residual of the solves for the first step, its chord step, and steps to circles
+    0.1  # relative residual of the solves for the linear step, its chord step, and steps to circles
 )
-ACTIVE_SET_RTOL = 0.01  # relative residual of the steps of the active set
-CONTINUED_RTOL = 0.03  # relative residual of steps that are followed by conformal corrections
+ACTIVE_SET_RTOL = 0.01  # relative residual of the solves for steps of the active set
+CONTINUED_RTOL = 0.03  # relative residual of the solves for steps before conformal corrections
 MAX_ACTIVE_SET_STEPS = 12
-MAX_STEPS_TO_SUMS = 25  # steps to prescribed angle sums before converged ABF takes over
+MAX_STEPS_TO_SUMS = 25  # largest number of steps to prescribed angle sums before converged ABF is tried
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
 
 def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
-    """Lay out the angles of a result; `boundary` is their drawn outer loop, if known."""
+    """Lay out the angles of a result. `boundary` is the outer loop drawn from these angles, if known."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with time_stage("layout"):
@@ -78,9 +78,9 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
 
 
 def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
-    """Take the linear step and a second solve with its system; with holes, the second solve is a step.
+    """Take the linear step, followed by its chord step, or by another linear step on meshes with holes.
 
-    Both are solved to the relative residual `rtol`, 0.1 by default.
+    Both steps are solved to the relative residual `rtol`, 0.1 by default.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
@@ -112,7 +112,7 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
 def iterate_active_set(
     problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int
 ) -> StageResult:
-    """Take active-set steps from the start (section 6)."""
+    """Take active-set steps from the initial estimate (section 6 of the paper)."""
     state = active_set(problem.start, rtol, tol, max_steps).without_factors()
     name: StageName = "active set" if len(state.steps) > 1 else "linear step"
     return add_layout(problem, StageResult(name, state, converged=state.at.residual.largest <= tol))
@@ -121,7 +121,7 @@ def iterate_active_set(
 def continue_active_set(
     problem: Problem, earlier: StageResults, rtol: float | None, tol: float
 ) -> StageResult:
-    """Continue the last stage by active-set steps; without `rtol`, they end in conformal corrections."""
+    """Continue the last stage by active-set steps, which end in conformal corrections if `rtol` is None."""
     state, most = earlier[-1].state, MAX_ACTIVE_SET_STEPS
     if problem.angles.safeguard:
         state = iterate_with_corrections(state, rtol, tol, most, CONTINUED_RTOL)
@@ -136,7 +136,7 @@ def continue_active_set(
 
 def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
     """Take steps to the angle sums that are prescribed at the boundary."""
-    # the outer loop is always drawn on its circle, but the loops of holes are sensitive to small errors
+    # the outer loop is always drawn on its circle, but the loops of holes need a smaller residual
     enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
     state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
     reached = state.at.residual.largest <= enough
@@ -164,7 +164,7 @@ def run_feasible_abf(
     problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
 ) -> StageResult | None:
     """Run converged ABF in its feasible form if anchored steps diverged."""
-    # flips with converged angles are due to rounding
+    # flips of maps with converged angles are due to rounding
     if earlier[-1].status is not Status.DIVERGED or any(made.converged for made in earlier):
         return None
     state = earlier[-1].state
@@ -176,10 +176,10 @@ def run_feasible_abf(
 
 
 def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:
-    """Run a stage of linear ABF if no stage of converged ABF has a map in double precision.
+    """Run a stage of linear ABF if no stage of converged ABF has found a map in double precision.
 
-    Prescribed angle sums can flatten triangles so much that the system at the minimum is singular. Steps of
-    linear ABF end there, too, but at angles that can be laid out.
+    Prescribed angle sums can flatten triangles so much that the system at the minimum is singular. Linear ABF
+    also ends near the minimum, but at angles that can be laid out.
     """
     if any(made.layout is not None for made in earlier):
         return None
