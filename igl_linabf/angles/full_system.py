@@ -28,9 +28,9 @@ from .system import Constraints
 class Corner(IntEnum):
     """The angles of a triangle, as offsets from its corner k in a fan."""
 
-    OWN = 0  # alpha
-    LEFT = 1  # beta
-    RIGHT = 2  # gamma
+    OWN = 0  # the angle alpha at the centre of the fan
+    LEFT = 1  # the left angle beta
+    RIGHT = 2  # the right angle gamma
 
 
 def fan_rows(

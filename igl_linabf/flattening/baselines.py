@@ -66,7 +66,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _no_map_error(mesh, "igl.spectra.lscm") from None
-    # the orientation is arbitrary, because the sign of the eigenvector and the order of its parts are
+    # the eigensolver may reverse the orientation: the sign and the order of the coordinates are arbitrary
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2

@@ -178,7 +178,7 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
 
 
 def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
-    """Flatten small disks with shared linear systems; return None for each mesh that this cannot flatten."""
+    """Flatten small disks with shared linear systems. The result is None for all other meshes."""
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_batch(meshes, LinABF(solver=method.solver))

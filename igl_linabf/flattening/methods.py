@@ -50,7 +50,7 @@ class Method:
     """Base class of the methods; an unknown option raises an error that lists the known options."""
 
     name: str
-    label: str  # name in tables
+    label: str  # name of the method in tables
     shapes: bool = False  # whether the method can shape the boundary
 
     def __new__(cls, *_: object, **options: object) -> Method:

@@ -41,7 +41,7 @@ GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "a
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
-    """Move a map to its pins, or without pins, scale it to `area`, centre it, and turn it to its axes."""
+    """Move a map to its pins. Without pins, scale it to `area`, centre it, and align its principal axes."""
     return normalize_placement(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
 

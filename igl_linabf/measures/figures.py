@@ -201,7 +201,7 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
 def measure_quality(
     surface: Submesh, map_: FloatArray, overlaps: int | None = None, changed: Change | None = None
 ) -> Quality:
-    """Same as `quality`, for a checked map of a checked surface.
+    """Measure the `quality` of a checked map of a checked surface.
 
     The number of overlapping pairs and the change of the triangles are computed unless they are given.
     """

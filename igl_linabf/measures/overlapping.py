@@ -94,7 +94,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
 
 
 def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
-    """Same as `overlaps`, for a checked map."""
+    """Find overlapping pairs as `overlaps` does, in a checked map."""
     map_ = scale_to_unit_size(map_)
     if between:
         return _find_all_pairs(complex_positions(map_), F)
@@ -108,7 +108,7 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
 
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
-    """Same as `overlapping_pairs`, for a connected surface whose boundary loops are known."""
+    """Find the `overlapping_pairs` of a connected surface whose boundary loops are known."""
     z, F = complex_positions(scale_to_unit_size(map_)), np.ascontiguousarray(topology.corner.T)
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
     index = np.arange(len(F))

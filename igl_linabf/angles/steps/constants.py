@@ -2,4 +2,4 @@
 
 ROUGH_RTOL = 0.1  # relative residual of conjugate gradients in a step that is followed by other steps
 CORRECTABLE = 0.12  # conformal corrections begin below this residual
-CORRECTABLE_PRESCRIBED = 0.25  # the same limit if angle sums or turnings are prescribed
+CORRECTABLE_PRESCRIBED = 0.25  # the limit CORRECTABLE if angle sums or turnings are prescribed

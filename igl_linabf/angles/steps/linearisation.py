@@ -384,7 +384,7 @@ def _solve_for_multipliers(
 def advance(
     problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 ) -> tuple[Iterate, Step, BoolArray]:
-    """Add the errors, limited in each triangle so that its angles stay positive.
+    """Add the errors to the angles, limited in each triangle so that its angles stay positive.
 
     Return the iterate, the step, and a mask of the limited triangles, (#F,).
     """

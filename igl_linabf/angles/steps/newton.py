@@ -14,7 +14,7 @@ from .iterations import State
 from .linearisation import Direction, linearise, solve
 
 # Constants of anchored steps
-ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients
+ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored steps
 SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change
 LEAST_ANCHORED_RTOL = 0.003  # smallest relative residual of conjugate gradients after slow steps
 NEARLY_LINEAR = 1.0  # relative change of an angle above which slow steps are not solved more accurately

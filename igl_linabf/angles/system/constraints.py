@@ -356,12 +356,12 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
         right, left = np.log(np.maximum(sine, SMALLEST_SINE))
         start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
         fan_sums = np.add.reduceat(right - left + 1j * alpha[k, t], start)
-    wheel = constraints.sum_at_rows(log_ratio)  # eq. 8-10
+    wheel = constraints.sum_at_rows(log_ratio)  # residual of eq. 8-10
     wheel[constraints.wheels :] = 0.0
     return Residual(
-        vertex=constraints.target_sums(log_ratio) - constraints.sum_at_rows(total),  # of eq. 5
+        vertex=constraints.target_sums(log_ratio) - constraints.sum_at_rows(total),  # residual of eq. 5
         wheel=wheel,
-        triangle=triangle,  # of eq. 6
+        triangle=triangle,  # residual of eq. 6
         turning=turning,
         log_ratio=log_ratio,
         holonomy=holonomy_residual(topology, turning, log_ratio, paths, fan_sums),

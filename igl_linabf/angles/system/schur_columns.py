@@ -91,7 +91,7 @@ class SchurColumns:
     schur: FloatArray
 
     def serves(self, drawn: HolonomyResidual) -> bool:
-        """Return True if the loops differ so little from `drawn` that the columns can precondition there."""
+        """Return True if the loops of the columns are nearly `drawn`, so that the columns can be reused."""
         q, known = drawn.q, self.drawn
         same = np.array_equal(drawn.constrained, known.constrained)
         return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())

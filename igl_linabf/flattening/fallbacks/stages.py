@@ -90,7 +90,7 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
             state = step_and_chord(state, enough, tol).state
         else:
             state = linear_step(state, enough, close=False, first_rtol=enough**2)
-            if not state.steps[-1].limited:  # the least-squares layout draws no loops
+            if not state.steps[-1].limited:  # a limited step ends this stage
                 state = linear_step(state, enough, same_factor=True)
         if state.steps and not state.steps[0].limited:
             if holes:

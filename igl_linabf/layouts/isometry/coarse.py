@@ -128,7 +128,7 @@ class CoarseHessians:
         """Sum row row^T over the triangles whose centres lie in each cell."""
         within = Ragged.of_sizes(sizes)
         by_corner = rows.reshape(4, 2, 3, -1)
-        at_nodes = np.zeros((4, 2, 4, len(cell)))  # rows, x and y, nodes
+        at_nodes = np.zeros((4, 2, 4, len(cell)))  # row, x or y, node, triangle
         for k in range(3):
             at_nodes += (
                 by_corner[:, :, k, None] * Bilinear.of(self._x[corner[k]], self._columns, cell).weights

@@ -17,7 +17,7 @@ from .energy import Rest
 MAX_NEWTON_STEPS = 200
 STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
 NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
-GROWTH = 1.5  # factor of lengthened steps while the energy decreases
+GROWTH = 1.5  # factor by which steps are lengthened as long as the energy decreases
 DAMPING = 1e-9  # share of the diagonal that is added to the Hessian, which is singular for rigid motions
 SUFFICIENT_DECREASE = 1e-4  # smallest share of the predicted decrease that a step must reach (Armijo's rule)
 MAX_HALVINGS = 40  # largest number of times that a step is halved before it is rejected
