@@ -108,8 +108,11 @@ def main() -> None:
     if options.bff:
         compare_with_bff(options.bff)
         return
-    print("Each cell: F/3nt, L2 stretch, flips; solves (conjugate gradient steps), distance of the boundary")
-    print("from the shape over its size, **CPU time over the free map**.\n")
+    print(
+        "Each cell contains F/3nt, the L2 stretch and the number of flipped triangles; the number of\n"
+        "solves (and of conjugate gradient steps), the distance of the boundary from the requested shape,\n"
+        "relative to the size of the shape, and the **CPU time over the free map**.\n"
+    )
     print("| mesh | triangles | free | circle | rectangle |")
     print("|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:

@@ -33,9 +33,10 @@ LEAVES = (2, 3, 4, 5)
 def print_cuts(seeds: int) -> None:
     """Print how many maps have flipped triangles if closed models are cut along trees with random leaves."""
     print(
-        f"{seeds} trees for each number of leaves, with random vertices as leaves. Each cell: the number of"
+        f"Each model is cut along {seeds} trees for each number of leaves, with random vertices as leaves.\n"
+        "Each cell contains the number of maps with flipped triangles (in parentheses: after\n"
+        '`guarantee="injective"`), and the random seeds of their trees.\n'
     )
-    print('maps with flipped triangles (in parentheses: after `guarantee="injective"`), and the seeds.\n')
     print(f"| model | triangles | {' | '.join(f'{n} leaves' for n in LEAVES)} |")
     print(f"|{'---|' * (2 + len(LEAVES))}")
     for name, V, F in shared("closed"):
@@ -60,9 +61,10 @@ def print_cuts(seeds: int) -> None:
 def print_starts() -> None:
     """Print the distortion after the last fallback, for several starting maps."""
     print(
-        "Smallest and largest F/3nt of the map of the guarantee over ten starts: igl.lscm, one linear step,"
+        'The table lists the smallest and the largest F/3nt of the maps by `guarantee="injective"` over\n'
+        "ten starting maps: igl.lscm, one linear step, ABF, a mirror image, a line, and five random maps.\n"
+        "The column flips is the sum over all starting maps.\n"
     )
-    print("ABF, a mirror image, a line, and five random maps. Flips: sum over all starts.\n")
     print("| mesh | triangles | F/3nt from | to | apart | flips |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [*shared("stress"), *shared("holes"), *_small_disks()]:
@@ -98,9 +100,10 @@ def _small_disks() -> list:
 def print_solvers() -> None:
     """Print the distance of the maps of other solvers from the default map, at two tolerances."""
     print(
-        "Largest distance of a vertex from its position in the default map, over the larger side of the map,"
+        "Each cell is the largest distance of a vertex from its position in the default map, after the\n"
+        "best similarity, over the larger side of the map. The solvers are CHOLMOD and a factorisation of\n"
+        "the whole system.\n"
     )
-    print("after the best similarity: with CHOLMOD, and with one factor of the whole system.\n")
     print("| mesh | triangles | default: cholmod | direct | rtol=1e-10: cholmod | direct |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk"), *shared("stress")]:

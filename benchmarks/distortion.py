@@ -18,7 +18,10 @@ from igl_linabf.flattening import Flattening
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Each cell: F/3nt, L2 stretch, flips; linear solves (conjugate gradient steps), layout.\n")
+    print(
+        "Each cell contains F/3nt, the L2 stretch and the number of flipped triangles; the number of\n"
+        "linear solves (and of conjugate gradient steps), and the layout.\n"
+    )
     print("| mesh | triangles | igl.lscm | one iteration | default | converged |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:

@@ -166,13 +166,15 @@ def print_table(sizes: list[str], seed: int) -> None:
             pairs = zip(rows["isometric"], rows[program], strict=True)
             ratios = sorted(mine["CPU s"] / theirs["CPU s"] for mine, theirs in pairs)
             print(
-                f"\nCPU time of isometric over {program}: {median(ratios):.1f} in the median, "
-                f"{ratios[0]:.1f} to {ratios[-1]:.1f}."
+                f"\nThe CPU time of isometric atlases is {ratios[0]:.1f} to {ratios[-1]:.1f} times that of "
+                f"{program}, and {median(ratios):.1f} times in the median."
             )
     if len(sizes) > 1:
         times = [row["CPU s"] for row in rows["isometric"]]
         exponent = np.polyfit(np.log(triangles), np.log(times), 1)[0]
-        print(f"\nExponent of isometric's time over the triangles: {exponent:.2f}.")
+        print(
+            f"\nThe time of isometric atlases grows like the number of triangles to the power {exponent:.2f}."
+        )
 
 
 def draw(path: str, seed: int) -> None:

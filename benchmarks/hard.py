@@ -142,7 +142,11 @@ def makers() -> dict[str, Maker]:
 def main() -> None:
     warnings.simplefilter("ignore")
     made: dict[str, list[Figures]] = {name: [] for name in makers()}
-    print("Each cell: charts, seams, L2 stretch, fill, planes that are cut, mirrored share of the seam.\n")
+    print(
+        "Each cell contains the number of charts, the seam length over the square root of the area, the\n"
+        "L2 stretch, the fill of the page, the number of planes that are cut, and the share of the seam\n"
+        "length that is mirror-symmetric.\n"
+    )
     print(f"| part | triangles | {' | '.join(made)} |\n|{'---|' * (2 + len(made))}")
     for name, V, F in models(sys.argv[1:]):
         cells = []
@@ -156,7 +160,7 @@ def main() -> None:
     for maker, figures in made.items():
         a = np.array(figures, dtype=float)
         print(
-            f"\n{maker}: planes cut on {(a[:, 4] > 0).mean():.0%} of the meshes; medians: seams "
+            f"\n{maker}: planes are cut on {(a[:, 4] > 0).mean():.0%} of the meshes; the medians are seams "
             f"{np.median(a[:, 1]):.1f}, fill {np.median(a[:, 3]):.2f}, mirrored {np.nanmedian(a[:, 5]):.2f}"
         )
 

@@ -74,7 +74,10 @@ def print_sampled() -> None:
                 triangles.append(len(F))
                 seconds.append(row["s"])
     exponent = np.polyfit(np.log(triangles), np.log(seconds), 1)[0]
-    print(f"\nExponent of the time over the triangles of the one shape: {exponent:.2f}.")
+    print(
+        f"\nFor the shape at several resolutions, the time grows like the number of triangles to the power "
+        f"{exponent:.2f}."
+    )
 
 
 def bumpy_disk(triangles: int) -> tuple[np.ndarray, np.ndarray]:

@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=3)
     repeat = range(parser.parse_args().repeat)
     warnings.simplefilter("ignore")
-    print(f"Cores: {len(os.sched_getaffinity(0))}.\n")
+    print(f"Number of cores that the process may use: {len(os.sched_getaffinity(0))}.\n")
     print(
         "| meshes | triangles each | a loop, ms a mesh | flatten_many | faster | by the clock "
         "| than a loop of igl.lscm | largest difference |"

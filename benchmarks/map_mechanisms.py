@@ -205,11 +205,13 @@ def main() -> None:
     run(made)  # warm-up: not timed
     base = run(made)
     print(
-        "Each row: maps that change if this mechanism is switched off (F/3nt by more than a thousandth,\n"
-        "flips or outcome); the medians of F/3nt and of the L2 stretch without it over those with it, of\n"
-        "the verb where they are largest; outcomes that get worse, and better; CPU time of all maps, and\n"
-        "the median of the verb that gets slowest, over those with it; whether it stays by that, or what\n"
-        "else breaks without it.\n"
+        "A mechanism is switched off in each row. The second column counts the maps that change without\n"
+        "the mechanism: F/3nt by more than a thousandth, or flips or outcome. F/3nt and L2 are the\n"
+        "medians of the ratios without the mechanism over with it, for the kind of map where they are\n"
+        "largest. The next column counts outcomes that get worse, and outcomes that get better. Time is\n"
+        "the CPU time of all maps without the mechanism over the time with it. The slowest verb is the\n"
+        "kind of map with the largest median of this ratio. The verdict is whether these figures justify\n"
+        "the mechanism, or what else breaks without it.\n"
     )
     print("| switched off | maps that change | F/3nt | L2 | worse, better | time | slowest verb | verdict |")
     print("|---" * 8 + "|")

@@ -185,9 +185,11 @@ def main() -> None:
     meshes = list(models())
     on = atlases(meshes, "nothing")
     print(
-        "Charts are totals; E, fill and L2 stretch are medians, with everything / without the mechanism.\n"
-        "Seams, texel spread and CPU time are medians of ratios, without over with. The worst L2 is the\n"
-        "largest ratio of one mesh. Ways: conformal; isometric; isometric for a page of 1024 texels.\n"
+        "Charts are totals over all models, and E, fill and L2 stretch are medians: with all mechanisms /\n"
+        "without the mechanism of the row. Seams, texel spread and CPU time are medians of the ratios of\n"
+        "the figure without the mechanism to the figure with it. The worst L2 is the largest such ratio\n"
+        "of the L2 stretch. The ways are conformal maps, isometric maps, and isometric maps for a page of\n"
+        "1024 texels.\n"
     )
     print(f"| {' | '.join(HEADS)} |\n|{'---|' * len(HEADS)}")
     for name in names:

@@ -86,9 +86,10 @@ def run_in_child(*which: str) -> str:
 
 def main() -> None:
     print(
-        "Lost: faces without finite coordinates, or, for other programs, outside of all charts at (0, 0).\n"
-        "These include faces without area, which `unwrap` places on an edge of a neighbour. Overlaps:\n"
-        "overlapping pairs of faces in the same chart or in two charts. `ended with -11`: a crash.\n"
+        "Lost faces have no finite texture coordinates or, for other programs, are outside of all charts\n"
+        "at (0, 0). Lost faces include faces of zero area, which `unwrap` places on an edge of a\n"
+        "neighbour. Overlaps are overlapping pairs of faces in the same chart or in two charts. `ended\n"
+        "with -11` means a crash.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
     programs = list(peers())

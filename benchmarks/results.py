@@ -19,9 +19,12 @@ HEAD = """# Results
 
 {found}
 
-`make results` writes this page. Each table is the output of the command above it. The meshes are the
-cortex of nilearn's wheel and those of the folder that `IGL_LINABF_MESHES` names (files `kind__name.obj`).
-Times are ratios to `igl.lscm` within one process: medians, with the checks of the input included.
+`make results` writes this page. Each section is the output of the command below its heading. The meshes are
+the cortex of the package nilearn, and the files `kind__name.obj` in the folder that the environment variable
+`IGL_LINABF_MESHES` names. Unless a section states otherwise, times are ratios of medians to the time of
+`igl.lscm` in the same process, and include the checks of the input. F/3nt is the angle distortion of the
+paper, L2 stretch is 1 for an isometry ([Reading the numbers](numbers.md)), and E is the cost of an atlas
+([The method](method.md#what-an-atlas-costs)).
 """
 SECTIONS = [
     ("The paper's Table 1", "table1.py"),

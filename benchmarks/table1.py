@@ -77,11 +77,12 @@ CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper
 # Section 6: F/3nt and L2 stretch of one step of ABF++, and of linear ABF
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
-Differences: the cuts of the paper, made with Seamster, are not public. Here the models are cut along the
-seams of `find_seams`, or are disks with other cuts and sizes. This changes F/3nt: fandisk, for example, is
-cut along its creases and then is nearly developable. Only ratios of times are compared, because the machines
-differ. The ABF of the paper is ABF++, starting from the angles of the mesh. `abf` starts from the linear
-step, and needs one to five further steps of nearly the same cost.
+The table differs from the paper's table in three respects. The cuts of the paper, made with Seamster, are not
+public. The models of this table are cut along the seams of `find_seams`, or are disks with other cuts and
+sizes. Other cuts change F/3nt: fandisk, for example, is cut along its creases and then is nearly developable.
+Only ratios of times are compared, because the machines differ. The ABF of the paper is ABF++, which starts
+from the angles of the mesh. `abf` starts from the linear step, and needs one to five further steps of nearly
+the same cost.
 """
 
 
@@ -162,12 +163,15 @@ def main() -> None:
     deviation = format_range([100 * x for x in deviations], "%+.1f")
     paper_deviation = format_range([100 * x for x in paper_deviations], "%+.0f")
     print(
-        f"F/3nt of one step of linear ABF is {deviation} % off that of converged ABF on these {len(rows)} "
-        f"disks, in the median {format_percent(median(deviations))} (paper: {paper_deviation} %). ABF takes "
-        f"{format_range(ratios, '%.1f')} times as long, in the median {median(ratios):.1f} (paper: "
-        f"{format_range(paper_ratios, '%.0f')}).\n"
+        f"F/3nt of one step of linear ABF is {deviation} % off F/3nt of converged ABF on {len(rows)} "
+        f"disks, and {format_percent(median(deviations))} in the median (paper: {paper_deviation} %). "
+        f"Converged ABF takes {format_range(ratios, '%.1f')} times as long as one step of linear ABF, and "
+        f"{median(ratios):.1f} times in the median (paper: {format_range(paper_ratios, '%.0f')}).\n"
     )
-    print("Times are over igl.lscm. linABF: one iteration. ABF: to its default tolerance.\n")
+    print(
+        "Times are ratios to the time of igl.lscm. linABF is one iteration of linear ABF, and ABF is converged\n"
+        "ABF with its default tolerance.\n"
+    )
     print(DIFFERS)
     heads = [
         "mesh",
@@ -183,7 +187,7 @@ def main() -> None:
     heads += ["paper's model", "ABF / linABF there", "F/3nt ABF there", "linABF there", "differs there by"]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     print("\n".join(line for _, _, line in rows))
-    print("\nOne step of ABF++ is not enough (the paper's section 6):\n")
+    print("\nOne step of ABF++ is not sufficient (section 6 of the paper):\n")
     print("\n".join(single_steps(found)))
 
 

@@ -49,7 +49,11 @@ def main() -> None:
     parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
     by_cholmod = options.solver == "cholmod"
-    print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n" if by_cholmod else "Without CHOLMOD.\n")
+    print(
+        f"CHOLMOD uses the BLAS library {blas_of_cholmod() or '(unknown)'}.\n"
+        if by_cholmod
+        else "The times of this section are measured without CHOLMOD.\n"
+    )
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in choose_meshes(options):

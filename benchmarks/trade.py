@@ -108,8 +108,9 @@ def format_row(name: str, by: str, at: Point) -> str:
 
 def print_table() -> None:
     print(
-        "E is `atlas.cost`, in units of L2 stretch, with its three terms at each trade. The other programs\n"
-        "have no such option. Flipped faces do not count in the stretch.\n"
+        "E is `atlas.cost`, in units of L2 stretch. The last three columns are the stretch, seam and page\n"
+        "terms of E for each value of `trade`. The other programs have no option like `trade`. Flipped\n"
+        "faces are not included in the stretch.\n"
     )
     print(f"| model | {HEADS} |\n|{'---|' * (HEADS.count('|') + 2)}")
     wrong_steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
@@ -124,10 +125,13 @@ def print_table() -> None:
         for figure, steps in find_wrong_steps(points).items():
             wrong_steps[figure] += [f"{name} {step}" for step in steps]
     total = model_count * (len(TRADES) - 1)
-    print(f"\nSteps between successive trades ({total}) that go the wrong way by more than a thousandth:\n")
+    print(
+        f"\nOf the {total} steps between successive values of `trade`, the list contains those that\n"
+        "change a figure in the wrong direction by more than a thousandth:\n"
+    )
     for figure, (_, sign) in MONOTONE.items():
-        verb, wrong = "rises" if sign > 0 else "falls", wrong_steps[figure]
-        print(f"- {figure} {verb} in all but {len(wrong)}{': ' * bool(wrong)}{'; '.join(wrong)}")
+        verb, wrong = "increases" if sign > 0 else "decreases", wrong_steps[figure]
+        print(f"- {figure}: {verb} in all but {len(wrong)} steps{': ' * bool(wrong)}{'; '.join(wrong)}")
 
 
 def draw(path: str) -> None:

@@ -23,7 +23,10 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Each cell: F/3nt, flips; iterations, largest closure residual, **time over igl.lscm**.\n")
+    print(
+        "Each cell contains F/3nt and the number of flipped triangles; the number of iterations, the\n"
+        "largest closure residual of a hole, and the **time over igl.lscm**.\n"
+    )
     print("| mesh | triangles | holes | igl.lscm | one step | default | converged | ABF |")
     print("|---|---|---|---|---|---|---|---|")
     for name, V, F in [crown(), *shared("holes")]:

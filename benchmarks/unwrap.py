@@ -97,11 +97,13 @@ def format_row(name: str, program: str, values: list[float]) -> str:
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     print(
-        f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square\n"
-        "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; pages of\n"
-        "xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear lookup\n"
-        "with another chart. s: seconds. igl.lscm: on the charts of unwrap, not packed; it flattens each\n"
-        "chart, while unwrap keeps the map of a chart that is cut only to fill the page better.\n"
+        f"The pages have {RESOLUTION} x {RESOLUTION} texels, with {PADDING} texels of padding. The column\n"
+        "seams is the length of the seams over the square root of the area. Spread is the 99th over the\n"
+        "1st percentile of the texel areas. Fill is the covered share of the page; pages of xatlas and\n"
+        "uvunwrap need not be square. Touching is the number of charts that share a texel of a bilinear\n"
+        "lookup with another chart, and s is the time in seconds. The rows of igl.lscm flatten each chart\n"
+        "of unwrap without packing. In contrast, unwrap keeps the map of a chart that is cut only to fill\n"
+        "the page better.\n"
     )
     print(f"| mesh | by | {HEADS} |\n|{'---|' * (HEADS.count('|') + 3)}")
     tables: dict[str, list[list[float]]] = {}

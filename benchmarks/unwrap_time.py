@@ -147,8 +147,9 @@ def main() -> None:
         print(json.dumps(measure(files[1])))
         return
     print(
-        "s: CPU seconds of unwrap, with one thread. / flatten, / flatten_many: over the time of flattening\n"
-        "the charts alone, one by one and together. MB: peak memory of the process.\n"
+        "The column s is the CPU time of unwrap in seconds, with one thread. / flatten and / flatten_many\n"
+        "are the ratios of this time to the time of only flattening the charts, one by one and together.\n"
+        "MB is the peak memory of the process.\n"
     )
     heads = [
         "mesh",
