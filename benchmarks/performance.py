@@ -272,11 +272,12 @@ class Figures:
                 "Time over `igl.lscm`", ["mesh", "triangles", "igl.lscm, ms", *self.columns], self.times
             )
         ]
-        parts.append(make_table("Where `linabf` spends it", ["mesh", *STAGES, "other"], self.shares))
+        parts.append(make_table("Where `linabf` spends its time", ["mesh", *STAGES, "other"], self.shares))
         if len(self.growth) > 1:
             lines = [
                 "## Growth\n",
-                "Time grows by this power of the number of triangles, on face and finer:\n",
+                "The time grows like the number of triangles to the following power, measured on "
+                f"{GROWN} and its subdivisions:\n",
             ]
             for what in self.columns:
                 x, y = np.log([[size, row[what]] for size, row in self.growth.items()]).T
@@ -318,7 +319,7 @@ def measure_millions(cpu: bool) -> str:
     rows_table = make_table(
         "Millions of triangles", ["mesh", "triangles", "linabf", "memory at the peak"], rows
     )
-    summary = "Time grows by this power of the number of triangles:"
+    summary = "The time grows like the number of triangles to the following power:"
     return "\n\n".join([rows_table, summary, "\n".join(lines)])
 
 

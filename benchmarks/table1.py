@@ -169,8 +169,8 @@ def main() -> None:
         f"{median(ratios):.1f} times in the median (paper: {format_range(paper_ratios, '%.0f')}).\n"
     )
     print(
-        "Times are ratios to the time of igl.lscm. linABF is one iteration of linear ABF, and ABF is converged\n"
-        "ABF with its default tolerance.\n"
+        "Times are ratios to the time of igl.lscm. linABF is one iteration of linear ABF, and ABF is\n"
+        "converged ABF with its default tolerance.\n"
     )
     print(DIFFERS)
     heads = [

@@ -61,7 +61,7 @@ def test_the_page_has_every_table() -> None:
     page = (ROOT / "docs" / "performance.md").read_text()
     for title in (
         "Time over `igl.lscm`",
-        "Where `linabf` spends it",
+        "Where `linabf` spends its time",
         "Growth",
         "Memory at the peak",
         "Other programs",
