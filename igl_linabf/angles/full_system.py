@@ -66,7 +66,7 @@ def vertex_rows(constraints: Constraints) -> sparse.csr_array:
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
-    """Return the left-hand side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
+    """Return the left-hand side of eq. 8-10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
     left, right = (fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
     return left - right
