@@ -147,9 +147,9 @@ def main() -> None:
         print(json.dumps(measure(files[1])))
         return
     print(
-        "The column s is the CPU time of unwrap in seconds, with one thread. / flatten and / flatten_many\n"
-        "are the ratios of this time to the time of only flattening the charts, one by one and together.\n"
-        "MB is the peak memory of the process.\n"
+        "The column s is the CPU time of unwrap in seconds, with one thread. The columns / flatten and\n"
+        "/ flatten_many are the ratios of s to the time of only flattening the charts, one by one and\n"
+        "together. MB is the peak memory of the process.\n"
     )
     heads = [
         "mesh",
