@@ -8,13 +8,13 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 from .atlas import Atlas, AtlasReport, Chart, texture_seams
 from .cones import Cones, find_cones
 from .cost import AtlasCost
-from .features import are_unseen as are_unseen
+from .features import find_unseen_charts as find_unseen_charts
 from .options import ChartOptions, resolve_options
 from .packing import UDIM_ROW, Packing, pack_together
-from .packing import given_packing as given_packing
 from .packing import pack_charts as pack_charts
 from .packing import page_size as page_size
-from .panels import overlap_depths as overlap_depths
+from .packing import resolve_packing as resolve_packing
+from .panels import compute_overlap_depths as compute_overlap_depths
 from .seams import cut, find_seams
 from .splitting import make_bijective, separating_seams
 from .unwrapping import unwrap

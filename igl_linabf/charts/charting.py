@@ -26,7 +26,7 @@ from ..measures import (
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
-from .atlas import Chart, flatten_piece, map_sides_to_cleaned, open_slivers, price_of_division
+from .atlas import Chart, compute_division_price, flatten_piece, map_sides_to_cleaned, open_slivers
 from .cut_graphs import ClosedSurface, isometric_stretch, stretch_weight
 from .features import CreasedSurface, extent
 from .options import ChartRules
@@ -34,9 +34,9 @@ from .splitting import (
     TIP_STRETCH,
     MapMeasure,
     bisect,
+    find_seams_to_tips,
     merge_small_charts,
     move_parts_apart,
-    seams_to_tips,
     split_overlaps,
 )
 
@@ -45,11 +45,11 @@ MAX_FACES_TOGETHER = 4_000  # total faces of the smallest pieces, which are flat
 # Double area over squared extent of a map, up to which double precision cannot distinguish it from a line.
 NEEDLE_AREA = 1e-13
 MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which flips are attributed to shrunk tips
-MAX_LEAF_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
-MAX_LEAF_ROUNDS_OF_MANY_FLIPS = 2  # `MAX_LEAF_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
+MAX_SEAM_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
+MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # `MAX_SEAM_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
 MAX_TRADE_DOUBLINGS = 12  # number of times that `trade` is doubled to find more seams
 # Search for seams if the stretch to save is worth a seam of this length, in square roots of the area.
-SOUGHT_SEAM = 1.0
+MIN_SOUGHT_SEAM_LENGTH = 1.0
 MAX_EVEN_ROUNDS = 3  # rounds of additional seams for an even texel density
 MAX_FLIP_ROUNDS = 20  # rounds of cuts against flips; the last rounds halve the piece
 MAX_STRETCH_ROUNDS = 64  # rounds of cuts against stretch; the last rounds halve the piece
@@ -67,7 +67,7 @@ class Reason(Enum):
     THIN = "double precision does not hold its map"
 
 
-def pieces_of(
+def cut_into_pieces(
     surface: Submesh,
     cleaned: Cleaned,
     seams: ArrayLike | None,
@@ -101,11 +101,11 @@ def pieces_of(
 
 
 Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
-_Done = tuple[Key, Chart, Submesh]
+_FinishedChart = tuple[Key, Chart, Submesh]
 
 
 @dataclass(frozen=True, eq=False)
-class _Work:
+class _PendingPiece:
     """A piece that is still to be flattened.
 
     Attributes
@@ -120,14 +120,14 @@ class _Work:
     piece: Submesh
     rounds: Counter[Reason]
 
-    def divide(self, parts: list[Submesh], reason: Reason) -> list[_Work]:
-        """Return a `_Work` for each part of the piece, after a cut for `reason`."""
+    def divide(self, parts: list[Submesh], reason: Reason) -> list[_PendingPiece]:
+        """Return a `_PendingPiece` for each part of the piece, after a cut for `reason`."""
         rounds = self.rounds + Counter([reason])
-        return [_Work((*self.key, k), part, rounds) for k, part in enumerate(parts)]
+        return [_PendingPiece((*self.key, k), part, rounds) for k, part in enumerate(parts)]
 
 
 @dataclass(frozen=True, eq=False)
-class _Tried:
+class _FlattenedPiece:
     """The result of flattening a piece: a chart, the parts of the piece, or both.
 
     Attributes
@@ -146,7 +146,7 @@ class _Tried:
 
 
 @dataclass(frozen=True, eq=False)
-class _Map:
+class _PieceMap:
     """The map of a piece.
 
     Attributes
@@ -171,13 +171,13 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
 
     Finally, small charts are merged into adjacent charts, except across the seams `given`.
     """
-    waiting = [_Work((i,), piece, Counter()) for i, piece in enumerate(pieces)]
+    waiting = [_PendingPiece((i,), piece, Counter()) for i, piece in enumerate(pieces)]
     total, reached = sum(len(piece.F) for piece in pieces), 0
-    done, uncut = list[_Done](), list[_Done]()
+    done, uncut = list[_FinishedChart](), list[_FinishedChart]()
     while waiting:
         opened = open_slivers([work.piece for work in waiting])
         waiting = [replace(work, piece=piece) for work, piece in zip(waiting, opened, strict=True)]
-        parts = list[_Work]()
+        parts = list[_PendingPiece]()
         for work, made in zip(waiting, _flatten_together(opened, rules.method), strict=True):
             reached += len(work.piece.F) if len(work.key) == 1 else 0
             upto = constants.SEAMS_END + (constants.CHARTS_END - constants.SEAMS_END) * reached / total
@@ -199,27 +199,27 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
 
 
 def _undo_costly_cuts(
-    done: list[_Done], uncut: list[_Done], pieces: list[Submesh], rules: ChartRules
-) -> list[_Done]:
+    done: list[_FinishedChart], uncut: list[_FinishedChart], pieces: list[Submesh], rules: ChartRules
+) -> list[_FinishedChart]:
     """Replace the parts of a piece by its chart in `uncut` if the saved stretch is not worth the seams."""
     for key, chart, piece in reversed(uncut):  # pieces that were cut last come first
         first, last = (bisect_left(done, at, key=itemgetter(0)) for at in (key, (*key[:-1], key[-1] + 1)))
         parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
         area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
         saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
-        price = price_of_division(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
+        price = compute_division_price(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
         length = price / np.sqrt(whole / 2)
         if not saved * stretch_weight(rules.method) > rules.worth(length):
             done[first:last] = [(key, chart, piece)]
     return done
 
 
-def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None]:
+def _flatten_together(pieces: list[Submesh], method: Method) -> list[_PieceMap | None]:
     """Flatten pieces in one batch; return None for each piece outside the batch.
 
     If there are few pieces, the batch contains only the smallest ones.
     """
-    made: list[_Map | None] = [None] * len(pieces)
+    made: list[_PieceMap | None] = [None] * len(pieces)
     asked = list(range(len(pieces)))
     if len(pieces) < MIN_PIECES_TOGETHER:
         size = np.array([len(piece.F) for piece in pieces])
@@ -235,49 +235,49 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_Map | None
         [(pieces[i], r.uv, len(over)) for (i, r), over in zip(good, pairs, strict=True)]
     )
     for (i, result), over, quality in zip(good, pairs, measured, strict=True):
-        made[i] = _Map(result, over, quality)
+        made[i] = _PieceMap(result, over, quality)
     return made
 
 
-def _try_piece(work: _Work, rules: ChartRules, made: _Map | None) -> _Tried:
+def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -> _FlattenedPiece:
     """Make a chart of a piece, or cut the piece further.
 
     `made` is the map of the piece if it was flattened in a batch, otherwise None.
     """
     piece, rounds = work.piece, work.rounds
-    seams = _seams_for_even_texels(piece, rules) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
+    seams = _find_seams_for_even_texels(piece, rules) if rounds[Reason.UNEVEN] < MAX_EVEN_ROUNDS else _NO_SEAM
     if len(seams):
-        return _Tried(None, piece.cut_along(seams), Reason.UNEVEN)
+        return _FlattenedPiece(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
-        made = _map_of(piece, rules) if made is None else made
+        made = _flatten_single_piece(piece, rules) if made is None else made
     except SingularSystemError:  # some faces are negligibly small relative to the rest of the chart
         if parts := bisect(piece):
-            return _Tried(None, parts, Reason.THIN)
+            return _FlattenedPiece(None, parts, Reason.THIN)
         raise
     if len(made.result.flipped) and rules.may_find_seams:
-        if parts := _parts_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], rules):
-            return _Tried(None, parts, Reason.FLIPS)
-        made = _map_without_flips(piece, made, rules)
+        if parts := _cut_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], rules):
+            return _FlattenedPiece(None, parts, Reason.FLIPS)
+        made = _flatten_without_flips(piece, made, rules)
     needle = float(piece.measured[0].sum()) <= NEEDLE_AREA * extent(made.result.uv) ** 2
     if needle and (parts := bisect(piece)):
-        return _Tried(None, parts, Reason.THIN)
+        return _FlattenedPiece(None, parts, Reason.THIN)
     if len(made.pairs):
         made, parts = _resolve_overlaps(piece, made, rounds[Reason.OVERLAP], rules)
         if parts:
-            return _Tried(None, parts, Reason.OVERLAP)
+            return _FlattenedPiece(None, parts, Reason.OVERLAP)
     change = MapMeasure(piece, made.result.uv)
     quality = made.quality
     if quality is None:
         quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
     chart = Chart(piece.faces, made.result, quality, rounds.total(), len(made.pairs), made.cost)
-    parts = _parts_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
+    parts = _cut_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
-        return _Tried(chart, [], None)
+        return _FlattenedPiece(chart, [], None)
     usable = quality.stretch_l2 <= rules.most_stretch and made.result.outcome.good and not len(made.pairs)
-    return _Tried(chart if usable else None, parts, Reason.STRETCH)
+    return _FlattenedPiece(chart if usable else None, parts, Reason.STRETCH)
 
 
-def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
+def _flatten_single_piece(piece: Submesh, rules: ChartRules) -> _PieceMap:
     """Flatten one piece; use linear ABF if the system of the requested method is singular."""
     try:
         result = flatten_piece(piece, rules.method)
@@ -291,10 +291,10 @@ def _map_of(piece: Submesh, rules: ChartRules) -> _Map:
         )
         result = flatten_piece(piece, LinABF())
     check_finite(result.uv, piece.vertices, "uv")
-    return _Map(result, overlapping_pairs_of_chart(piece.topology, result.uv))
+    return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv))
 
 
-def _map_without_flips(piece: Submesh, made: _Map, rules: ChartRules) -> _Map:
+def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -> _PieceMap:
     """Flatten a piece with guarantee='injective', because no seam was found that prevents its flips."""
     surer = get_guaranteed_method(rules.method)
     if surer is None:
@@ -305,12 +305,12 @@ def _map_without_flips(piece: Submesh, made: _Map, rules: ChartRules) -> _Map:
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return _map_of(piece, replace(rules, method=surer))
+    return _flatten_single_piece(piece, replace(rules, method=surer))
 
 
 def _resolve_overlaps(
-    piece: Submesh, made: _Map, rounds: int, rules: ChartRules
-) -> tuple[_Map, list[Submesh]]:
+    piece: Submesh, made: _PieceMap, rounds: int, rules: ChartRules
+) -> tuple[_PieceMap, list[Submesh]]:
     """Move overlapping parts of a map apart, or cut the piece between them.
 
     Return the map and a list of the parts, which is empty if the piece is not cut.
@@ -319,51 +319,51 @@ def _resolve_overlaps(
         moved = move_parts_apart(piece, made.result, MapMeasure(piece, made.result.uv))
         if moved is not None:
             result, cost = moved
-            return _Map(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
+            return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
     if made.result.holes:  # open the piece to a disk first
-        return made, _disks(piece, rules)
+        return made, _cut_to_disk(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     return made, parts if len(parts) > 1 else []
 
 
-def _parts_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -> list[Submesh]:
+def _cut_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -> list[Submesh]:
     """Cut a piece with flipped triangles along additional seams, or halve it.
 
     The list of parts is empty if no seam is found.
     """
     few = flips <= MAX_TIP_FLIPS * len(piece.F)
-    if rounds < (MAX_LEAF_ROUNDS if few else MAX_LEAF_ROUNDS_OF_MANY_FLIPS):
-        leaves = _more_seams(piece, rules)
+    if rounds < (MAX_SEAM_ROUNDS if few else MAX_SEAM_ROUNDS_WITH_MANY_FLIPS):
+        leaves = _find_more_seams(piece, rules)
         return piece.cut_along(leaves) if len(leaves) else []
     return bisect(piece) if rounds < MAX_FLIP_ROUNDS else []
 
 
-def _parts_for_stretch(
+def _cut_for_stretch(
     piece: Submesh, change: MapMeasure, stretch: float, rounds: int, rules: ChartRules
 ) -> list[Submesh]:
     """Cut a piece further if the saved stretch may be worth the seam, or if `max_stretch` requires it."""
     seams, too_much = _NO_SEAM, stretch > rules.most_stretch
-    if rules.weighs_stretch and rounds < MAX_LEAF_ROUNDS:
-        if stretch > 1 + rules.worth(SOUGHT_SEAM):
+    if rules.weighs_stretch and rounds < MAX_SEAM_ROUNDS:
+        if stretch > 1 + rules.worth(MIN_SOUGHT_SEAM_LENGTH):
             seams = rules.search.seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
-            seams = seams_to_tips(piece, change.at_triangles, rules.trade, rules.hidden)
-    if too_much and not len(seams) and rounds < MAX_LEAF_ROUNDS:
-        seams = _more_seams(piece, rules)
+            seams = find_seams_to_tips(piece, change.at_triangles, rules.trade, rules.hidden)
+    if too_much and not len(seams) and rounds < MAX_SEAM_ROUNDS:
+        seams = _find_more_seams(piece, rules)
     if len(seams):
         return piece.cut_along(seams)
     return bisect(piece) if too_much and rounds < MAX_STRETCH_ROUNDS else []
 
 
-def _disks(piece: Submesh, rules: ChartRules) -> list[Submesh]:
+def _cut_to_disk(piece: Submesh, rules: ChartRules) -> list[Submesh]:
     """Cut a piece into a disk along the shortest seams between its holes."""
     shortest = replace(rules, trade=0.0, keep_holes=False).search
     return piece.cut_along(shortest.needed_seams(piece))
 
 
-def _more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
+def _find_more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find seams for a piece that needs none by doubling `trade` until seams are found."""
     for k in range(1, MAX_TRADE_DOUBLINGS + 1):
         search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).search
@@ -372,7 +372,7 @@ def _more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
     return _NO_SEAM
 
 
-def _seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
+def _find_seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find seams for a piece whose isometric map would be stretched too unevenly.
 
     With seams for `trade` = t, the stretch beyond 1 is roughly proportional to t**-0.5. Predicting the

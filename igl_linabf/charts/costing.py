@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .atlas import Atlas, seam_prices
+from .atlas import Atlas, find_seam_prices
 from .cost import AtlasCost, page_cost
 from .cut_graphs import stretch_weight
 from .features import CreasedSurface
@@ -13,7 +13,7 @@ def measure_cost(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> At
     """Return the cost of an atlas of the triangles of `creased` by the rules of its charts."""
     own = np.bincount(atlas.chart, creased.surface.measured[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)
-    rows, price = seam_prices(creased, atlas.FTC)
+    rows, price = find_seam_prices(creased, atlas.FTC)
     area = creased.double_area / 2
     size = np.sqrt(area[creased.label[creased.faces[rows, 0]]])  # size of the component of each seam edge
     seams = rules.worth(float(price @ size / area.sum())) if len(rows) else 0.0

@@ -29,20 +29,20 @@ from .atlas import (
     Atlas,
     AtlasReport,
     Chart,
-    atlas_of_given_mesh,
-    atlas_of_polygons,
+    compute_division_price,
+    convert_repairs_to_polygons,
+    convert_seams_to_triangles,
+    convert_to_given_mesh,
+    convert_to_polygons,
     empty_atlas,
+    find_seams_and_mismatch,
     mark_diagonals,
-    mask_of_triangles,
-    price_of_division,
-    repairs_of_polygons,
-    seams_and_mismatch,
     split_polygons,
 )
-from .charting import make_charts, pieces_of
-from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
+from .charting import make_charts, cut_into_pieces
+from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, make_charts_with_cones
 from .costing import measure_cost
-from .features import CreasedSurface, are_unseen, hiding_weights
+from .features import CreasedSurface, find_unseen_charts, hiding_weights
 from .options import ChartOptions, ChartRules, resolve_options
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -151,7 +151,7 @@ def unwrap(
     if split is not None:
         F = split.F
         if seams is not None:
-            seams = mask_of_triangles(seams, split, len(np.asarray(V)))
+            seams = convert_seams_to_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = wrap_sound_surface(surface)
@@ -160,11 +160,11 @@ def unwrap(
     as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
     if split is not None:
         surface = mark_diagonals(surface, cleaned, split)
-        cleaned = replace(cleaned, repairs=repairs_of_polygons(cleaned.repairs, split))
+        cleaned = replace(cleaned, repairs=convert_repairs_to_polygons(cleaned.repairs, split))
     _warn_of_repairs(cleaned)
     if not len(surface.F):
         atlas = empty_atlas(cleaned, given)
-        return atlas if split is None else atlas_of_polygons(atlas, split)
+        return atlas if split is None else convert_to_polygons(atlas, split)
     if weld is None:
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
@@ -176,12 +176,12 @@ def unwrap(
         kept = np.zeros((0, 2), dtype=np.int64)
         if wanted is None:
             with progress_part("seams", constants.SEAMS_END):
-                pieces, kept = pieces_of(surface, cleaned, seams, given, labels, rules)
+                pieces, kept = cut_into_pieces(surface, cleaned, seams, given, labels, rules)
             made = ConeCharts(make_charts(pieces, kept, rules), *NO_CONES)
         else:
             placed = SurfaceCones.of(wanted, surface, cleaned)
             ends = constants.SEAMS_END, constants.CHARTS_END
-            made = charts_with_cones(surface, placed, rules.method, ends)
+            made = make_charts_with_cones(surface, placed, rules.method, ends)
         with progress_part("packing", 1.0):
             atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
     report = replace(
@@ -194,9 +194,9 @@ def unwrap(
     )
     atlas = replace(atlas, cost=measure_cost(creased, atlas, rules), report=report)
     if not as_given:
-        atlas = atlas_of_given_mesh(atlas, cleaned, given)
+        atlas = convert_to_given_mesh(atlas, cleaned, given)
     if split is not None:
-        atlas = atlas_of_polygons(atlas, split)
+        atlas = convert_to_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -241,7 +241,7 @@ def _set_scales(
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
-    hidden = are_unseen(surface.V, surface.F, rows).tolist()
+    hidden = find_unseen_charts(surface.V, surface.F, rows).tolist()
     return [
         (replace(chart, scale=unseen) if inside else chart, piece)
         for (chart, piece), inside in zip(done, hidden, strict=True)
@@ -293,7 +293,9 @@ def _pack_fully(
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
     size = float(np.sqrt(surface.measured[0].sum() / 2))
-    dearer, cheaper = (price_of_division(creased, [piece for _, piece in charts]) for charts in (parts, done))
+    dearer, cheaper = (
+        compute_division_price(creased, [piece for _, piece in charts]) for charts in (parts, done)
+    )
     # size of the page at which the uncut charts would cost as much as the cut charts
     worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
@@ -303,7 +305,7 @@ def _pack_fully(
     return _make_atlas(surface, done, request, placed)
 
 
-def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
+def _scale_maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
     """Return the map of each chart, multiplied by `Chart.scale`, and its triangles."""
     return [(chart.scale * chart.result.uv, piece.F) for chart, piece in done]
 
@@ -316,7 +318,7 @@ def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) ->
     if closer != wanted:
         too_wide = f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts"
         warnings.warn(f"{too_wide}: it is reduced to {most:.2g}", FallbackWarning, stacklevel=stack_level())
-    return pack_maps(_maps(done), replace(request, spacing=closer))
+    return pack_maps(_scale_maps(done), replace(request, spacing=closer))
 
 
 def _make_atlas(
@@ -337,7 +339,7 @@ def _make_atlas(
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
     flat = TC * [1, request.spacing.aspect]  # both coordinates in page widths
-    seams, mismatch = seams_and_mismatch(surface.topology, flat, FTC)
+    seams, mismatch = find_seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]

@@ -17,7 +17,7 @@ from scipy.sparse import csgraph
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import import_optional, read_file
-from ..surface import connected_labels, triangle_numbers
+from ..surface import connected_labels, number_triangles
 from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
 
 WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
@@ -81,7 +81,7 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
     of the remaining region: each cut is the shortest path, along the middle of its branch, from the vertex
     that is farthest from the wall and from the previous cuts.
     """
-    number, _ = triangle_numbers(np.concatenate((F, kept.astype(np.int64))))
+    number, _ = number_triangles(np.concatenate((F, kept.astype(np.int64))))
     is_kept = np.isin(number[: len(F)], number[len(F) :])
     left_out = F[~is_kept]
     if not len(left_out) or not is_kept.any():

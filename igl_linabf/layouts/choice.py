@@ -20,8 +20,8 @@ from ..surface import (
     coordinates,
     count_vertices,
     face_array,
+    find_loop_of_vertex,
     find_outer_loop_of_angles,
-    loop_through,
     move_to_pins,
     normalize_placement,
     pins,
@@ -199,7 +199,7 @@ def layout(
     topology = planar_topology(compacted, vertices)
     alpha = check_angles(angles, len(faces))
     if outer is not None:
-        first = loop_through(topology, outer, vertices)
+        first = find_loop_of_vertex(topology, outer, vertices)
     else:
         first = find_outer_loop_of_angles(topology, alpha)
     topology = with_outer_loop(topology, first)

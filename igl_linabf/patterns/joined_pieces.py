@@ -9,7 +9,7 @@ import numpy as np
 
 from .._core import merge_regions, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..charts import overlap_depths
+from ..charts import compute_overlap_depths
 from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
 from .seam_pairs import Sides, find_partners
 
@@ -97,7 +97,7 @@ def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: B
     triangles = z[cut.F[order]]
     much = np.full(len(hinges.pairs), np.inf)
     _, turn, shift = merge_regions(
-        triangles, overlap_depths(triangles, extent[of[order]], FIT_TOLERANCE), faces.start,
+        triangles, compute_overlap_depths(triangles, extent[of[order]], FIT_TOLERANCE), faces.start,
         hinges.pairs, hinges.turn, hinges.shift, much, np.ones(len(much)),
     )  # fmt: skip
     return replace(cut, flat=coordinates(turn[piece] * z + shift[piece]))

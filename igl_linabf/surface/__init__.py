@@ -6,7 +6,7 @@ The genus follows from the Euler-Poincare formula: vertices - edges + faces = 2 
 """
 
 from .._core import NEXT, PREV, cycles, sum_by
-from .areas import measure, without_area
+from .areas import find_faces_without_area, measure
 from .arrays import (
     Pins,
     check_finite,
@@ -23,7 +23,7 @@ from .arrays import (
     vertex_indices,
 )
 from .disks import Disks, sound_disks
-from .mesh import Mesh, PlanarFaces, build_planar_mesh, loop_through, planar_mesh
+from .mesh import Mesh, PlanarFaces, build_planar_mesh, find_loop_of_vertex, planar_mesh
 from .outer_loop import find_outer_loop_of_angles
 from .plane import (
     HOPELESS_AREA_RATIO,
@@ -68,7 +68,7 @@ from .topology import (
     connected_labels,
     face_components,
     manifold_topology,
+    number_triangles,
     planar_topology,
-    triangle_numbers,
     with_outer_loop,
 )

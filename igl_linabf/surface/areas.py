@@ -36,7 +36,7 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     return double_area, dot
 
 
-def without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
+def find_faces_without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
     """Return the faces whose area is at most `times` the rounding error of an area.
 
     With `times` 1 they are the faces that `measure` rejects. The coordinates must be within its range.

@@ -10,7 +10,7 @@ from .._core import boundary_loops, connected_labels, find_edges, side_products
 from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .ragged import Ragged
-from .topology import Topology, nonmanifold_edges
+from .topology import Topology, find_nonmanifold_edges
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -102,7 +102,7 @@ def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[
     of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # edges are sorted by lower end
     good = np.ones(len(faces), dtype=bool)
     if not sound:
-        _, crowded, turned = nonmanifold_edges(corner, edges)
+        _, crowded, turned = find_nonmanifold_edges(corner, edges)
         good = ~of_edge.any(crowded | turned)
     tail, head = edges[sides[1] < 0].T
     around, sizes, twice = boundary_loops(tail, head, n)

@@ -105,7 +105,7 @@ def _build_mesh(
     """Build a mesh whose outer loop comes first."""
     double_area, dot = measure(V, topology.corner, vertices)
     if outer is not None:
-        first = loop_through(topology, outer, vertices)
+        first = find_loop_of_vertex(topology, outer, vertices)
     else:
         first = find_outer_loop(V, topology, double_area, dot)
     if first:
@@ -151,7 +151,7 @@ class PlanarFaces:
         return mesh
 
 
-def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:
+def find_loop_of_vertex(topology: Topology, vertex: object, vertices: IntArray) -> int:
     """Return the index of the boundary loop through `vertex`, one of the caller's indices."""
     try:
         index = operator.index(vertex)  # type: ignore[arg-type]

@@ -229,7 +229,7 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
     return replace(topology, loops=loops)
 
 
-def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
+def find_nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
     """Return the edge of each half-edge, (3 #F,), and two masks of nonmanifold edges.
 
     The first mask marks edges with more than two half-edges. The second mask marks edges with two half-edges
@@ -243,7 +243,7 @@ def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, Bool
     return edge, count > 2, (count == 2) & (along == 2)
 
 
-def triangle_numbers(F: IntArray) -> tuple[IntArray, BoolArray]:
+def number_triangles(F: IntArray) -> tuple[IntArray, BoolArray]:
     """Number the distinct vertex triples of faces; also return a mask of the faces that repeat one."""
     corners = np.sort(F, axis=1).T
     order = np.lexsort((corners[2], corners[0] * (int(F.max()) + 1) + corners[1]))
@@ -256,9 +256,9 @@ def triangle_numbers(F: IntArray) -> tuple[IntArray, BoolArray]:
 
 def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
     """Describe edges that have more than two faces, or two faces of opposite orientation."""
-    edge, many, same_way = nonmanifold_edges(F.T, edges)
+    edge, many, same_way = find_nonmanifold_edges(F.T, edges)
     crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
-    triangle, twin = triangle_numbers(F)
+    triangle, twin = number_triangles(F)
     if twin.any():
         several = np.unique(triangle[twin])
         same = np.flatnonzero(triangle == several[0])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..charts import Packing, are_unseen, given_packing, pack_charts, page_size
+from ..charts import Packing, find_unseen_charts, pack_charts, page_size, resolve_packing
 from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import complex_positions, coordinates, vertex_array
 from .uv_charts import UVCharts
@@ -136,7 +136,7 @@ def pack(
     if scale not in SCALES:
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
     charts = UVCharts.of(V, F, TC, FTC)
-    packing = given_packing(packing)
+    packing = resolve_packing(packing)
     width, height = page_size(packing.resolution or 1)
     aspect = height / width
     flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number) * aspect
@@ -179,7 +179,7 @@ def pack(
 
 def _find_unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
     """Return a mask of the charts whose whole stack is unseen; `first` is the first chart of each stack."""
-    seen = ~are_unseen(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
+    seen = ~find_unseen_charts(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
     return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 
 

@@ -19,17 +19,17 @@ from ..surface import (
     Triangles,
     complex_positions,
     connected_labels,
+    find_faces_without_area,
     merge_coincident,
     scale_to_unit_size,
     signed_double_areas,
     vertex_array,
-    without_area,
 )
 
 LEAST_MIRRORED_SHARE = 0.25  # smallest share of an island that counts as mirrored instead of flipped
-SAME_PLACE = 1e-6  # largest distance between equal points of the map, over the largest coordinate
+SAME_POINT_TOL = 1e-6  # largest distance between equal points of the map, over the largest coordinate
 PAIRS_AT_ONCE = 200_000  # overlapping pairs of triangles that are compared at once in a large pile of charts
-STACKED = 0.9  # smallest share of both charts' areas that stacked charts have in common
+MIN_STACKED_SHARE = 0.9  # smallest share of both charts' areas that stacked charts have in common
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ class UVCharts:
         own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
-            solid[without_area(own, faces)] = False
+            solid[find_faces_without_area(own, faces)] = False
         images, image = np.unique(_check_labels(labels, len(polygons)), return_inverse=True)
         aside = rows[~solid], faces[~solid]
         rows = rows[solid]
@@ -145,7 +145,10 @@ class UVCharts:
         sign = self.double_area > 0
         one, other = self._adjacent.T
         parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
-        share = np.bincount(parts, self.area) / np.bincount(islands, self.area)[_take_first(islands, parts)]
+        share = (
+            np.bincount(parts, self.area)
+            / np.bincount(islands, self.area)[_take_first_of_each_label(islands, parts)]
+        )
         # large reversed parts are mirrored charts; the triangles of small reversed parts are flipped
         large = share >= LEAST_MIRRORED_SHARE
         joined = self._adjacent[(parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])]
@@ -159,7 +162,7 @@ class UVCharts:
     @cached_property
     def image_of_chart(self) -> IntArray:
         """The image of each chart."""
-        return _take_first(self.image, self.chart)
+        return _take_first_of_each_label(self.image, self.chart)
 
     @cached_property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
@@ -248,7 +251,7 @@ class UVCharts:
         key, number = np.unique(ends[:, 0] * self.number + ends[:, 1], return_inverse=True)
         one, other = np.divmod(key, self.number)
         common = np.bincount(number, common_areas(z, self.upright, pairs[between]))
-        on_purpose = common >= STACKED * np.maximum(*self._scaled_area[[one, other]])
+        on_purpose = common >= MIN_STACKED_SHARE * np.maximum(*self._scaled_area[[one, other]])
         kept = np.ones(len(pairs), dtype=bool)
         kept[between] = ~on_purpose[number]
         return pairs[kept], _stack_on_first(one[on_purpose], other[on_purpose], self.number)[charts]
@@ -267,7 +270,7 @@ class UVCharts:
     @cached_property
     def _same_triangles(self) -> IntArray:
         """For each chart, the first chart that has the same triangles in the map."""
-        step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_PLACE
+        step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_POINT_TOL
         place = _merge_equal_rows(np.round(self.uv / step))[1]
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]
         order = np.lexsort((kind, self.chart))
@@ -318,6 +321,6 @@ def _renumber(label: IntArray) -> IntArray:
     return np.asarray(np.argsort(np.argsort(first))[inverse.ravel()])
 
 
-def _take_first(values: IntArray, label: IntArray) -> IntArray:
+def _take_first_of_each_label(values: IntArray, label: IntArray) -> IntArray:
     """Return the first value of each label 0, 1, ..."""
     return np.asarray(values[np.unique(label, return_index=True)[1]])

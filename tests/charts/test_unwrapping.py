@@ -182,9 +182,9 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 def test_after_some_rounds_of_longer_seams_charts_that_flip_are_halved(monkeypatch) -> None:
     V, F = load("stress__optcuts_golf.obj")
     V = V * [20, 1, 1]
-    monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS", 0)
-    monkeypatch.setattr(charting, "MAX_LEAF_ROUNDS_OF_MANY_FLIPS", 0)
-    monkeypatch.setattr(charting, "_map_without_flips", pytest.fail)  # fails if the guarantee is needed
+    monkeypatch.setattr(charting, "MAX_SEAM_ROUNDS", 0)
+    monkeypatch.setattr(charting, "MAX_SEAM_ROUNDS_WITH_MANY_FLIPS", 0)
+    monkeypatch.setattr(charting, "_flatten_without_flips", pytest.fail)  # fails if the guarantee is needed
     atlas = unwrap(V, F, charts=ChartOptions(max_stretch=np.inf))
     assert atlas.good
     assert atlas.quality.flips == 0
@@ -255,7 +255,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
     # a dome whose map has an L2 stretch of 1.6
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])
     asked = options.ChartRules(LinABF(), True, 6.0, False, False, None, None)
-    work = charting._Work((0,), dome, Counter({charting.Reason.OVERLAP: 9}))
+    work = charting._PendingPiece((0,), dome, Counter({charting.Reason.OVERLAP: 9}))
     tried = charting._try_piece(work, asked, None)
     assert tried.reason is charting.Reason.STRETCH
     assert tried.chart.quality.stretch_l2 > 1.5
@@ -276,7 +276,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
         tried.append(rounds)
         return [] if rounds else piece.cut_along(middle[np.isin(middle, piece.vertices).all(axis=1)])
 
-    monkeypatch.setattr(charting, "_parts_for_stretch", found)
+    monkeypatch.setattr(charting, "_cut_for_stretch", found)
     none = np.zeros((0, 2), dtype=np.int64)
     for trade, pays in ((1.0, False), (1e4, True)):
         asked = options.ChartRules(LinABF(), True, trade, False, False, None, None)

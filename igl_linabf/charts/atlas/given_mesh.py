@@ -21,7 +21,7 @@ def map_sides_to_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
     return seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of a welded edge
 
 
-def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
+def convert_to_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
     """Convert the atlas of the repaired mesh to an atlas of the given mesh.
 
     The result refers to the given vertices and has a row for each given face, in the given orientation.
@@ -29,7 +29,7 @@ def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
     chart[cleaned.faces] = atlas.chart
-    FTC, chart = _borrow_rows(FTC, chart, cleaned.merged[F])
+    FTC, chart = _fill_rows_of_removed_faces(FTC, chart, cleaned.merged[F])
     return replace(
         atlas,
         FTC=FTC,
@@ -64,7 +64,7 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
     )
 
 
-def _borrow_rows(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
+def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
     """Return `FTC` and `chart` with rows for the faces without area, which the repair removed.
 
     In the texture, such a face collapses to an edge or a corner of a neighbour. The input has -1 in its row
@@ -98,15 +98,17 @@ def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntA
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
     proper = side[aside, :, 0] != side[aside, :, 1]
-    return _look_up(key[known], known, key[aside], proper)
+    return _find_row_with_common_value(key[known], known, key[aside], proper)
 
 
 def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
     """Return, for each face in `aside`, a face in `known` that shares a vertex with it, or -1."""
-    return _look_up(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
+    return _find_row_with_common_value(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
 
 
-def _look_up(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
+def _find_row_with_common_value(
+    table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray
+) -> IntArray:
     """Return, for each row of `wanted`, the entry of `rows` at a row of `table` with a common value, or -1.
 
     Only the values of `wanted` that are marked in `usable` are compared.

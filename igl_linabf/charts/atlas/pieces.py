@@ -95,7 +95,7 @@ def restrict_uv(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
     return np.asarray(uv[of])
 
 
-def scaled_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
+def scale_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
     """Scale the map of a piece to its area on the surface, centred and turned to the standard position."""
     z = normalize_placement(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)

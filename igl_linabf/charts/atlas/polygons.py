@@ -35,7 +35,7 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
     return polygons.split(positions)
 
 
-def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
+def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
     """Convert seams of polygons to a mask of the sides of their triangles.
 
     Parameters
@@ -81,7 +81,7 @@ def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles) -> Subm
     return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
 
 
-def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[Repair, ...]:
+def convert_repairs_to_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[Repair, ...]:
     """Convert repairs of triangles to repairs of the polygons that contain the triangles."""
     return tuple(
         replace(repair, first=np.unique(split.face[repair.first])) if repair.of == "faces" else repair
@@ -89,7 +89,7 @@ def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles) -> tuple[
     )
 
 
-def atlas_of_polygons(atlas: Atlas, split: Triangles) -> Atlas:
+def convert_to_polygons(atlas: Atlas, split: Triangles) -> Atlas:
     """Convert the atlas of the triangles to the atlas of the polygons."""
     first = np.searchsorted(split.face, np.arange(len(split.polygons)))
     return replace(

@@ -143,12 +143,12 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
     return mask
 
 
-def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
+def find_seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
     """Return the `texture_seams` of a checked surface as pairs of vertices, and the seam mismatch.
 
     The mismatch is the largest |log(a / b)|, where a and b are the lengths of a seam edge's sides in the map.
     """
-    between = rows_of_texture_seams(topology, FTC)
+    between = find_texture_seam_rows(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
     halves = topology.sides[:, between]
     length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
@@ -157,7 +157,7 @@ def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tup
     return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
 
 
-def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
+def find_texture_seam_rows(topology: Topology, texture: IntArray) -> IntArray:
     """Return the seams of texture coordinates as row indices into `topology.edges`.
 
     `texture` has the texture coordinate at each corner, (#F, 3).
@@ -168,21 +168,21 @@ def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
     return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])
 
 
-def seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
+def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
     """Return the inner edges that are seams of texture coordinates, and the price of each.
 
     `texture` has the texture coordinate at each corner, (#F, 3).
     """
     topology = creased.surface.topology
-    rows = np.searchsorted(topology.inside, rows_of_texture_seams(topology, texture))
+    rows = np.searchsorted(topology.inside, find_texture_seam_rows(topology, texture))
     return rows, creased.price[rows]
 
 
-def price_of_division(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
+def compute_division_price(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
     F, first = np.empty_like(piece.F), 0  # two parts share no vertex number
     for part in parts:
         F[np.searchsorted(piece.faces, part.faces)] = part.F + first
         first += len(part.V)
-    return float(seam_prices(creased, F)[1].sum())
+    return float(find_seam_prices(creased, F)[1].sum())

@@ -4,6 +4,6 @@ Input: a surface. Output: cones with their angles, a seam through them, and the 
 The conformal scale follows Ben-Chen, Gotsman, Bunin 2008.
 """
 
-from .cone_charts import NO_CONES, ConeCharts, SurfaceCones, charts_with_cones
+from .cone_charts import NO_CONES, ConeCharts, SurfaceCones, make_charts_with_cones
 from .options import Cones, GivenCones
 from .placement import find_cones

@@ -27,7 +27,7 @@ from ..constants import MAX_OVERLAP_ROUNDS
 from ..splitting import find_overlap_seams
 from .constants import CONES_PER_STRETCH, QUARTER_TURN
 from .options import Cones
-from .placement import ConeComponent, choose_cone_angles, find_on_component
+from .placement import ConeComponent, choose_cone_angles, find_cones_on_component
 from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
@@ -83,7 +83,7 @@ class SurfaceCones:
         """Return the cones on a component; find cones if the caller gave only their number."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
-            own = find_on_component(place, self.vertices, CONES_PER_STRETCH)
+            own = find_cones_on_component(place, self.vertices, CONES_PER_STRETCH)
             assert not isinstance(self.angles, np.ndarray)
             return ComponentCones(place, own, *choose_cone_angles(place, own, self.angles))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
@@ -116,7 +116,7 @@ class ComponentCones:
     quarters: QuantisedCurvatures | None
 
 
-def _angle_sums_of_vertices(chosen: ComponentCones) -> FloatArray:
+def _list_angle_sums(chosen: ComponentCones) -> FloatArray:
     """Return the angle sum at each vertex of the component, radians; NaN at the boundary."""
     sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = chosen.sums
@@ -165,7 +165,7 @@ class ConeCharts:
     angles: FloatArray
 
 
-def charts_with_cones(
+def make_charts_with_cones(
     surface: Submesh, cones: SurfaceCones, method: Method, ends: tuple[float, float]
 ) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten the component.
@@ -216,11 +216,11 @@ def _flatten_component(
         made = flatten_with_cones(
             mesh,
             component.topology,
-            _angle_sums_of_vertices(chosen),
+            _list_angle_sums(chosen),
             paths,
             prescribed,
             method,
-            _known_laplacian(chosen),
+            _reuse_laplacian(chosen),
         )
     except SingularSystemError as error:
         raise SingularSystemError(_describe_failure(chosen, quarter, str(error))) from error
@@ -244,7 +244,7 @@ def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
     )
 
 
-def _known_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
+def _reuse_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
     """Return the factored Laplacian that determined the angles of the cones, for reuse by linear ABF."""
     if chosen.scale is None:
         return None

@@ -85,7 +85,7 @@ def find_cones(
         raise ValueError(f"n is {n!r}: give a whole number of cones, or None for as many as pay")
     surface = Submesh.checked_manifold(V, F)
     found = [
-        component.vertices[find_on_component(ConeComponent(component), n, cones_per_stretch)]
+        component.vertices[find_cones_on_component(ConeComponent(component), n, cones_per_stretch)]
         for component in surface.components()
     ]
     return np.concatenate(found)
@@ -130,35 +130,35 @@ class ConeComponent:
         return None if self.piece.graph.n_holes else 2 * np.pi * self.component.topology.characteristic
 
     @property
-    def fewest(self) -> int:
+    def min_cones(self) -> int:
         """Least number of cones that makes the surface flat with cone angles of at least 90 degrees."""
         total = self.closed_curvature
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
     @property
-    def enough(self) -> int:
+    def n_single_cones(self) -> int:
         """Number of cones that are found one by one. Few surfaces need more cones."""
         return max(SINGLE_CONES, 2 * abs(self.component.topology.characteristic))
 
     @property
-    def limit(self) -> int:
+    def max_cones(self) -> int:
         """Largest number of cones to find."""
         by_memory = MAX_GREEN_VALUES // self.piece.graph.n
-        return max(self.enough, min(by_memory, len(self.inner) // MIN_VERTICES_PER_CONE))
+        return max(self.n_single_cones, min(by_memory, len(self.inner) // MIN_VERTICES_PER_CONE))
 
     def vertices(self, nodes: IntArray) -> IntArray:
         """Convert nodes that are not holes to vertices of the component."""
         return self.inner[nodes - self.piece.graph.n_holes]
 
 
-def find_on_component(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
+def find_cones_on_component(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
     """Find cones on a component, and return them as vertices of the component."""
     if not is_number(cones_per_stretch, 0, above=True):
         raise ValueError(f"cones_per_stretch is {cones_per_stretch!r}: use a positive number of cones")
     where = f"the component of faces {some(place.component.faces)}"
-    if n is not None and (n < place.fewest or (n == 1 and place.closed_curvature == 0)):
+    if n is not None and (n < place.min_cones or (n == 1 and place.closed_curvature == 0)):
         chi = place.component.topology.characteristic
-        least, cones = max(place.fewest, 2), "1 cone is" if n == 1 else f"{n} cones are"
+        least, cones = max(place.min_cones, 2), "1 cone is" if n == 1 else f"{n} cones are"
         raise MeshError(
             f"{where} is closed, of Euler characteristic {chi}, and {cones} too few for angles of 90 degrees "
             f"and more at them: give at least {least}"
@@ -171,13 +171,13 @@ def find_on_component(place: ConeComponent, n: int | None, cones_per_stretch: fl
 def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
     """Return the nodes of `n` cones; if `n` is None, as many as minimise stretch plus price of cones."""
     if n is not None:
-        return _take_first(place, n)
+        return _choose_first_cones(place, n)
     best, least, smallest, idle = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
-    for scale in _grow_cones(place, place.limit):
-        many, cost = len(scale.nodes) >= place.enough, np.inf
+    for scale in _grow_cones(place, place.max_cones):
+        many, cost = len(scale.nodes) >= place.n_single_cones, np.inf
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
             least = scale.stretch  # on a torus, a single cone has curvature zero
-        if len(scale.nodes) >= place.fewest:
+        if len(scale.nodes) >= place.min_cones:
             cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
             # a few limbs without cones can hide the gain of cones elsewhere
             spread = scale.spread if many and scale.stretch >= TOLERABLE_STRETCH else np.inf
@@ -189,10 +189,10 @@ def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float)
             SINGLE_CONES if many and np.isinf(cost) else MAX_IDLE_CONES
         ):
             break
-    return best if np.isfinite(least) else _take_first(place, len(scale.nodes))
+    return best if np.isfinite(least) else _choose_first_cones(place, len(scale.nodes))
 
 
-def _take_first(place: ConeComponent, n: int) -> IntArray:
+def _choose_first_cones(place: ConeComponent, n: int) -> IntArray:
     """Return the nodes of the first `n` cones.
 
     Raises
@@ -204,9 +204,9 @@ def _take_first(place: ConeComponent, n: int) -> IntArray:
     angle = 2 * np.pi - scale.curvature
     beyond = np.flatnonzero(~_find_feasible(angle, place.valence[scale.nodes]))
     if len(beyond):
-        turns = _quantise(place, scale).for_stretch
+        turns = _quantise_curvatures(place, scale).quarters_for_stretch
         if not _find_feasible(np.asarray(2 * np.pi - turns * QUARTER_TURN), place.valence[scale.nodes]).all():
-            more = _grow_cones(place, max(place.enough, 2 * n))
+            more = _grow_cones(place, max(place.n_single_cones, 2 * n))
             enough = (len(s.nodes) for s in more if len(s.nodes) > n and _is_feasible(place, s))
             raise MeshError(_describe_too_few(place, scale, beyond[0], next(enough, None)))
     return scale.nodes
@@ -242,9 +242,9 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
     far[scale.nodes] = 0.0
     if most <= 0 or not far.any():
         return np.zeros(0, dtype=np.int64)
-    strain = _strain(place, scale)
+    strain = _measure_strain(place, scale)
     strained = len(strain) > 0 and strain.max() > 0
-    alone = len(scale.nodes) < place.enough or scale.stretch < TOLERABLE_STRETCH
+    alone = len(scale.nodes) < place.n_single_cones or scale.stretch < TOLERABLE_STRETCH
     if alone and not strained:
         return np.array([np.argmax(far)])
     away, _, source = place.piece.graph.shortest_paths(scale.nodes)
@@ -275,13 +275,13 @@ def _strain_price(place: ConeComponent, scale: ConeScale) -> float:
     """Return the price of strained cones: the tolerable stretch, or infinity if angles are not feasible."""
     if not _is_feasible(place, scale):
         return np.inf
-    return TOLERABLE_STRETCH if (_strain(place, scale) > 0).any() else 0.0
+    return TOLERABLE_STRETCH if (_measure_strain(place, scale) > 0).any() else 0.0
 
 
 def _is_feasible(place: ConeComponent, scale: ConeScale) -> bool:
     """Return True if triangles can have the cone angles of equal scale, and multiples of 90 degrees."""
     total, around = place.closed_curvature, place.valence[scale.nodes]
-    room = total is None or least_quarters(around).sum() <= round(total / QUARTER_TURN)
+    room = total is None or find_least_quarters(around).sum() <= round(total / QUARTER_TURN)
     return bool(room and _find_feasible(2 * np.pi - scale.curvature, around).all())
 
 
@@ -290,18 +290,18 @@ def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
-def least_quarters(around: IntArray) -> IntArray:
+def find_least_quarters(around: IntArray) -> IntArray:
     """Return the least curvature of a cone with `around` triangles, in quarter turns."""
     least = 4 - np.floor(QUARTERS_PER_TRIANGLE * around).astype(np.int64)
     return np.asarray(np.minimum(least, MAX_QUARTERS))
 
 
-def _quantise(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
+def _quantise_curvatures(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
     """Return the curvatures of the cones of `scale` as multiples of a quarter turn."""
-    return QuantisedCurvatures(scale, least_quarters(place.valence[scale.nodes]))
+    return QuantisedCurvatures(scale, find_least_quarters(place.valence[scale.nodes]))
 
 
-def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
+def _measure_strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
     """Return the excess of each cone's angle over the range that suits its faces, radians."""
     angle = 2 * np.pi - scale.curvature
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
@@ -335,7 +335,7 @@ def choose_cone_angles(
                 + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
             )
     else:
-        needed = place.fewest
+        needed = place.min_cones
         if len(cones) < needed or (total == 0 and len(cones) == 1):
             given = f"{len(cones)} cones ({some(names)}) are" if len(cones) else "no cones are"
             raise MeshError(
@@ -348,8 +348,8 @@ def choose_cone_angles(
         scale = ConeScale.of_nodes(place.piece, place.piece.node[cones])
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
-            quarters = _quantise(place, scale)
-            curvature = np.asarray(quarters.for_stretch * QUARTER_TURN)
+            quarters = _quantise_curvatures(place, scale)
+            curvature = np.asarray(quarters.quarters_for_stretch * QUARTER_TURN)
         angle = 2 * np.pi - curvature
     bad = np.flatnonzero(~_find_feasible(angle, around))
     if len(bad):

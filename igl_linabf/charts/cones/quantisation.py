@@ -65,7 +65,7 @@ class QuantisedCurvatures:
         return weight, scale.bare[sample], green
 
     @cached_property
-    def for_stretch(self) -> IntArray:
+    def quarters_for_stretch(self) -> IntArray:
         """Curvature of each cone in quarter turns: rounded, then exchanged while the stretch falls."""
         exact, least = self.scale.curvature / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, MAX_QUARTERS)
@@ -94,9 +94,9 @@ class QuantisedCurvatures:
     def fit_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
         """Choose curvatures for which closed paths turn by nearly whole quarter turns.
 
-        Starting from `for_stretch`, at most two exchanges are made, which minimise the log stretch plus the
-        cost of the path turns' rounding. `holonomy` is measured with the curvatures `for_stretch`, and has a
-        row for each cone.
+        Starting from `quarters_for_stretch`, at most two exchanges are made, which minimise the log stretch
+        plus the cost of rounding the turns of paths. `holonomy` is measured with the curvatures
+        `quarters_for_stretch`, and has a row for each cone.
 
         Returns
         -------
@@ -105,11 +105,11 @@ class QuantisedCurvatures:
         quarters : (#paths,) float64
             The turn to prescribe for each path, a whole number of quarter turns.
         """
-        base, (lower, upper) = self._to_slots(self.for_stretch), self._bounds
+        base, (lower, upper) = self._to_slots(self.quarters_for_stretch), self._bounds
         unit = np.eye(len(base), dtype=np.int64)
         single = (unit[:, None] - unit[None]).reshape(-1, len(base))
         single = single[(single != 0).any(axis=1)]
-        likely = np.argsort(self._log_squared(base + single), kind="stable")[:PAIRED_EXCHANGES]
+        likely = np.argsort(self._log_squared_stretch(base + single), kind="stable")[:PAIRED_EXCHANGES]
         changed = np.concatenate((0 * base[None], single[likely]))
         i, j = np.tril_indices(len(changed))  # pairs of exchanges; exchange 0 changes nothing
         least, most = (np.clip(bound - base, -4, 4).astype(np.int8) for bound in (lower, upper))
@@ -123,7 +123,7 @@ class QuantisedCurvatures:
         missing = DISTORTION_PER_LOG_STRETCH * _distortion(
             path_turns, quantise_holonomy(path_turns, holonomy.cost), holonomy.cost
         )
-        one = self._log_squared(base + changed)
+        one = self._log_squared_stretch(base + changed)
         mixed = 4 * changed @ self._variance[1] @ changed.T  # the mixed term of the quadratic form
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:ESTIMATED_PAIRS]
@@ -138,7 +138,7 @@ class QuantisedCurvatures:
         """Remove the slot of the boundary, if there is one."""
         return k[..., 1:] if self._has_boundary else k
 
-    def _log_squared(self, k: IntArray) -> FloatArray:
+    def _log_squared_stretch(self, k: IntArray) -> FloatArray:
         """Return the logarithm of the squared stretch to second order: four times the variance of u."""
         alone, square, mixed = self._variance
         return np.asarray(4 * (alone + (k @ square * k).sum(axis=1) + 2 * k @ mixed))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...linalg import Factor, NotPositiveDefiniteError
-from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, expected_stretch
+from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, conformal_stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class ConeScale:
     @property
     def stretch(self) -> float:
         """Expected L2 stretch of the map."""
-        return expected_stretch(self.piece, self.log_scale)
+        return conformal_stretch(self.piece, self.log_scale)
 
     @property
     def spread(self) -> float:

@@ -53,10 +53,10 @@ def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -
     if not len(crossed):
         return ()
     rows = component.cuttable_edges[seam]
-    return tuple(_strips(component.topology, rows, rows[crossed]))
+    return tuple(_find_strips(component.topology, rows, rows[crossed]))
 
 
-def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
+def _find_strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
     """Yield, for each seam edge in `crossed`, the right side of a shortest closed strip of triangles.
 
     The strip crosses that seam edge and no other edge of the seam.

@@ -13,9 +13,9 @@ from .laplacians import DirichletSolver
 from .stretch import (
     ISOMETRIC_STRETCH_WEIGHT,
     MAX_LOG_SCALE,
-    expected,
-    expected_stretch,
+    conformal_stretch,
     isometric_stretch,
-    log_scale,
+    predict_stretch,
+    solve_log_scale,
     stretch_weight,
 )

@@ -35,7 +35,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
     if len(waiting) > MAX_MOVED_ARCS:
-        at = arc_lengths_at_nodes(graph, find_arcs(graph, seam), graph.length)
+        at = sum_arc_lengths_at_nodes(graph, find_arcs(graph, seam), graph.length)
         waiting = select_longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(MOVES_OF_BRANCH_POINT * len(waiting)):
         if not waiting:
@@ -68,7 +68,7 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     return seam
 
 
-def arc_lengths_at_nodes(
+def sum_arc_lengths_at_nodes(
     graph: SurfaceGraph, arcs: list[ArcArrays], length: FloatArray, most: float = np.inf
 ) -> FloatArray:
     """Return the total length of the arcs that start or end at each node.
@@ -117,7 +117,7 @@ def _move_branch_point(
     If the branch point is a hole or has more than three arcs, two arcs may instead share a new branch.
     """
     free = len(arcs) == 3 and branch >= graph.n_holes
-    for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
+    for chosen in [tuple(arcs)] if free else _choose_nearby_pairs(graph, arcs):
         own_arcs, own_tips = zip(*chosen, strict=True)
         own = np.concatenate(own_arcs)
         rest, length = graph.difference(seam, own), graph.length_of(own) / STRICTLY_SHORTER
@@ -136,7 +136,7 @@ def _move_branch_point(
     return seam, set()
 
 
-def _nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
+def _choose_nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
     """Return pairs of arcs that may share a part of their paths: all pairs or, of many, the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > MAX_ARCS_OF_ALL_PAIRS:

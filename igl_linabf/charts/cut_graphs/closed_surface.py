@@ -90,7 +90,7 @@ class ClosedSurface:
         )
 
     @cached_property
-    def hides(self) -> bool:
+    def has_hidden_edges(self) -> bool:
         """Return True if visibility changes the length of any edge."""
         return bool((self.hiding != 1).any())
 

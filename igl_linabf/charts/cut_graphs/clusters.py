@@ -91,7 +91,7 @@ class Contraction:
             hiding=fine.hiding[edge],
             curvature=sum_by(label, fine.curvature, graph.n),
             area=sum_by(label, fine.area, graph.n),
-            laplacian=_finite_volumes(fine, label, roots, forest.distance),
+            laplacian=_build_cluster_laplacian(fine, label, roots, forest.distance),
             size=fine.size,
             isometric=fine.isometric,
         )
@@ -136,7 +136,7 @@ class Levels:
         steps, coarse = list[Contraction](), closed
         while coarse.graph.n > (most or MAX_CLUSTERS):
             wide = coarse.graph.n >= MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contraction.of(coarse, shortest_path_trees(coarse, CLUSTER_HOPS + wide)))
+            steps.append(Contraction.of(coarse, build_shortest_path_trees(coarse, CLUSTER_HOPS + wide)))
             coarse = steps[-1].coarse
         return cls(steps, coarse)
 
@@ -147,7 +147,7 @@ class Levels:
         return seam
 
 
-def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
+def build_shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     """Return trees of shortest paths to the nearest root; roots are more than `hops` edges apart.
 
     Each hole is a tree that consists of its root only.
@@ -251,7 +251,7 @@ def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[In
     return edge[best], beside
 
 
-def _finite_volumes(
+def _build_cluster_laplacian(
     closed: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray
 ) -> SurfaceLaplacian:
     """Return the Laplacian of the clusters.

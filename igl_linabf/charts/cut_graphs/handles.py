@@ -21,17 +21,17 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
     bases = [int(np.argmax(np.abs(closed.curvature)))]
     while len(bases) < FIRST_BASE_POINTS:
         bases.append(int(np.argmax(graph.shortest_paths(np.array(bases))[0])))
-    best = shortest_loops(graph, bases)
+    best = find_shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
         # a point in the middle of a loop is a base point for which this loop is short
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
         bases = bases[:: -(-len(bases) // MAX_BASE_POINTS) or 1]
-        best = shortest_loops(graph, bases, best)
+        best = find_shortest_loops(graph, bases, best)
     return best[0]
 
 
-def shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | None = None) -> Loops:
+def find_shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | None = None) -> Loops:
     """Return the shortest among `best` and the cut graphs of loops through each base point."""
     for base in bases:
         loops = _find_loops(graph, base)

@@ -8,13 +8,13 @@ from ..._core import goal_directed_search, lengths, steiner_paths
 from ..._types import BoolArray, IntArray
 from .branches import (
     ArcArrays,
-    arc_lengths_at_nodes,
     find_arcs,
     follow_arc,
     list_steps,
     move_in_groups,
     replace_steps,
     select_longest,
+    sum_arc_lengths_at_nodes,
 )
 from .closed_surface import ClosedSurface
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
@@ -221,6 +221,6 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
         node for node in steps if node >= graph.n_holes and node not in fixed and len(steps[node]) == 3
     ]
     if len(movable) > MAX_MOVED_ARCS:
-        at = arc_lengths_at_nodes(graph, find_arcs(graph, seam, fixed), corridor.length, reach)
+        at = sum_arc_lengths_at_nodes(graph, find_arcs(graph, seam, fixed), corridor.length, reach)
         movable = select_longest(movable, lambda k: float(at[movable[k]]))
     return move_in_groups(movable, seam, move)

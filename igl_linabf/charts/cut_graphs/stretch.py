@@ -21,15 +21,15 @@ ISOMETRIC_STRETCH_WEIGHT = 6.0  # weight of an isometric map's L2 stretch beyond
 MAX_TRACE_STEPS = 6  # number of conjugate gradient steps that compute the trace of the strain
 
 
-def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
+def predict_stretch(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """Return the expected L2 stretch of the map of a surface cut at the nodes `fixed`, and the log scale.
 
     The log scale, (n,), is u for a conformal map and w for an isometric map. The stretch beyond 1 of an
     isometric map is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
     """
     if not closed.isometric:
-        u = log_scale(closed, fixed, closed.curvature)
-        return expected_stretch(closed, u), u
+        u = solve_log_scale(closed, fixed, closed.curvature)
+        return conformal_stretch(closed, u), u
     stretch, w = _solve_isometric(closed, fixed)
     return 1 + ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), w
 
@@ -46,13 +46,13 @@ def _solve_isometric(closed: ClosedSurface, fixed: IntArray) -> tuple[float, Flo
     return 1 + 0.75 * float(weight @ w**2), w
 
 
-def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
+def conformal_stretch(closed: ClosedSurface, u: FloatArray) -> float:
     """Return the L2 stretch of a conformal map with the log scale u."""
     weight = closed.area / closed.area.sum()
     return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
-def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
+def solve_log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Return the logarithm of the conformal scale that removes `curvature` and is 1 at the nodes `fixed`."""
     u = closed.laplacian.dirichlet.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

@@ -6,5 +6,5 @@ In: a surface. Out: dihedral angles, creases, curvature without noise; factors o
 from .constants import TIP_CURVATURE
 from .creased_surface import CreasedSurface
 from .curvature import box_sides, extent, flat_shares
-from .rays import are_unseen
+from .rays import find_unseen_charts
 from .visibility import Hiding, hiding_weights

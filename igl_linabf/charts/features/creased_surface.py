@@ -12,7 +12,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by
 from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
-from .curvature import apexes, component_extents, dihedral_angles, flat_shares
+from .curvature import component_extents, dihedral_angles, find_apexes, flat_shares
 from .visibility import hiding_factors
 
 PLANE_BEND = 1e-3  # dihedral angle, radians, up to which two faces are coplanar
@@ -95,7 +95,7 @@ class CreasedSurface:
         return np.asarray(self._row_of_side[corner * len(self.surface.F) + own])
 
     @cached_property
-    def in_atom(self) -> BoolArray:
+    def is_in_atom(self) -> BoolArray:
         """Mask of the inner edges that lie within a polygon or, on a body with planes, within a plane."""
         return np.asarray(self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]] | self._is_diagonal)
 
@@ -241,10 +241,10 @@ class CreasedSurface:
 
     @cached_property
     def is_apex(self) -> BoolArray:
-        """Mask of the vertices that are tips and not on sharp creases, see `apexes`."""
+        """Mask of the vertices that are tips and not on sharp creases, see `find_apexes`."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
         on_soft[self.ends[self.crease_angle > CREASE_ANGLE]] = True
-        return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
+        return find_apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property
     def double_area(self) -> FloatArray:
@@ -256,13 +256,13 @@ class CreasedSurface:
         """The share of each component's area that is flat, see `flat_shares`."""
         return flat_shares(self.surface, self.label)
 
-    def per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
+    def sum_per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
         """Return the number of vertices in a mask, or the sum of their weights, for each component."""
         own = None if weight is None else weight[vertices]
-        return np.asarray(np.bincount(self._of_vertex[vertices], own, len(self.extent)))
+        return np.asarray(np.bincount(self._component_of_vertex[vertices], own, len(self.extent)))
 
     @cached_property
-    def _of_vertex(self) -> IntArray:
+    def _component_of_vertex(self) -> IntArray:
         """The component of each vertex."""
         of = np.empty(len(self.surface.V), dtype=np.int64)
         of[self.surface.F] = self.label[:, None]
@@ -272,16 +272,16 @@ class CreasedSurface:
     def n_loops(self) -> IntArray:
         """The number of boundary loops of each component."""
         first = np.array([loop[0] for loop in self.surface.topology.loops], dtype=np.int64)
-        return np.asarray(np.bincount(self._of_vertex[first], minlength=len(self.extent)))
+        return np.asarray(np.bincount(self._component_of_vertex[first], minlength=len(self.extent)))
 
     @cached_property
-    def may_fall_apart(self) -> BoolArray:
+    def may_have_panels(self) -> BoolArray:
         """Mask of the components that may be divided into panels.
 
         Components with needle-shaped faces are excluded, as are disks that are nearly but not exactly flat.
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
-        gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
+        gain = self.sum_per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
         double_area, dot = surface.measured
         needle = double_area <= MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
         may = (self.n_loops != 1) | (gain == 0) | (gain > MIN_DISK_CURVATURE)

@@ -121,7 +121,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     if bend is None:
         bend = dihedral_angles(surface, size if number > 1 else None)
     bend = np.abs(bend)
-    facet = _facets(surface, sides, bend, size)
+    facet = _find_facets(surface, sides, bend, size)
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
     whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(bend))
     if facet is not None:
@@ -141,7 +141,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
 
 
-def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
+def _find_facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
     """Return the facet of each face: a flat triangle of several faces, or the face alone.
 
     If no faces form a flat triangle, return None. `sides` has the two faces of each inner edge, (2, #E),
@@ -176,7 +176,7 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 
-def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
+def find_apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
     """Return a mask of the vertices that are tips, such as the apex of a cone, and not on sharp creases.
 
     On a coarse sphere, all vertices are equally curved and on soft creases. Therefore a vertex on a soft

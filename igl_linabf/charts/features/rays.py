@@ -14,19 +14,19 @@ RAYS_OF_FACE = 100  # number of rays that start at each sampled face
 RAY_START = 1e-6  # distance between the start of a ray and its face, relative to the extent of the surface
 
 
-def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
+def find_unseen_charts(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
     """Return a mask of the charts from which no ray leaves the surface.
 
     Rays start at the centres of a few faces of each chart, on both sides. `charts` has the faces of each
     chart as rows of `F`. The result is deterministic: the sampled faces are spaced evenly by area, and the
     rays have the same directions at each face.
     """
-    tree, directions = igl.AABB(), _directions(RAYS_OF_FACE)
+    tree, directions = igl.AABB(), _make_ray_directions(RAYS_OF_FACE)
     tree.init(V, F)
     off = RAY_START * float(np.ptp(V[F], axis=(0, 1)).max())
     shares = (np.arange(FACES_WITH_RAYS) + 0.5) / FACES_WITH_RAYS
     area = igl.doublearea(V, F)
-    sampled = np.array([_faces_at(area, faces, shares) for faces in charts])
+    sampled = np.array([_sample_faces(area, faces, shares) for faces in charts])
     unseen = np.ones(len(charts), dtype=bool)
     for face in sampled.T:
         left = np.flatnonzero(unseen)
@@ -39,13 +39,13 @@ def are_unseen(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolAr
     return unseen
 
 
-def _faces_at(area: FloatArray, faces: IntArray, shares: FloatArray) -> IntArray:
+def _sample_faces(area: FloatArray, faces: IntArray, shares: FloatArray) -> IntArray:
     """Return the faces of a chart at which the cumulative area reaches the given shares of the total."""
     own = np.cumsum(area[faces])
     return np.asarray(faces[np.searchsorted(own[:-1], shares * own[-1])])
 
 
-def _directions(n: int) -> FloatArray:
+def _make_ray_directions(n: int) -> FloatArray:
     """Return unit vectors on a spiral around the sphere, evenly distributed, (n, 3)."""
     z, turn = (2 * np.arange(n) + 1) / n - 1, np.pi * (3 - np.sqrt(5)) * np.arange(n)
     r = np.sqrt(1 - z**2)

@@ -47,7 +47,7 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
     if hide is None:
         return None
     if isinstance(hide, str):
-        return _backs(surface, hide, len(face))
+        return _find_backs(surface, hide, len(face))
     try:
         given = np.asarray(hide, dtype=np.float64)
     except (TypeError, ValueError):
@@ -62,27 +62,27 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
         raise MeshError(f"hide is NaN or infinite at {some(bad)}: give finite numbers")
     if given.shape == (3,):
         made = np.zeros(len(face))
-        made[surface.faces] = _facing(surface, given)
+        made[surface.faces] = _measure_facing(surface, given)
         return made
     low, high = float(given.min()), float(given.max())
     return ((given - low) / (high - low) * 2 - 1)[face] if high > low else np.zeros(len(face))
 
 
-def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
+def _find_backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     """Return how well triangles hide seams, which is positive on the backs of components with a front."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made, as_hidden = np.zeros(n_faces), np.log(HIDING_ON_BACK) / np.log(HIDING)
     for part in surface.components():
         if len(part.F) >= MIN_BODY_SHARE * len(surface.F):
-            made[part.faces] = as_hidden * _facing_away(part)
+            made[part.faces] = as_hidden * _measure_facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
     return made
 
 
-def _facing_away(component: Submesh) -> FloatArray:
+def _measure_facing_away(component: Submesh) -> FloatArray:
     """Return minus the cosine of each face's normal with the front; all 0 if the component has no front.
 
     If the front is not clear, the values are scaled down.
@@ -93,7 +93,7 @@ def _facing_away(component: Submesh) -> FloatArray:
     bend = dihedral_angles(component)
     if flat_share(component, bend) > constants.PLANAR_SHARE:
         return nowhere
-    double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
+    double_area, salience = component.measured[0], _compute_salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # length is twice the area
     looking = salience @ normal
@@ -104,7 +104,7 @@ def _facing_away(component: Submesh) -> FloatArray:
     return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
 
 
-def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
+def _compute_salience(component: Submesh, bend: FloatArray) -> FloatArray:
     """Return the salience of each vertex: the difference of mean curvatures at the fine and coarse scale."""
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
@@ -120,7 +120,7 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     return np.asarray(np.abs(curvature[0] - curvature[1]))
 
 
-def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
+def _measure_facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     """Return the cosine of the angle between a direction and the outer normal of each face."""
     length = float(np.linalg.norm(direction))
     if length == 0:

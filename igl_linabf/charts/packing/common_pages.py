@@ -50,7 +50,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     >>> round(large.report.scale / small.report.scale, 9), round(large.fill / small.fill, 6)
     (1.0, 4.0)
     """
-    parted = [_charts_of(atlas) for atlas in atlases]
+    parted = [_extract_charts(atlas) for atlas in atlases]
     request = PackingRequest.of_maps(packing)
     placed = pack_maps([chart for charts, _ in parted for chart in charts], request)
     if not placed:
@@ -79,7 +79,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     return made
 
 
-def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
+def _extract_charts(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
     """Return the charts of an atlas at the scale of the surface, and the rows of `TC` of each chart."""
     n = len(atlas.charts)
     if not n:

@@ -10,7 +10,7 @@ import numpy as np
 from ..._core import narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
-from ..atlas import restrict_uv, scaled_to_surface
+from ..atlas import restrict_uv, scale_to_surface
 from ..features import CreasedSurface
 from ..least_cuts import divide_at_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
@@ -52,7 +52,7 @@ class FlatChart:
     @cached_property
     def atom(self) -> IntArray:
         """The atom of each face, (#F,)."""
-        within = self.creased.in_atom[self._rows]
+        within = self.creased.is_in_atom[self._rows]
         return connected_labels(self.piece.topology.faces_inside[within], len(self.piece.F))
 
     @cached_property
@@ -134,7 +134,7 @@ class FlatChart:
         parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
         return [
             FlatChart(
-                self.creased, part, scaled_to_surface(restrict_uv(self.uv, piece, part), part), self.parent
+                self.creased, part, scale_to_surface(restrict_uv(self.uv, piece, part), part), self.parent
             )
             for part in parts
         ]
@@ -204,7 +204,7 @@ class AtomGroups:
         """Return the outlines of the parts for each of several cuts.
 
         `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part has no area in the
-        map, the list of its cut is empty, as in `whole_outlines`.
+        map, the list of its cut is empty, as in `make_whole_outlines`.
         """
         n, cuts = len(self.centre), len(beyond)
         cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
@@ -226,7 +226,7 @@ class AtomGroups:
         return [_require_all(made[i:j]) for i, j in pairwise(begin)]
 
 
-def whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
+def make_whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
     """Return the outlines of charts, each at the scale of its own area and turned to its narrowest rectangle.
 
     The rectangle's lower left corner is at the origin. If any chart has no area in the map, the list is

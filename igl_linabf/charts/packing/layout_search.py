@@ -117,7 +117,7 @@ def list_turns(
     return [turns[n] for n in numbers.tolist()]
 
 
-def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
+def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Lay out charts on pages of the given side; None if they do not fit.
 
     At most `pages` pages are used; None means any number.
@@ -130,9 +130,9 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     )
 
 
-def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+def find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
     """Lay out charts on pages of the shortest side, where charts are largest; None if gaps leave no room."""
-    return _convert_aspect(_find_largest_layout(charts, spacing, pages), spacing)
+    return _convert_aspect(_search_largest_layout(charts, spacing, pages), spacing)
 
 
 def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
@@ -142,8 +142,8 @@ def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
     return replace(layout, corner=layout.corner.real + 1j * layout.corner.imag * spacing.aspect)
 
 
-def _find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """Find the layout of `largest_layout` on square pages."""
+def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+    """Find the layout of `find_largest_layout` on square pages."""
     n = len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None

@@ -21,9 +21,9 @@ from ...surface import (
     signed_double_areas,
     times_power_of_two,
 )
-from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .layout_search import Charts, Layout, find_fixed_layout, find_largest_layout
 from .outlines import outlines, rectangles
-from .spacing import Packing, Spacing, given_packing, page_size
+from .spacing import Packing, Spacing, page_size, resolve_packing
 
 UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
 SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
@@ -148,7 +148,7 @@ class PackingRequest:
     @classmethod
     def of(cls, packing: Packing | None) -> PackingRequest:
         """Convert a `Packing` to a request; by default one page with a margin."""
-        packing = given_packing(packing)
+        packing = resolve_packing(packing)
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
         if packing.texel_density is None or size is None:
             side, pages = None, 1 if pages is None else pages
@@ -244,11 +244,11 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
     """Find the layout of charts, or raise a `MeshError` that states why they do not fit."""
     n, spacing = len(charts.outlines), request.spacing
     if request.side is None:
-        found = largest_layout(charts, spacing, request.pages or 1)
+        found = find_largest_layout(charts, spacing, request.pages or 1)
         if found is None:
             raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
         return found
-    found = fixed_layout(charts, request.side, spacing, request.pages)
+    found = find_fixed_layout(charts, request.side, spacing, request.pages)
     if found is not None:
         return found
     assert request.resolution is not None
@@ -289,7 +289,7 @@ def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
         )
         for i in long.tolist()
     )
-    fits = [fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
+    fits = [find_fixed_layout(chart, side, spacing, 1) is not None for chart in alone]
     return np.asarray(long[~np.array(fits, dtype=bool)])
 
 

@@ -19,7 +19,7 @@ from ..atlas import Chart, restrict_flattening
 from ..constants import HALVING_BAND
 from ..features import CreasedSurface
 from .constants import MIN_SHAPED_AREA
-from .flat_charts import OUTWARDS, FlatChart, whole_outlines
+from .flat_charts import OUTWARDS, FlatChart, make_whole_outlines
 from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
@@ -43,7 +43,7 @@ Charts = list[tuple[Chart, Submesh]]  # charts with their pieces of the surface
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _CutState:
     """The charts after some cuts.
 
     Attributes
@@ -81,11 +81,11 @@ def cut_for_fill(
     if not charts:
         return done, np.inf
     page = TrialPage(sum(chart.area for chart in charts), request.spacing, request.upright)
-    outlines = whole_outlines(charts)
+    outlines = make_whole_outlines(charts)
     if not outlines:
         return done, np.inf
     tried = page.draw_charts(outlines)
-    state = best = _State(charts, tried, page.size(tried), 0.0)
+    state = best = _CutState(charts, tried, page.size(tried), 0.0)
     for _ in range(MAX_PAGE_CUTS):
         after = _find_best_cut(state, page, trade, best.worth, last=state is not best)
         if after is None:
@@ -184,7 +184,9 @@ def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) 
     )
 
 
-def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
+def _find_best_cut(
+    state: _CutState, page: TrialPage, trade: float, best: float, last: bool
+) -> _CutState | None:
     """Return the state after one more cut; None if no cut could be worth more than the best state so far.
 
     If the cut is the `last` one, its state must be worth more than `best`. Otherwise the cut may prepare a
@@ -230,7 +232,7 @@ def _find_best_cut(state: _State, page: TrialPage, trade: float, best: float, la
     if not len(chosen):
         return None
     i, cost = int(chosen[0]), float(costs[0])
-    return _State(
+    return _CutState(
         [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]],
         [*state.tried[:k], *parts[i], *state.tried[k + 1 :]],
         (cost - float(seams[i])) / trade,

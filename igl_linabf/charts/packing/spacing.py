@@ -172,7 +172,7 @@ class Packing:
                 raise ValueError(f"texel_density is {density!r}: give texels per unit of length, above 0")
 
 
-def given_packing(packing: Packing | None) -> Packing:
+def resolve_packing(packing: Packing | None) -> Packing:
     """Return the caller's packing; by default one page with a margin.
 
     Raises

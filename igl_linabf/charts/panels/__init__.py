@@ -4,5 +4,5 @@ In: a surface with creases. Out: seams around the planes, cylinders and cones be
 creases.
 """
 
-from .panels import Panels, RoundedPanels, panel_seams
-from .unfolding import overlap_depths
+from .panels import Panels, RoundedPanels, find_panel_seams
+from .unfolding import compute_overlap_depths

@@ -25,7 +25,7 @@ from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
-from .unfolding import joints, overlap_depths, unfold, upright_turns
+from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
 
 PANEL_ANGLE = np.deg2rad(5.0)  # dihedral angle from which an edge separates panels
 MAX_CREASE_GAP = 1e-5  # largest gap at a joined crease, relative to the extent of the component
@@ -83,20 +83,20 @@ class Panels:
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        """Return the `overlap_depths` of the unfolded faces `z`."""
+        """Return the depth up to which each unfolded face of `z` may overlap other faces."""
         extent = self.creased.extent[self.creased.label]
-        return overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
+        return compute_overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
-    def made(self) -> BoolArray:
+    def find_components(self) -> BoolArray:
         """Return a mask of the components of panels, whose curved vertices are tips or on creases."""
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_crease
-        made = np.asarray(creased.per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
+        made = np.asarray(creased.sum_per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
-            made &= creased.per_component(smooth & ~creased.is_apex) == 0
+            made &= creased.sum_per_component(smooth & ~creased.is_apex) == 0
         if made.any():
-            made &= creased.may_fall_apart
-            made &= (creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0)
+            made &= creased.may_have_panels
+            made &= (creased.n_loops > 0) | (creased.sum_per_component(creased.on_sharp) > 0)
         return made
 
 
@@ -131,12 +131,12 @@ class RoundedPanels(Panels):
         shallow = np.where(
             self.creased.in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, ROUNDED_DEPTH_OF_HEIGHT
         )
-        return overlap_depths(z, self.creased.extent[self.creased.label], ROUNDED_PLAY, shallow)
+        return compute_overlap_depths(z, self.creased.extent[self.creased.label], ROUNDED_PLAY, shallow)
 
-    def made(self) -> BoolArray:
+    def find_components(self) -> BoolArray:
         """Return a mask of the components with creases and with much of their area in large planes."""
         creased = self.creased
-        made = creased.may_fall_apart
+        made = creased.may_have_panels
         if made.any():
             large = np.where(self.creased.in_large_plane, creased.surface.measured[0], 0.0)
             least = PLANAR_SHARE_OF_ROUNDED * creased.double_area
@@ -146,7 +146,7 @@ class RoundedPanels(Panels):
         return made
 
 
-def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
+def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the seams along which components that consist of panels are cut, so that every panel is flat.
 
     Holes in panels that are flat without a further cut are not cut open, because that seam would be visible.
@@ -167,10 +167,10 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, Float
         The price of the seams of each component over `trade`; infinite if a panel has uncut handles.
     """
     creased, fold = panels.creased, panels.fold
-    slit, handles = _slits(panels, fold, panels.unclosed)
+    slit, handles = _find_slits(panels, fold, panels.unclosed)
     seam = slit | find_unjoined_folds(panels, unfold(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
-        seam |= _slits(panels, seam, panels.unclosed & ~slit)[0]
+        seam |= _find_slits(panels, seam, panels.unclosed & ~slit)[0]
     component = creased.label[creased.faces[seam, 0]]
     price = sum_by(component, creased.price[seam], len(creased.extent))
     cost = price / np.sqrt(creased.double_area / 2) / trade
@@ -187,8 +187,8 @@ def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolAr
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
-    z = z * upright_turns(z, order, panel)[panel, None]
-    joins = joints(creased, fold, panel, z, panels.same_motion, trade)
+    z = z * find_upright_turns(z, order, panel)[panel, None]
+    joins = find_joints(creased, fold, panel, z, panels.same_motion, trade)
     chart, turn, shift = merge_regions(z[order], panels.max_depths(z)[order], start, *joins)
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
@@ -200,7 +200,7 @@ def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolAr
     return seam
 
 
-def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArray, IntArray]:
+def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArray, IntArray]:
     """Return a mask of the edges that cut the parts of a cut surface to disks with terminals on the boundary.
 
     Parts without an edge in `unclosed` keep their holes. Also return the faces of the parts with handles that
@@ -243,13 +243,16 @@ def _slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArr
         parts.append(part if opened.all() else part.of_faces(np.flatnonzero(opened)))
     if not parts:
         return slit, handles
-    ends, n = origin[np.concatenate([_opening(part, tip, creased.hidden) for part in parts])], len(surface.V)
+    ends, n = (
+        origin[np.concatenate([_find_opening(part, tip, creased.hidden) for part in parts])],
+        len(surface.V),
+    )
     known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
 
 
-def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
+def _find_opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
     """Return the edges (#E, 2) that open a part of several components; one component may have handles.
 
     `tip` is a mask of the vertices, (n,), that the edges have to reach.

@@ -19,13 +19,13 @@ PAGE_OVER_SQUARED_LENGTH = 0.6  # least area of the page, relative to the square
 def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     """Unfold each panel to the plane across the edges in `joined`; return the corners of faces, (#F, 3)."""
     m = len(creased.surface.F)
-    z, plane = _in_planes(creased, joined)
+    z, plane = _project_to_planes(creased, joined)
     rows = np.flatnonzero(joined)
     flat = np.equal(*plane[creased.faces[rows]].T)
     rows = rows[np.lexsort((-creased.length[rows], ~flat))]  # edges within planes first, then by length
     tree = spanning_forest(creased.faces, rows, m)
     one, other = (z.ravel()[side] for side in creased.sides(tree))
-    turn, shift = _motions(one, other)
+    turn, shift = _find_motions(one, other)
     pairs = creased.faces[tree]
     parent = forest_parents(pairs, m)
     by, to = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
@@ -39,7 +39,7 @@ def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     return np.asarray(by[:, None] * z + to[:, None])
 
 
-def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
+def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
     """Return the corners of each face in the coordinates of its plane, (#F, 3), and the plane's number."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
@@ -64,7 +64,7 @@ def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray
     return np.einsum("fkd,fd->fk", corners, u) + 1j * np.einsum("fkd,fd->fk", corners, v), plane
 
 
-def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def _find_motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return the rotations and translations that map the edges `other` to the edges `one`, (2, #E) each.
 
     The rotation is the identity for an edge whose two ends coincide after rounding.
@@ -75,7 +75,7 @@ def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, Comp
     return turn, one.mean(axis=0) - turn * other.mean(axis=0)
 
 
-def upright_turns(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
+def find_upright_turns(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
     """Return the rotation of each panel that aligns its longest side with the first axis."""
     side = np.roll(z, -1, axis=1) - z
     longest = side[np.arange(len(side)), np.abs(side.T).argmax(axis=0)]
@@ -84,7 +84,7 @@ def upright_turns(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexA
     return np.asarray(longest[last].conj() / np.abs(longest[last]))
 
 
-def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> FloatArray:
+def _measure_longest_panels(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> FloatArray:
     """Return the extent along the first axis of the longest panel of each component."""
     order = np.argsort(panel, kind="stable")
     panels = Ragged(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
@@ -95,7 +95,7 @@ def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> Float
     return longest
 
 
-def overlap_depths(
+def compute_overlap_depths(
     triangle: ComplexArray,
     extent: FloatArray,
     most: float,
@@ -113,7 +113,7 @@ def overlap_depths(
     return np.where(height > MIN_OVERLAPPING_HEIGHT * extent, depth, -1.0)
 
 
-def _few_of_each(label: IntArray) -> IntArray:
+def _select_few_per_label(label: IntArray) -> IntArray:
     """Return up to `MAX_CREASES_OF_PAIR` rows of each label, evenly spaced among its rows, ascending."""
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
@@ -126,7 +126,7 @@ def _few_of_each(label: IntArray) -> IntArray:
 _Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # arguments of `merge_regions`
 
 
-def joints(
+def find_joints(
     creased: CreasedSurface, fold: BoolArray, panel: IntArray, z: ComplexArray, same: float, trade: float
 ) -> _Joints:
     """Return the pairs of panels that may be joined, with their motions, the most expensive creases first.
@@ -140,7 +140,7 @@ def joints(
     one, other = (z.ravel()[side] for side in creased.sides(rows))
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
-    turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
+    turn, shift = _find_motions(np.where(back, other, one), np.where(back, one, other))
     price = creased.price[rows]
     step = same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / same, shift / step))
@@ -153,11 +153,11 @@ def joints(
     first = np.flatnonzero(new)
     total = np.add.reduceat(price[order], first) if len(first) else price
     by_length = np.argsort(-total, kind="stable")
-    by_length = by_length[_few_of_each(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
+    by_length = by_length[_select_few_per_label(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
-    squared_length = _longest(creased, z, panel) ** 2
+    squared_length = _measure_longest_panels(creased, z, panel) ** 2
     page = np.maximum(PAGE_OVER_AREA * area, PAGE_OVER_SQUARED_LENGTH * squared_length)
     worth = total[by_length] * np.sqrt(area)[body] / (UNFILLED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

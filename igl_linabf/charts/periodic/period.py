@@ -11,7 +11,7 @@ from ..._types import FloatArray
 from ...errors import MeshError, OutcomeWarning, some, stack_level
 from ...measures import measure_quality
 from ...surface import Submesh
-from ..atlas import Atlas, Chart, seams_and_mismatch
+from ..atlas import Atlas, Chart, find_seams_and_mismatch
 from .shifted_maps import ShiftedMaps
 
 MAX_PERIOD_HALVINGS = 8  # number of halvings of a period to find a shorter period that flips no triangles
@@ -69,7 +69,7 @@ def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: 
         raise MeshError(f"{flips}, because cones are too close to each other for this period: {advice}")
     V = np.concatenate([piece.V for piece in pieces])
     whole = Submesh(V, atlas.FTC, surface.faces, atlas.origin, surface.n_given)
-    mismatch = seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
+    mismatch = find_seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
     report = replace(atlas.report, period=period, seam_mismatch=mismatch)
     return replace(atlas, TC=TC, charts=charts, quality=measure_quality(whole, TC), report=report)
 

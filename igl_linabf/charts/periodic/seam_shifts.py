@@ -10,7 +10,7 @@ from scipy import sparse
 from ..._types import ComplexArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
-from ..atlas import rows_of_texture_seams
+from ..atlas import find_texture_seam_rows
 
 QUARTER_TURN_TOL = 1e-3  # largest relative deviation of the sides of a seam edge from a quarter turn
 
@@ -40,7 +40,7 @@ class SeamSides:
     def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
         """Measure the turns and shifts of all seam edges of a map."""
         topology = surface.topology
-        rows = rows_of_texture_seams(topology, FTC)
+        rows = find_texture_seam_rows(topology, FTC)
         start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
         one, other = topology.sides[:, rows]
         tail, head = surface.F.T[NEXT].ravel(), surface.F.T[PREV].ravel()
@@ -78,7 +78,7 @@ class Fan:
     closing: tuple[complex, Sums] | None
 
     @property
-    def turns_back(self) -> bool:
+    def turns_cancel(self) -> bool:
         """Return True if the turns around the vertex cancel, so that the vertex is not a cone."""
         return self.closing is not None and self.closing[0] == 1
 
@@ -173,7 +173,7 @@ def _solve_seam(
     fan_of = {fan.vertex: fan for fan in fans}
     order, above = _span_seam(sides, edges, fans)
     on_tree = {above[v] for v in order if above[v] >= 0}
-    bound = {above[v] for v in order if above[v] >= 0 and fan_of[v].turns_back}
+    bound = {above[v] for v in order if above[v] >= 0 and fan_of[v].turns_cancel}
     choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
     assert len(bound) <= len(on_tree)
     row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
@@ -181,7 +181,7 @@ def _solve_seam(
     rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
     for v in reversed(order):
         fan = fan_of[v]
-        if fan.closing is None or not fan.turns_back:
+        if fan.closing is None or not fan.turns_cancel:
             continue
         others = (c * rows[row[e]] for e, c in fan.closing[1] if e != above[v])
         total = sum(others, np.zeros(len(choice), complex))
@@ -193,7 +193,7 @@ def _solve_seam(
                 "the seam turns by multiples of 90 degrees along handles only, and its shifts cannot be "
                 "chosen: give cones"
             )
-    ends = [(fan, *fan.closing) for fan in fans if fan.closing is not None and not fan.turns_back]
+    ends = [(fan, *fan.closing) for fan in fans if fan.closing is not None and not fan.turns_cancel]
     held = np.array([fan.vertex for fan, _, _ in ends], dtype=np.int64)
     places = np.array([sum(c * rows[row[e]] for e, c in sums) / (1 - by) for _, by, sums in ends])
     places = places.reshape(len(ends), len(choice))
@@ -218,7 +218,7 @@ def _span_seam(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list
         beside[b].append((e, a))
     order: list[int] = []
     above: dict[int, int] = {}
-    for root in sorted(fans, key=lambda fan: fan.turns_back):
+    for root in sorted(fans, key=lambda fan: fan.turns_cancel):
         if root.vertex in above:
             continue
         above[root.vertex] = -1

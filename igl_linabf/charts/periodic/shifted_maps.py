@@ -12,7 +12,7 @@ from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
 from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
-from .stiffness import Stiffness, displacement_energy, triangle_changes
+from .stiffness import Stiffness, build_displacement_energy, triangle_changes
 
 COST_OF_SHIFT = 0.01  # cost that is added to each shift, relative to the mean cost of a shift
 MIN_SHIFT_COST = (
@@ -99,12 +99,12 @@ class ShiftedMaps:
     def shift(self, period: float) -> FloatArray:
         """Return the texture coordinates whose seams shift by whole periods, (#TC, 2)."""
         q, area = self._choose_shifts(period), signed_double_areas(self.z, self.corner)
-        moved, weight = self._displace(q, period, self._uniform), np.ones(len(area))
+        moved, weight = self._displace(q, period, self._uniform_stiffness), np.ones(len(area))
         for _ in range(MAX_WEIGHTINGS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
             weight = weight * (1 + triangle_changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
-            moved = self._displace(q, period, self._weighted(weight))
+            moved = self._displace(q, period, self._build_stiffness(weight))
         return coordinates(moved)
 
     def _displace(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
@@ -121,26 +121,28 @@ class ShiftedMaps:
         """Return the chosen free shifts, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
-        for own, form in self._forms:
+        for own, form in self._shift_energies:
             q[own] = find_nearest_integers(form, wanted[own])
         return q
 
     @cached_property
-    def _uniform(self) -> Stiffness:
+    def _uniform_stiffness(self) -> Stiffness:
         """The stiffness with equal weights for all triangles."""
-        return self._weighted(np.ones(self.corner.shape[1]))
+        return self._build_stiffness(np.ones(self.corner.shape[1]))
 
-    def _weighted(self, weight: FloatArray) -> Stiffness:
+    def _build_stiffness(self, weight: FloatArray) -> Stiffness:
         """Return the stiffness with the given weights of triangles."""
-        return Stiffness.of(displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones)
+        return Stiffness.of(
+            build_displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones
+        )
 
     @cached_property
-    def _forms(self) -> list[tuple[IntArray, ComplexArray]]:
+    def _shift_energies(self) -> list[tuple[IntArray, ComplexArray]]:
         """The free shifts of each component of the surface, and their energy as a Hermitian form.
 
         One right-hand side has a free shift of every component, because components do not interact.
         """
-        stiffness = self._uniform
+        stiffness = self._uniform_stiffness
         label = self.component[self.sides.vertex[self.free.edges, 0]]
         order = np.argsort(label, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []

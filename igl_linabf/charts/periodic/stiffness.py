@@ -12,7 +12,7 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
 
-PULL_TO_PLACE = 1e-8  # share of the diagonal that is added to the energy to make it definite
+DIAGONAL_SHARE = 1e-8  # share of the diagonal that is added to the energy to make it definite
 MIN_AREA_OVER_LARGEST = 1e-8  # smaller areas of triangles are raised to this share of the largest
 SCALE_WEIGHT = 0.1  # weight of changes of scale and direction, relative to changes of angles
 
@@ -44,21 +44,21 @@ class Stiffness:
         """Factor an energy with fixed vertices `held`; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # makes the diagonal exactly real
-        A = (A + sparse.diags_array(PULL_TO_PLACE * A.diagonal())).tocsr()
+        A = (A + sparse.diags_array(DIAGONAL_SHARE * A.diagonal())).tocsr()
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False
         lower = sparse.tril(A[inner][:, inner]).tocsc()
         return cls(of_copies, A, inner, partial(solve_complex, Solvers().factor(lower)))
 
 
-def displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
+def build_displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
     """Return the energy of displacements d as a matrix, (#TC, #TC).
 
     It is the sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2. The first term is the
     distortion of angles, the second the change of scale and direction. `corner` has the row indices of the
     triangles, (3, #F).
     """
-    side, area = _sides_and_areas(z, corner)
+    side, area = _compute_sides_and_areas(z, corner)
     i, j = (a.ravel() for a in np.meshgrid(range(3), range(3), indexing="ij"))
     product = side[i].conj() * side[j]
     entries = (product + SCALE_WEIGHT * product.conj()) * (weight / area**2)
@@ -67,12 +67,12 @@ def displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -
 
 def triangle_changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
     """Return how much the displacement d changes each triangle, (#F,): (|dbar d|^2 + |del d|^2)^(1/2)."""
-    side, area = _sides_and_areas(z, corner)
+    side, area = _compute_sides_and_areas(z, corner)
     both = (side * d[corner]).sum(axis=0), (side.conj() * d[corner]).sum(axis=0)
     return np.asarray(np.hypot(np.abs(both[0]), np.abs(both[1])) / (2 * area))
 
 
-def _sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
+def _compute_sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
     """Return the sides opposite to corners, (3, #F), and twice the areas."""
     area = np.abs(signed_double_areas(z, corner))
     return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, MIN_AREA_OVER_LARGEST * area.max())

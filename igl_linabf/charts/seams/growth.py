@@ -8,22 +8,22 @@ from ..._runtime import advance
 from ..._types import FloatArray, IntArray
 from ..cut_graphs import (
     ClosedSurface,
-    expected,
     join_terminals,
-    log_scale,
     move_branch_points,
     open_handles,
+    predict_stretch,
     prune_branches,
+    solve_log_scale,
 )
 from . import constants
 
 # Cut a disk only if the net gain is worth a seam of this length, in square roots of the area.
 DISK_GAIN = 0.3
 
-SeamAndLeaves = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at the tips of its branches
+SeamAndTips = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at the tips of its branches
 
 
-def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndLeaves:
+def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndTips:
     """Return the edges to cut a closed surface along, and the tips of the branches."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(closed) if closed.graph.genus else none, none
@@ -31,7 +31,7 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndL
     if not keep_holes:
         seam = join_terminals(closed.graph, seam)
     if not closed.graph.n_holes and not len(seam):
-        seam, leaves = _slit(closed)
+        seam, leaves = _find_slit(closed)
     if trade > 0:
         seam, grown = add_branches(closed, seam, trade)
         leaves = np.append(leaves, grown)
@@ -48,16 +48,16 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
             known[key] = seam_cost(closed, seam, trade)
         return known[key]
 
-    if closed.hides:
+    if closed.has_hidden_edges:
         seam = prune_branches(closed.graph, seam, cost)
     return move_branch_points(closed.graph, seam, cost)
 
 
-def _slit(closed: ClosedSurface) -> SeamAndLeaves:
+def _find_slit(closed: ClosedSurface) -> SeamAndTips:
     """Return a path that opens a sphere, and its ends: the two points that a map would shrink most."""
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
-    start = int(np.argmin(log_scale(closed, np.array([0]), extra) / closed.node_hiding))
-    end = int(np.argmin(log_scale(closed, np.array([start]), closed.curvature) / closed.node_hiding))
+    start = int(np.argmin(solve_log_scale(closed, np.array([0]), extra) / closed.node_hiding))
+    end = int(np.argmin(solve_log_scale(closed, np.array([start]), closed.curvature) / closed.node_hiding))
     distance, before, _ = closed.graph.shortest_paths(np.array([start]))
     path = closed.graph.path_edges(before, [end])
     if len(path) == 1:  # a cut along a single edge does not open a sphere
@@ -66,21 +66,21 @@ def _slit(closed: ClosedSurface) -> SeamAndLeaves:
     return path, np.array([start, end])
 
 
-def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAndLeaves:
+def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAndTips:
     """Add branches one by one; return the seam of least cost and the tips of its branches."""
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
-    for _ in range(constants.MAX_LEAVES):
+    for _ in range(constants.MAX_BRANCHES):
         if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # the stretch is at least 1
             break
         fixed = closed.graph.boundary_nodes(seam)
-        stretch, scale = expected(closed, fixed)
+        stretch, scale = predict_stretch(closed, fixed)
         cost = stretch + closed.graph.length_of(seam) / closed.size / trade
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
-        if in_vain == constants.MAX_LEAVES_IN_VAIN or not scale.any():
+        if in_vain == constants.MAX_IDLE_BRANCHES or not scale.any():
             break
         far, before, _ = closed.graph.shortest_paths(fixed)
         leaf = int(np.argmax(estimate_branch_gains(closed, fixed, scale, far)))
@@ -94,9 +94,9 @@ def estimate_branch_gains(
 ) -> FloatArray:
     """Return the estimated saving of a branch to each node, (n,).
 
-    `scale` is the log scale from `expected`. A conformal map shrinks tips; therefore a branch saves most
-    where the log scale u is farthest from zero. With an isometric map, a branch frees the value of w at its
-    node. The rate at which the integral of w^2 then decreases is the solution x of L x = w. Since an
+    `scale` is the log scale from `predict_stretch`. A conformal map shrinks tips; therefore a branch saves
+    most where the log scale u is farthest from zero. With an isometric map, a branch frees the value of w at
+    its node. The rate at which the integral of w^2 then decreases is the solution x of L x = w. Since an
     isometric map is stretched by many small bumps, x is divided by the distance `far` of the node from the
     seam.
     """
@@ -106,7 +106,7 @@ def estimate_branch_gains(
     return np.divide(np.abs(slope) / closed.node_hiding, far, out=np.zeros(len(far)), where=far > 0)
 
 
-def keep_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+def keep_seam_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     """Return the seam of a surface that could stay whole, or no edges if the gain is below `DISK_GAIN`."""
     gain = seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade)
     return seam if gain >= DISK_GAIN / trade else seam[:0]
@@ -117,4 +117,4 @@ def seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:
     length = closed.graph.length_of(seam) / closed.size
     if trade == 0:
         return length
-    return expected(closed, closed.graph.boundary_nodes(seam))[0] - 1 + length / trade
+    return predict_stretch(closed, closed.graph.boundary_nodes(seam))[0] - 1 + length / trade

@@ -12,13 +12,13 @@ from ...errors import SingularSystemError, is_number
 from ...flattening import Isometric, Method, resolve_method
 from ...measures import measure_change, overlapping_pairs_of_chart
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..atlas import flatten_piece, price_of_division
+from ..atlas import compute_division_price, flatten_piece
 from ..cut_graphs import ClosedSurface, Levels, stretch_weight
 from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
-from ..panels import Panels, RoundedPanels, panel_seams
+from ..panels import Panels, RoundedPanels, find_panel_seams
 from ..splitting import split_overlaps
 from . import constants
-from .growth import grow_seam, keep_if_worth, seam_cost, shorten_seam
+from .growth import grow_seam, keep_seam_if_worth, seam_cost, shorten_seam
 from .small_bodies import SmallBodies
 
 # Factor on `trade` for seams of contracted surfaces, because such seams become shorter when pulled tight.
@@ -201,10 +201,10 @@ class SeamSearch:
         return self._find(surface, only_needed=True)
 
     def _find(self, surface: Submesh, only_needed: bool) -> IntArray:
-        shapes, creased = _shapes(surface), CreasedSurface(surface, self.hidden)
-        panels = self._panel_seams(creased, len(shapes))
+        shapes, creased = _list_shapes(surface), CreasedSurface(surface, self.hidden)
+        panels = self._find_panel_seams(creased, len(shapes))
         found, small = [panels.edges[:0]], list[int]()
-        is_small = _are_small(surface, shapes)
+        is_small = _find_small_components(surface, shapes)
         for k, (component, loops, genus) in enumerate(shapes):
             is_open = genus == 0 and (loops == 1 or (self.keep_holes and loops > 1))
             if is_open and (only_needed or not self.trade):
@@ -217,9 +217,11 @@ class SeamSearch:
                 continue
             own = creased if component is surface else CreasedSurface(component, self.hidden)
             if is_open and loops > 1:
-                found.append(panels.of(k) if panels.cost[k] < self._uncut_cost(own) else panels.edges[:0])
+                found.append(
+                    panels.of(k) if panels.cost[k] < self._estimate_uncut_cost(own) else panels.edges[:0]
+                )
             else:
-                found.append(self._seam_of(own, is_open, panels, k))
+                found.append(self._find_seam_of_component(own, is_open, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
             bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
@@ -232,11 +234,13 @@ class SeamSearch:
     def _closed(self, creased: CreasedSurface) -> ClosedSurface:
         return ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
 
-    def _uncut_cost(self, creased: CreasedSurface) -> float:
+    def _estimate_uncut_cost(self, creased: CreasedSurface) -> float:
         """Return the expected cost of a component that is not cut."""
         return seam_cost(self._closed(creased), np.zeros(0, dtype=np.int64), self.trade)
 
-    def _seam_of(self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int) -> IntArray:
+    def _find_seam_of_component(
+        self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int
+    ) -> IntArray:
         """Return the seam edges of component k: a tree of seams or, if it costs less, seams around panels.
 
         On large components, the tree is found on clusters of nodes. If the component `is_open`, it could stay
@@ -248,17 +252,17 @@ class SeamSearch:
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
         coarse = shorten_seam(levels.coarse, coarse, trade)
         if is_open:
-            coarse = keep_if_worth(levels.coarse, coarse, trade)
+            coarse = keep_seam_if_worth(levels.coarse, coarse, trade)
         seam = levels.lift(coarse, np.intersect1d(leaves, levels.coarse.graph.ends[coarse]))
         edges = creased.surface.vertices[closed.edges[seam]]
         if panels.cost[k] == np.inf:
             return edges
         cost = seam_cost(levels.coarse, coarse, self.trade)
         if cost < panels.cost[k]:  # corners in the interior of a chart stretch it more than expected
-            cost = self._measured_cost(creased, edges)
+            cost = self._measure_cost(creased, edges)
         return panels.of(k) if panels.cost[k] <= cost else edges
 
-    def _measured_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
+    def _measure_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
         """Return the cost of seams, measured on the maps of the pieces after overlaps have been cut apart.
 
         Conformal distortion counts as well, because coarse triangles around a flattened corner are sheared.
@@ -277,23 +281,23 @@ class SeamSearch:
             area += float(change.double_area.sum())
             squared += float(change.double_area @ change.squared_stretch)
             shear += float(change.double_area @ (change.conformal - 1))
-        price = price_of_division(creased, parts) / float(np.sqrt(area / 2))
+        price = compute_division_price(creased, parts) / float(np.sqrt(area / 2))
         stretch = stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
         return stretch + shear / area + price / self.trade
 
-    def _panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
+    def _find_panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
         """Return the seams of the components that consist of panels, and their costs."""
         found = _PanelSeams.none(number)
         if not self.trade:
             return found
         for kind in (Panels, RoundedPanels):
-            made = kind(creased).made() & np.isinf(found.cost)
+            made = kind(creased).find_components() & np.isinf(found.cost)
             if made.any():
                 own = creased
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
                     own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
-                found.add(np.flatnonzero(made), *panel_seams(kind(own), self.trade))
+                found.add(np.flatnonzero(made), *find_panel_seams(kind(own), self.trade))
         return found
 
 
@@ -330,7 +334,7 @@ class _PanelSeams:
         return np.asarray(self.edges[self.component == component])
 
 
-def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
+def _find_small_components(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     """Mark the components of genus 0 that are small enough to be processed in one batch."""
     components, _, genus = zip(*shapes, strict=True)
     sizes = np.array([len(component.F) for component in components])
@@ -344,7 +348,7 @@ def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
     return list((small & (np.array(genus) == 0)).tolist())
 
 
-def _shapes(surface: Submesh) -> list[Shape]:
+def _list_shapes(surface: Submesh) -> list[Shape]:
     """Return the components with their numbers of boundary loops and handles."""
     components, topology = surface.components(), surface.topology
     if len(components) == 1:

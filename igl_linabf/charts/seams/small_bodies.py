@@ -7,7 +7,7 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
-from ..cut_graphs import ClosedSurface, join_terminals, log_scale
+from ..cut_graphs import ClosedSurface, join_terminals, solve_log_scale
 from ..features import CreasedSurface
 from . import constants
 from .growth import DISK_GAIN
@@ -52,17 +52,17 @@ class SmallBodies:
         seam = np.zeros(0, dtype=np.int64)
         if not keep_holes:
             seam = join_terminals(self.closed.graph, seam)
-        needed = seam = np.concatenate((seam, self._slits()))
-        cost = self._cost(needed, trade)
+        needed = seam = np.concatenate((seam, self._find_slits()))
+        cost = self._estimate_cost(needed, trade)
         if trade > 0:
-            seam = self._grown(needed, trade)
-            lower = self._cost(seam, trade)
-            idle = np.bincount(self._body(needed), minlength=self._n) == 0
+            seam = self._grow_seams(needed, trade)
+            lower = self._estimate_cost(seam, trade)
+            idle = np.bincount(self._find_bodies(needed), minlength=self._n) == 0
             stays = idle & (cost - lower < DISK_GAIN / trade)
             seam, cost = self._choose_per_body(needed, seam, stays), np.where(stays, cost, lower)
-        return self.vertices[self.closed.edges[seam]], self._body(seam), cost
+        return self.vertices[self.closed.edges[seam]], self._find_bodies(seam), cost
 
-    def _slits(self) -> IntArray:
+    def _find_slits(self) -> IntArray:
         """Return the edges of a path that opens each sphere, between the two points that shrink most."""
         closed, rims = self.closed, np.arange(self.closed.graph.n_holes)
         bare = np.bincount(self._of[rims], minlength=self._n) == 0
@@ -70,72 +70,74 @@ class SmallBodies:
             return np.zeros(0, dtype=np.int64)
         extra = closed.curvature - 4 * np.pi * closed.area / self._area[self._of]
         first = np.unique(self._of, return_index=True)[1][bare]
-        start = self._least(log_scale(closed, np.union1d(first, rims), extra))[bare]
-        end = self._least(log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
+        start = self._find_least_nodes(solve_log_scale(closed, np.union1d(first, rims), extra))[bare]
+        end = self._find_least_nodes(solve_log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
         distance, before, _ = closed.graph.shortest_paths(start)
         path = closed.graph.path_edges(before, end)
         # a cut along a single edge does not open a sphere
-        short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
+        short = bare & (np.bincount(self._find_bodies(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
-        more = closed.graph.path_edges(before, self._least(distance)[short])
+        more = closed.graph.path_edges(before, self._find_least_nodes(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
-    def _grown(self, seam: IntArray, trade: float) -> IntArray:
+    def _grow_seams(self, seam: IntArray, trade: float) -> IntArray:
         """Add branches one by one to the seam of each body, and return each body's seam of least cost."""
         closed = self.closed
         when = np.zeros(len(seam), dtype=np.int64)  # the round in which each edge was added
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
-        for leaf in range(constants.MAX_LEAVES):
+        for leaf in range(constants.MAX_BRANCHES):
             # the stretch is at least 1: stop when the price of the seam alone exceeds the least cost
-            growing &= 1 + self._length(seam) / trade < least
+            growing &= 1 + self._measure_length(seam) / trade < least
             if not growing.any():
                 break
-            open_nodes = self._open_nodes(seam)
-            u = log_scale(closed, open_nodes, closed.curvature)
-            cost = self._stretch(u) + self._length(seam) / trade
+            open_nodes = self._find_open_nodes(seam)
+            u = solve_log_scale(closed, open_nodes, closed.curvature)
+            cost = self._estimate_stretch(u) + self._measure_length(seam) / trade
             better = growing & (cost < least)
             in_vain = np.where(better, 0, in_vain + 1)
             best[better], least[better] = leaf, cost[better]
-            tip = self._least(-np.abs(u))
-            growing &= (in_vain < constants.MAX_LEAVES_IN_VAIN) & (u[tip] != 0)
+            tip = self._find_least_nodes(-np.abs(u))
+            growing &= (in_vain < constants.MAX_IDLE_BRANCHES) & (u[tip] != 0)
             if not growing.any():
                 break
             _, before, _ = closed.graph.shortest_paths(open_nodes[growing[self._of[open_nodes]]])
             path = closed.graph.path_edges(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
-        return seam[when <= best[self._body(seam)]]
+        return seam[when <= best[self._find_bodies(seam)]]
 
     def _choose_per_body(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
         """Return one of two seams for each body."""
-        return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
+        return np.concatenate(
+            (one[takes_one[self._find_bodies(one)]], other[~takes_one[self._find_bodies(other)]])
+        )
 
-    def _cost(self, seam: IntArray, trade: float) -> FloatArray:
+    def _estimate_cost(self, seam: IntArray, trade: float) -> FloatArray:
         """Return the expected cost of each body: L2 stretch beyond 1, plus the price of its seam."""
         if not trade:
-            return self._length(seam)
-        u = log_scale(self.closed, self._open_nodes(seam), self.closed.curvature)
-        return np.asarray(self._stretch(u) - 1 + self._length(seam) / trade)
+            return self._measure_length(seam)
+        u = solve_log_scale(self.closed, self._find_open_nodes(seam), self.closed.curvature)
+        return np.asarray(self._estimate_stretch(u) - 1 + self._measure_length(seam) / trade)
 
-    def _stretch(self, u: FloatArray) -> FloatArray:
+    def _estimate_stretch(self, u: FloatArray) -> FloatArray:
         """Return the expected L2 stretch of each body."""
         shrunk, grown = (sum_by(self._of, self.closed.area * np.exp(k * u), self._n) for k in (-2, 2))
         return np.asarray(np.sqrt(shrunk * grown) / self._area)
 
-    def _length(self, seam: IntArray) -> FloatArray:
+    def _measure_length(self, seam: IntArray) -> FloatArray:
         """Return the length of each body's seam, in units of the square root of the body's area."""
-        length = np.bincount(self._body(seam), self.closed.graph.length[seam], self._n)
+        length = np.bincount(self._find_bodies(seam), self.closed.graph.length[seam], self._n)
         return np.asarray(length / np.sqrt(self._area))
 
-    def _open_nodes(self, seam: IntArray) -> IntArray:
+    def _find_open_nodes(self, seam: IntArray) -> IntArray:
         return np.union1d(self.closed.graph.ends[seam], np.arange(self.closed.graph.n_holes))
 
-    def _body(self, edges: IntArray) -> IntArray:
+    def _find_bodies(self, edges: IntArray) -> IntArray:
         """Return the body of each of the given edges."""
         return np.asarray(self._of[self.closed.graph.ends[edges, 0]])
 
-    def _least(self, values: FloatArray) -> IntArray:
+    def _find_least_nodes(self, values: FloatArray) -> IntArray:
         """Return the node with the least value in each body; the first such node if several are equal."""
         values = values[self._by_body]
         least = np.flatnonzero(values == self._nodes.repeat(self._nodes.min(values)))

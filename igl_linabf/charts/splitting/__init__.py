@@ -8,4 +8,4 @@ from .bisection import bisect
 from .overlap_seams import find_overlap_seams, separating_seams, split_overlaps
 from .scaf import make_bijective, move_parts_apart
 from .small_charts import merge_small_charts
-from .tips import TIP_STRETCH, MapMeasure, seams_to_tips
+from .tips import TIP_STRETCH, MapMeasure, find_seams_to_tips

@@ -67,7 +67,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     (27, array([[50, 51]]))
     """
     surface = Submesh.checked(V, F)
-    array = _pair_array(pairs, len(surface.F))
+    array = _check_pairs(pairs, len(surface.F))
     chart = face_components(surface.F, len(surface.V))
     strangers = np.flatnonzero(chart[array[:, 0]] != chart[array[:, 1]])
     if len(strangers):
@@ -81,16 +81,16 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """Return the `separating_seams` of checked charts. Faces and vertices have the caller's indices."""
-    seams, _ = _separated(charts, pairs)
+    seams, _ = _separate(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
 def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
     """Cut a chart along its `separating_seams`; each search separates at most `most` overlaps."""
-    return _separated([chart], pairs, most)[1]
+    return _separate([chart], pairs, most)[1]
 
 
-def _separated(
+def _separate(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
     seams, parts = list[IntArray](), list[Submesh]()
@@ -106,14 +106,16 @@ def _separated(
             apart = apart[apart[:, 0] != apart[:, 1]]  # seams cannot separate triangles of the same polygon
         if len(apart):
             check_planar(part.topology, part.vertices)
-            seams.append(np.sort(part.vertices[_shortest_seam(part, apart, most)], axis=1))
-            waiting += _with_pairs(part, part.cut_along(seams[-1]), local)
+            seams.append(np.sort(part.vertices[_find_shortest_seam(part, apart, most)], axis=1))
+            waiting += _distribute_pairs(part, part.cut_along(seams[-1]), local)
         else:
             parts.append(part)
     return seams, sorted(parts, key=lambda part: int(part.faces[0]))
 
 
-def _with_pairs(whole: Submesh, parts: list[Submesh], pairs: IntArray) -> list[tuple[Submesh, IntArray]]:
+def _distribute_pairs(
+    whole: Submesh, parts: list[Submesh], pairs: IntArray
+) -> list[tuple[Submesh, IntArray]]:
     """Return each part of `whole` with the pairs of faces that are both in the part, in its numbering."""
     of, row = np.empty(len(whole.F), dtype=np.int64), np.empty(len(whole.F), dtype=np.int64)
     for k, part in enumerate(parts):
@@ -126,7 +128,7 @@ def _with_pairs(whole: Submesh, parts: list[Submesh], pairs: IntArray) -> list[t
     return [(part, pairs[order[i:j]]) for part, (i, j) in zip(parts, pairwise(start), strict=True)]
 
 
-def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
+def _check_pairs(pairs: ArrayLike, m: int) -> IntArray:
     """Check `pairs` and return it as a (#P, 2) int64 array."""
     array = np.asarray(pairs)
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
@@ -144,11 +146,11 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
     return array
 
 
-def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
+def _find_shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     """Return the edges (#E, 2) of seams that separate the largest overlaps of the polygons in `pairs`."""
     search, doublings = _Search(part), int(np.log2(MAX_SEARCH_NODES / part.topology.n))
-    overlaps = search.largest(pairs, min(most, max(1, doublings)))
-    while not len(seam := search.seam(overlaps)):
+    overlaps = search.find_largest_overlaps(pairs, min(most, max(1, doublings)))
+    while not len(seam := search.find_seam(overlaps)):
         # three mutually overlapping faces: no closed curve crosses all three connecting paths an odd number
         # of times
         overlaps.pop()
@@ -181,7 +183,7 @@ class _Search:
         self._cost = np.append(price, np.full(len(rim), spoke))
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 
-    def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
+    def find_largest_overlaps(self, pairs: IntArray, most: int) -> list[_Overlap]:
         """Return the overlaps that the pairs of polygons form, largest first, at most `most`."""
         m, dual = self._m, self._dual
         code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
@@ -191,12 +193,14 @@ class _Search:
         sheets = [faces[i:j] for i, j in pairwise(start.tolist())]
         for one, other in zip(sheets[::2], sheets[1::2], strict=True):
             within[0, one], within[1, other] = True, True
-            barred = np.append(dual.inside(one, within[0]), dual.inside(other, within[1]))
+            barred = np.append(
+                dual.find_edges_within(one, within[0]), dual.find_edges_within(other, within[1])
+            )
             overlaps.append(_Overlap(dual.edges_across_path(*within), barred))
             within[0, one], within[1, other] = False, False
         return overlaps
 
-    def seam(self, overlaps: list[_Overlap]) -> IntArray:
+    def find_seam(self, overlaps: list[_Overlap]) -> IntArray:
         """Return the edges of the shortest seam that separates all overlaps; empty if none exists."""
         indptr, indices, edge = self._graph
         flip, cost = np.zeros(len(self._cost), dtype=np.int64), self._cost.copy()
@@ -210,12 +214,12 @@ class _Search:
         # all overlaps is a walk from a vertex to the all-odd copy of this vertex.
         n, copies = len(indptr) - 1, 1 << len(overlaps)
         walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
-        path = np.array(_pruned(walk, n, self._n), dtype=np.int64)
+        path = np.array(_prune_walk(walk, n, self._n), dtype=np.int64)
         steps = np.column_stack((path[:-1], path[1:]))
         return np.asarray(steps[(steps < self._n).all(axis=1)])
 
 
-def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
+def _prune_walk(walk: list[int], n: int, rim: int) -> list[int]:
     """Return the vertices of a walk over copies of n vertices; the indices from `rim` on are boundary loops.
 
     If an arc runs from the boundary around a sheet and back to itself, the walk returns to the boundary
@@ -251,15 +255,15 @@ class _Dual(NamedTuple):
     def edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
         """Return the edges that a shortest path between two sheets crosses; sheets are masks of faces."""
         way = breadth_first_path(self.begin, self.neighbour, one, other)
-        at, of = self._around(way[:-1])
+        at, of = self._find_entries(way[:-1])
         return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])
 
-    def inside(self, faces: IntArray, within: BoolArray) -> IntArray:
+    def find_edges_within(self, faces: IntArray, within: BoolArray) -> IntArray:
         """Return the edges between two of the given faces, each twice; `within` is a mask of the faces."""
-        at, _ = self._around(faces)
+        at, _ = self._find_entries(faces)
         return np.asarray(self.edge[at[within[self.neighbour[at]]]])
 
-    def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
+    def _find_entries(self, faces: IntArray) -> tuple[IntArray, IntArray]:
         """Return the CSR entries of the given faces, and the position in `faces` for each entry."""
         number = self.begin[faces + 1] - self.begin[faces]
         of = np.repeat(np.arange(len(faces)), number)

@@ -119,7 +119,7 @@ def separate_parts(
         )
     if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""
-    made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
+    made = _run_scaf(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
     pairs = overlapping_pairs_of_chart(topology, made)
     trouble = (
@@ -128,10 +128,10 @@ def separate_parts(
         if flips or len(pairs)
         else ""
     )
-    return _laid_on(made, flat), trouble
+    return _fit_rigidly(made, flat), trouble
 
 
-def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
+def _run_scaf(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
     """Run SCAF from an embedding in a circle towards the map `rest`, whose area must be 1.
 
     With an area of 1/2, `igl.triangle.scaf_solve` hangs.
@@ -155,7 +155,7 @@ def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: 
         raise MeshError(f"{error}: cut the surface along separating_seams instead") from None
 
 
-def _scaf(arrays: Arrays) -> Arrays:
+def _solve_scaf(arrays: Arrays) -> Arrays:
     data, rest = igl.triangle.SCAFData(), arrays["rest"]
     igl.triangle.scaf_precompute(
         np.asfortranarray(np.column_stack((rest, np.zeros(len(rest))))),
@@ -171,7 +171,7 @@ def _scaf(arrays: Arrays) -> Arrays:
     return {"uv": igl.triangle.scaf_solve(int(arrays["iterations"]), data)[: len(rest), :2]}
 
 
-def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
+def _fit_rigidly(uv: FloatArray, onto: FloatArray) -> FloatArray:
     """Return `uv` after the rotation and translation that fit it best to `onto`."""
     z, w = complex_positions(uv), complex_positions(onto)
     middle = w.mean()
@@ -194,18 +194,22 @@ def move_parts_apart(
     try:  # remaining overlaps and flips are reported by the atlas
         uv, _ = separate_parts(result.uv, piece.topology, SCAF_ITERATIONS, hangs)
     except MeshError as error:
-        _tell(piece, str(error))
+        _warn_of_cut(piece, str(error))
         return None
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
     after = MapMeasure(piece, uv)
     if not after.stretch <= MAX_SCAF_STRETCH_FACTOR * before.stretch:
-        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
+        _warn_of_cut(
+            piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}"
+        )
         return None
     sheared = [change.at_triangles.mean(change.at_triangles.conformal) for change in (before, after)]
     if not sheared[1] <= MAX_SCAF_STRETCH_FACTOR * sheared[0]:
-        _tell(piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}")
+        _warn_of_cut(
+            piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}"
+        )
         return None
     shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
     message = "{}; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
@@ -215,7 +219,7 @@ def move_parts_apart(
     return apart, shear[1] - shear[0]
 
 
-def _tell(piece: Submesh, why: str) -> None:
+def _warn_of_cut(piece: Submesh, why: str) -> None:
     """Warn that the overlapping parts of a chart are cut apart, because SCAF cannot move them apart."""
     warnings.warn(
         f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
@@ -225,4 +229,4 @@ def _tell(piece: Submesh, why: str) -> None:
 
 
 if __name__ == "__main__":
-    run_as_child_process({SCAF: _scaf})
+    run_as_child_process({SCAF: _solve_scaf})

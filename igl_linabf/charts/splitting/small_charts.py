@@ -19,7 +19,7 @@ from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import measure_change, measure_qualities
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
-from ..atlas import Chart, scaled_to_surface
+from ..atlas import Chart, scale_to_surface
 
 MAX_SMALL_AREA = 0.01  # largest share of a small chart in the area of the surface
 MAX_SMALL_FACES = 300  # largest number of faces of a small chart
@@ -57,12 +57,12 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     taken = set[int]()
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
-        runs = rims[key[0]].beside(piece) if key[0] in rims else []
+        runs = rims[key[0]].find_runs(piece) if key[0] in rims else []
         candidate = _Candidate(piece, chart.result.uv)
         if any(run.host.merge(piece, z, run, most_stretch) for run, z in candidate.positions(runs)):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
-    joined = {i: host.joined(made[i]) for i, host in larger.items()}
+    joined = {i: host.join_guests(made[i]) for i, host in larger.items()}
     measured = measure_qualities([(piece, chart.result.uv, 0) for _, chart, piece in joined.values()])
     for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
         joined[i] = key, replace(chart, quality=quality), piece
@@ -162,9 +162,9 @@ class _Host:
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
         rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
-        return rim, _codes(self._piece, *rim.T)
+        return rim, _encode_edges(self._piece, *rim.T)
 
-    def at(self, vertices: IntArray) -> ComplexArray:
+    def get_positions(self, vertices: IntArray) -> ComplexArray:
         """Return the positions of vertices in the map of the chart."""
         return np.asarray(self._z[vertices])
 
@@ -191,7 +191,7 @@ class _Host:
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
-    def joined(self, entry: Made) -> Made:
+    def join_guests(self, entry: Made) -> Made:
         """Return the chart with all merged charts. `quality` is not updated."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
@@ -218,7 +218,7 @@ class _Host:
             piece.n_given,
             np.concatenate(inner)[order] if inner else None,
         )
-        flat = scaled_to_surface(np.concatenate(uv), whole)
+        flat = scale_to_surface(np.concatenate(uv), whole)
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         number = len(whole.F) - len(piece.F)
@@ -246,7 +246,7 @@ class _Rims:
         self._hosts, self._of, self._code = hosts, of[order], code[order]
         self._rim = np.concatenate(rims)[order]
 
-    def beside(self, piece: Submesh) -> list[_Run]:
+    def find_runs(self, piece: Submesh) -> list[_Run]:
         """Return the runs of boundary edges that a chart with one boundary loop shares with large charts.
 
         The longest runs come first.
@@ -254,7 +254,7 @@ class _Rims:
         loop = piece.topology.loops[0]
         after = Ragged.of_sizes([len(loop)]).following
         following = loop[after]
-        code = _codes(piece, following, loop)  # the host has the edges in the opposite direction
+        code = _encode_edges(piece, following, loop)  # the host has the edges in the opposite direction
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
@@ -274,9 +274,11 @@ class _Rims:
             of_host = np.concatenate((start[edges], end[edges[-1:]]))
             host = self._hosts[of[k]]
             if of_host[0] != of_host[-1]:
-                found.append(_Run(host, own, of_host, host.at(of_host), float(length[edges].sum())))
+                found.append(
+                    _Run(host, own, of_host, host.get_positions(of_host), float(length[edges].sum()))
+                )
         return sorted(found, key=lambda run: (-run.length, run.host.index))
 
 
-def _codes(piece: Submesh, start: IntArray, end: IntArray) -> IntArray:
+def _encode_edges(piece: Submesh, start: IntArray, end: IntArray) -> IntArray:
     return np.asarray(piece.vertices[start] * piece.n_given + piece.vertices[end])

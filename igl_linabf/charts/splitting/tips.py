@@ -50,12 +50,12 @@ def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntA
     return np.asarray(small[first[by_saved]], dtype=np.int64), np.asarray(saved[by_saved], dtype=np.float64)
 
 
-def size_and_stretch(changed: Change) -> tuple[float, float]:
+def measure_size_and_stretch(changed: Change) -> tuple[float, float]:
     """Return the square root of a surface's area, and the squared L2 stretch of its map."""
     return float(np.sqrt(changed.double_area.sum() / 2)), changed.mean(changed.squared_stretch)
 
 
-def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
+def choose_worthwhile_seams(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
     """Choose the seams to tips that save more stretch than they cost; also return their total gain.
 
     Seam k decreases the squared L2 stretch of the map, `total`, by `saved[k]`. Prices are in units of L2
@@ -71,14 +71,14 @@ def seams_worth(price: FloatArray, saved: FloatArray, total: float) -> tuple[Int
     return np.array(chosen, dtype=np.int64), gain
 
 
-def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
+def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Return the edges of seams from the boundary to shrunk tips, if the saved stretch is worth the seams.
 
     Edges are given by the caller's vertices. `changed` is the distortion of the map. A seam that ends at a
     tip is assumed to restore the size of the faces there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
-    size, total = size_and_stretch(changed)
+    size, total = measure_size_and_stretch(changed)
     if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
     faces, saved = find_tips(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
@@ -93,7 +93,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
     # ignore seams whose price exceeds the stretch beyond 1 of the whole map
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
-    chosen, gain = seams_worth(distance[nodes] / unit, saved[is_inside], total)
+    chosen, gain = choose_worthwhile_seams(distance[nodes] / unit, saved[is_inside], total)
     if gain < MIN_TIP_GAIN:
         return none
     return piece.vertices[closed.edges[closed.graph.path_edges(before, nodes[chosen])]]

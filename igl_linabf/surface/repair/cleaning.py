@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..._core import sum_by
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import LISTED, MeshError, is_number, some
-from ..areas import without_area
+from ..areas import find_faces_without_area
 from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
@@ -330,7 +330,7 @@ def _partition_by_area(V: FloatArray, F: IntArray) -> tuple[IntArray, IntArray]:
     """Divide the faces into pieces that contain a face with an area, and pieces that do not."""
     if not len(F):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    flat = without_area(V, F)
+    flat = find_faces_without_area(V, F)
     if not len(flat):
         return np.arange(len(F)), flat
     label = face_components(F, len(V))

@@ -12,7 +12,7 @@ from scipy import sparse
 from ..._core import group_sides
 from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
-from ..topology import connected_labels, triangle_numbers
+from ..topology import connected_labels, number_triangles
 
 MOST_FACES_PAIRED = 500  # largest number of faces at an edge that are joined in pairs
 
@@ -116,7 +116,7 @@ def _number_triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
     some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # faces that may equal another face
     triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
     if len(some):
-        number, twin[some] = triangle_numbers(F[some])
+        number, twin[some] = number_triangles(F[some])
         triangle[some] = some[np.unique(number, return_index=True)[1]][number]
     return triangle, twin
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ..areas import without_area
+from ..areas import find_faces_without_area
 from ..arrays import distinct_corners
 from ..topology import connected_labels
 
@@ -28,7 +28,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
     while True:
         now = merged[F]
         whole = np.flatnonzero(distinct_corners(now))
-        flat = whole[without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
+        flat = whole[find_faces_without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
         lengths = side_lengths(V, corners)
@@ -54,11 +54,11 @@ def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArra
     faces : (#,) int64
         The faces that had no area.
     """
-    found = flat = without_area(V, F)
+    found = flat = find_faces_without_area(V, F)
     if not len(found):
         return V, found
     still = V = _move_to_arcs(V, F, found)
-    flat = without_area(V, F)
+    flat = find_faces_without_area(V, F)
     random, step = np.random.default_rng(0), FIRST_SHAKE
     while len(flat) and step < 1:
         lengths = side_lengths(still, F[flat])
@@ -71,7 +71,7 @@ def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArra
         V = V.copy()
         V[middle] = still[middle] + reach[middle, None] * away
         step *= 2
-        flat = without_area(V, F)
+        flat = find_faces_without_area(V, F)
     return V, found
 
 

@@ -12,7 +12,7 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contraction, shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contraction, build_shortest_path_trees
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.seams.growth import grow_seam, seam_cost
 from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
@@ -46,7 +46,7 @@ def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    coarse = Contraction.of(piece, shortest_path_trees(piece, hops)).coarse
+    coarse = Contraction.of(piece, build_shortest_path_trees(piece, hops)).coarse
     assert coarse.graph.n < piece.graph.n / 2
     assert coarse.graph.n - len(coarse.graph.ends) + coarse.graph.n_faces == 2 - 2 * piece.graph.genus
     assert (coarse.graph.n_holes, coarse.graph.genus) == (piece.graph.n_holes, piece.graph.genus)
@@ -58,7 +58,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 @pytest.mark.parametrize("name", NAMES)
 def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
-    smaller = Contraction.of(piece, shortest_path_trees(piece, hops))
+    smaller = Contraction.of(piece, build_shortest_path_trees(piece, hops))
     seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
@@ -78,7 +78,7 @@ def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
 
 def test_the_scale_of_clusters_approximates_that_of_their_nodes() -> None:
     piece = ClosedSurface.of(surface("closed__optcuts_horse_f10000.obj"))
-    smaller = Contraction.of(piece, shortest_path_trees(piece, 1))
+    smaller = Contraction.of(piece, build_shortest_path_trees(piece, 1))
     fixed = np.array([0])
     u = piece.laplacian.dirichlet.solve(fixed, -piece.curvature)
     coarse = smaller.coarse.laplacian.dirichlet.solve(smaller.label[fixed], -smaller.coarse.curvature)
@@ -108,7 +108,9 @@ def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, mon
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
     for most in (piece.graph.n, clusters.MAX_CLUSTERS):
         monkeypatch.setattr(clusters, "MAX_CLUSTERS", most)
-        edges = SeamSearch(6.0, LinABF())._seam_of(CreasedSurface(part), False, _PanelSeams.none(1), 0)
+        edges = SeamSearch(6.0, LinABF())._find_seam_of_component(
+            CreasedSurface(part), False, _PanelSeams.none(1), 0
+        )
         costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 

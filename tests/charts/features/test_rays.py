@@ -8,7 +8,7 @@ import pytest
 
 from igl_linabf import Cones, Packing, unwrap
 from igl_linabf.charts import pack_together
-from igl_linabf.charts.features import are_unseen
+from igl_linabf.charts.features import find_unseen_charts
 from igl_linabf.uv import pack
 
 
@@ -124,7 +124,7 @@ def test_deep_bowls_are_visible_unless_a_lid_hides_them() -> None:
         outside = np.arange(len(faces)) < len(faces) - np.count_nonzero(~opening)
         charts = [np.flatnonzero(outside), np.flatnonzero(~outside)]
         for moved in (0, 1e6):
-            assert are_unseen(points + moved, faces, charts).tolist() == [False, inner]
+            assert find_unseen_charts(points + moved, faces, charts).tolist() == [False, inner]
 
 
 def test_scales_are_kept_when_atlases_are_packed_again() -> None:

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import ChartOptions, MeshError, Packing, find_seams, unwrap
 from igl_linabf.charts import pack_charts
-from igl_linabf.charts.atlas import seam_prices
+from igl_linabf.charts.atlas import find_seam_prices
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.packing.flat_charts import FlatChart
 from igl_linabf.charts.packing.outlines import rasterize_outlines
@@ -336,7 +336,7 @@ def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
     cut = unwrap(V, F, method="isometric", packing=Packing(resolution=1024, padding=4))
     assert cut.fill > whole.fill and len(cut.charts) > len(whole.charts)
     creased = CreasedSurface(Submesh.checked(V, F))
-    across = creased.in_one_plane[seam_prices(creased, cut.FTC)[0]]
+    across = creased.in_one_plane[find_seam_prices(creased, cut.FTC)[0]]
     assert not across.any()
 
 

@@ -8,7 +8,7 @@ import pytest
 from nasty_meshes import sphere
 
 from igl_linabf import flatten, unwrap
-from igl_linabf.charts.splitting.tips import seams_to_tips
+from igl_linabf.charts.splitting.tips import find_seams_to_tips
 from igl_linabf.measures import measure_change
 from igl_linabf.surface import Submesh, compact
 
@@ -26,7 +26,7 @@ def limbed(height: float) -> Submesh:
 
 def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
     piece = limbed(2.0)
-    seam = seams_to_tips(piece, measure_change(piece, flatten(piece.V, piece.F).uv), 10.0, None)
+    seam = find_seams_to_tips(piece, measure_change(piece, flatten(piece.V, piece.F).uv), 10.0, None)
     nodes, times = np.unique(seam, return_counts=True)
     ends = piece.V[nodes[times == 1]]
     out = ends[np.linalg.norm(ends, axis=1) > 2]
@@ -38,7 +38,7 @@ def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
 def test_a_ball_without_limbs_gets_no_seam() -> None:
     piece = limbed(0.0)
     uv = flatten(piece.V, piece.F).uv
-    assert not len(seams_to_tips(piece, measure_change(piece, uv), 1.0, None))
+    assert not len(find_seams_to_tips(piece, measure_change(piece, uv), 1.0, None))
 
 
 @pytest.mark.parametrize("height", [0.0, 0.8])
