@@ -43,8 +43,11 @@ def no_panels(panels: Panels) -> np.ndarray:
 
 MECHANISMS: dict[str, list[Replacement]] = {
     "nothing": [],
-    "panels, also rounded ones": [(Panels, "made", no_panels), (RoundedPanels, "made", no_panels)],
-    "rounded panels": [(RoundedPanels, "made", no_panels)],
+    "panels, also rounded ones": [
+        (Panels, "find_components", no_panels),
+        (RoundedPanels, "find_components", no_panels),
+    ],
+    "rounded panels": [(RoundedPanels, "find_components", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measure_cost", lambda *_: -np.inf)],
     "a tree beside panels": [(search, "CHEAP_PANELS", 1e9)],
     "clusters": [(clusters, "MAX_CLUSTERS", 10**9)],

@@ -39,7 +39,7 @@ from .atlas import (
     mark_diagonals,
     split_polygons,
 )
-from .charting import make_charts, cut_into_pieces
+from .charting import cut_into_pieces, make_charts
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, make_charts_with_cones
 from .costing import measure_cost
 from .features import CreasedSurface, find_unseen_charts, hiding_weights

@@ -13,7 +13,7 @@ from scipy.ndimage import zoom
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
 from igl_linabf.charts.cut_graphs import ISOMETRIC_STRETCH_WEIGHT
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.stretch import expected
+from igl_linabf.charts.cut_graphs.stretch import predict_stretch
 from igl_linabf.charts.seams.growth import estimate_branch_gains
 from igl_linabf.surface import Submesh
 
@@ -40,7 +40,7 @@ def test_expected_stretch_is_the_stretch_of_the_isometric_map(
 ) -> None:
     V, F = surface()
     whole = ClosedSurface.of(Submesh.checked_manifold(V, F), isometric=True)
-    stretch, _ = expected(whole, np.arange(whole.graph.n_holes))
+    stretch, _ = predict_stretch(whole, np.arange(whole.graph.n_holes))
     made = quality(V, F, flatten(V, F, method="isometric").uv).stretch_l2 - 1
     assert 0.65 < (stretch - 1) / ISOMETRIC_STRETCH_WEIGHT / made < 1.5
 
@@ -74,12 +74,12 @@ def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
     closed = ClosedSurface.of(Submesh.checked_manifold(*bumpy()), isometric=True)
     boundary = np.array([0])
     far, before, _ = closed.graph.shortest_paths(boundary)
-    whole, scale = expected(closed, boundary)
+    whole, scale = predict_stretch(closed, boundary)
 
     def saved(leaf: int) -> float:
         """Return how much a seam to a node reduces the stretch, divided by the length of the seam."""
         way = closed.graph.path_edges(before, [leaf])
-        return (whole - expected(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
+        return (whole - predict_stretch(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 
     every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])
     taken = int(np.argmax(estimate_branch_gains(closed, boundary, scale, far)))
