@@ -58,7 +58,7 @@ def apart() -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_refused_by_name_and_place(name: str) -> None:
+def test_bad_input_is_refused_with_the_fault_and_its_place(name: str) -> None:
     says = REFUSED[name][-1]
     lines = apart()[name]
     assert [line.split(":")[1] for line in lines] == [" MeshError"] * len(METHODS)
@@ -98,7 +98,7 @@ def test_the_mesh_behind_the_bad_input_is_good() -> None:
         ("invalid__optcuts_zero_area_48.obj", "faces 3922, 3925 have zero area"),
     ],
 )
-def test_real_meshes_that_are_no_disks(name: str, says: str) -> None:
+def test_real_meshes_that_are_not_disks_are_refused(name: str, says: str) -> None:
     with pytest.raises(MeshError, match=says):
         linabf(*load(name))
 

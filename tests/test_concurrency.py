@@ -69,7 +69,7 @@ def test_processes_give_the_same_numbers(method: str) -> None:
     assert at_once(ProcessPoolExecutor(2, context)) == expected
 
 
-def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
+def test_runs_give_the_same_numbers_for_any_hash_seed() -> None:
     code = "from test_concurrency import *; print(*in_turn())"
     path = os.pathsep.join((str(ROOT / "tests"), str(ROOT)))
     for seed in ("0", "1234"):
@@ -100,7 +100,7 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="file modes exist on POSIX only")
-def test_files_written_in_threads_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
+def test_files_written_in_threads_have_the_mode_of_the_umask(tmp_path: Path) -> None:
     V, F = bumps(60)
     mask = os.umask(0o027)
     try:

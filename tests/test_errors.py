@@ -21,7 +21,7 @@ def test_the_first_few_are_listed_and_all_are_counted() -> None:
     assert some([[1, 2], [3, 4]], limit=1) == "[1, 2], ... (2 in all)"
 
 
-def test_numbers_within_bounds() -> None:
+def test_numbers_are_checked_against_their_bounds() -> None:
     for good in (0, 1, 0.5, np.float32(0.25), np.int8(1), np.array(1)):
         assert is_number(good, 0, 1)
     for bad in (True, np.True_, "1", b"1", None, [1], np.array([1]), np.nan, 1j, -1e-9, 1 + 1e-9, 10**400):

@@ -42,7 +42,7 @@ steady = settings(
 )
 
 
-def test_some_cases_of_every_kind_in_a_process_of_their_own() -> None:
+def test_some_cases_of_every_kind_keep_the_promises() -> None:
     share = 300 / sum(number for _, number in KINDS.values())
     cases = [(kind, seed) for kind, (_, number) in KINDS.items() for seed in range(int(share * number))]
     results = run_all(cases + FOUND)
@@ -150,7 +150,7 @@ def test_damaged_scenes_and_files_of_packages_are_read_or_refused_in_one_sentenc
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_vtp_with_one_texture_coordinate_a_point_has_no_map_and_keeps_the_numbers(tmp_path: Path) -> None:
+def test_a_vtp_array_with_one_texture_coordinate_is_data_and_not_a_map(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     V, F = igl.icosahedron()
     given = pyvista.PolyData.from_regular_faces(V, F)
@@ -207,7 +207,7 @@ def test_the_exact_test_of_orientation_is_exact() -> None:
     assert exactly_flipped(uv, F).tolist() == [1, 2]
 
 
-def test_random_disks_are_what_they_say() -> None:
+def test_random_disks_have_their_parameters() -> None:
     for seed in range(40):
         disk = Disk(n=100, holes=seed % 4, slivers=seed % 3, thin=3, seed=seed)
         V, F = disk.build()
@@ -216,7 +216,7 @@ def test_random_disks_are_what_they_say() -> None:
 
 
 @pytest.mark.slow
-def test_a_crash_and_a_hang_are_told_of_their_case(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_crashes_and_hangs_are_attributed_to_their_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     results = run_all([("to crash", 1), ("`flatten`, random disks", 1), ("to break a promise", 3)])
     monkeypatch.setattr("fuzzing.LIMIT", 1.0)
     results |= run_all([("to hang", 2)])

@@ -18,7 +18,7 @@ def size(uv: np.ndarray) -> float:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
-def test_rigid_motion_and_scale_of_the_surface(name: str, scale: float) -> None:
+def test_maps_do_not_depend_on_rigid_motion_or_scale(name: str, scale: float) -> None:
     V, F = load(name)
     uv = linabf(V, F)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
@@ -29,7 +29,7 @@ def test_rigid_motion_and_scale_of_the_surface(name: str, scale: float) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("layout", ["auto", "least-squares", "greedy"])
-def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None:
+def test_maps_do_not_depend_on_numbering(name: str, layout: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(0)
     new = rng.permutation(len(V))
@@ -46,7 +46,7 @@ def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None
 
 
 @pytest.mark.parametrize("name", NAMES[:-1])
-def test_converged_abf_under_rigid_motion_scale_and_numbering(name: str) -> None:
+def test_converged_abf_does_not_depend_on_motion_scale_or_numbering(name: str) -> None:
     V, F = load(name)
     uv = abf(V, F, tol=1e-9)
     new = np.random.default_rng(0).permutation(len(V))
@@ -70,7 +70,7 @@ def test_pins_do_not_depend_on_numbering(name: str) -> None:
         assert np.abs(again - uv).max() <= 1e-6 * size(uv)
 
 
-def test_arrays_of_any_dtype_and_order() -> None:
+def test_arrays_of_any_dtype_and_order_give_the_same_map() -> None:
     V, F = load("bumps")
     V = np.round(V * 4096) / 4096  # exact in single precision, and in integers after scaling
     uv = linabf(V, F)
@@ -86,7 +86,7 @@ def test_arrays_of_any_dtype_and_order() -> None:
     assert np.abs(whole / 4096 - uv).max() <= 1e-10 * size(uv)
 
 
-def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
+def test_the_input_does_not_change_and_runs_repeat_exactly() -> None:
     V, F = load("bumps")
     before = V.copy(), F.copy()
     V.flags.writeable = F.flags.writeable = False

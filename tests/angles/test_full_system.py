@@ -71,7 +71,7 @@ def mesh(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     "name", [*EVERYWHERE, *SHARED, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE)]
 )
-def test_the_paper_s_full_system_and_least_squares_give_the_same_map(name: str) -> None:
+def test_the_full_system_of_the_paper_gives_the_same_map(name: str) -> None:
     V, F = mesh(name)
     options = {"iterations": 1, "safeguard": False, "layout": "least-squares"}
     exact, default = linabf(V, F, **options, rtol=1e-12), linabf(V, F, **options)

@@ -79,7 +79,7 @@ def test_other_settings_repeat_all_meshes_but_more_memory_repeats_none(folder: P
         ("waiting", True, True),
     ],
 )
-def test_outcomes_that_are_retried(
+def test_only_the_expected_outcomes_are_retried(
     outcome: str, again: bool, with_retry: bool, folder: Path, tmp_path: Path
 ) -> None:
     for retry, expected in ((False, again), (True, with_retry)):

@@ -65,7 +65,7 @@ def loops_vertices(obj: bpy.types.Object) -> np.ndarray:
     return np.array([loop.vertex_index for loop in obj.data.loops])
 
 
-def test_two_pins_place_a_chart_and_one_moves_it() -> None:
+def test_two_pins_place_a_chart_and_one_pin_translates_it() -> None:
     for pins in ({0: (0.2, 0.3)}, {0: (0.2, 0.3), 80: (0.5, 0.5)}):
         obj = grid(8)
         set_scene(obj)

@@ -110,7 +110,7 @@ def test_complete_marked_seams_stay_the_only_ones() -> None:
     assert seams_of(obj)
 
 
-def test_nothing_selected_is_reported_as_such() -> None:
+def test_an_empty_selection_is_reported() -> None:
     obj = prism()
     set_scene(obj)
     obj.select_set(False)

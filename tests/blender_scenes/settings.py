@@ -65,7 +65,7 @@ def test_artists_find_the_settings_by_their_names_and_isometric_first() -> None:
     assert not chosen.bl_rna.properties["extend"].default
 
 
-def test_charts_do_not_cross_materials_if_these_are_kept() -> None:
+def test_charts_do_not_cross_materials_on_request() -> None:
     crossed = {}
     for keep in (False, True):
         obj = prism(12)

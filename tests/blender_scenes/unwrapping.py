@@ -76,7 +76,7 @@ def test_only_selected_faces_change_in_edit_mode() -> None:
     assert not np.allclose(uv_of(obj)[loops], before[loops])
 
 
-def test_a_mirrored_object_and_one_with_a_scale() -> None:
+def test_mirrored_and_scaled_objects_are_unwrapped_by_their_shape_in_the_world() -> None:
     plain, mirrored = prism(), prism()
     mirrored.scale = (-1.0, 1.0, 1.0)
     set_scene(plain)

@@ -88,7 +88,7 @@ def test_the_cost_is_the_sum_of_its_terms_and_is_printed(ball):
     assert f"stretch {cost.stretch:.3g}, seams {cost.seams:.3g}, page {cost.page:.3g}" in str(atlas)
 
 
-def test_the_stretch_of_an_isometric_map_counts_as_it_does_for_seams(ball):
+def test_isometric_stretch_counts_as_in_the_search_for_seams(ball):
     V, F, seams = ball
     atlas = unwrap(V, F, seams, method="isometric")
     assert atlas.cost.stretch == pytest.approx(ISOMETRIC_STRETCH_WEIGHT * (atlas.quality.stretch_l2 - 1))
@@ -104,7 +104,7 @@ def test_hidden_seams_cost_a_third_and_seen_ones_three_times_as_much(ball):
     assert [3 * hidden, seen / 3] == pytest.approx([plain, plain])
 
 
-def test_of_several_components_it_is_the_mean_by_area(ball):
+def test_the_cost_of_several_components_is_their_mean_by_area(ball):
     V, F, seams = ball
     n = len(V)
     small = 0.5 * V[:, [1, 2, 0]] + 5  # a quarter of the area of the ball

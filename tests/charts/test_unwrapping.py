@@ -72,7 +72,7 @@ def unwrapped(name: str) -> Atlas:
 
 
 @pytest.mark.parametrize("name", ["bunny", *CLOSED, *OTHERS])
-def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
+def test_atlases_have_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
     atlas = unwrapped(name)
     assert atlas.good
@@ -94,7 +94,7 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["bunny", *CLOSED])
-def test_less_distortion_than_igl_lscm_on_the_same_cut(name: str) -> None:
+def test_distortion_is_below_that_of_igl_lscm_on_the_same_cut(name: str) -> None:
     V, _ = surface(name)
     atlas = unwrapped(name)
     corners = np.zeros((0, 2))
@@ -143,7 +143,7 @@ def test_a_flat_plate_keeps_its_shape_and_a_window_with_a_long_edge(
     assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
 
 
-def test_unreferenced_vertices_and_degenerate_faces() -> None:
+def test_unreferenced_vertices_are_ignored_and_strict_refuses_degenerate_faces() -> None:
     V, F = surface("icosahedron")
     atlas = unwrap(np.vstack(([[9, 9, 9]], V, [[8, 8, 8]])), F + 1)
     assert atlas.good
@@ -216,7 +216,7 @@ def test_troubles_describe_faulty_charts() -> None:
     )
 
 
-def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
+def test_only_parts_with_flipped_triangles_count_as_flipped() -> None:
     V, F = load("crown")
     whole = flatten(V, F, method="lscm")
     assert whole.outcome is Outcome.FLIPPED
@@ -287,7 +287,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
-def test_a_larger_trade_buys_less_stretch_by_longer_seams(name: str) -> None:
+def test_a_larger_trade_reduces_stretch_by_longer_seams(name: str) -> None:
     V, F = load(name)
     made = [unwrap(V, F, charts=ChartOptions(trade=trade)) for trade in (1, 3, 10, 30, 100, 300)]
     assert all(atlas.good for atlas in made)
@@ -348,7 +348,7 @@ def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:
     assert not (tmp_path / "d.obj").exists()
 
 
-def test_cut_flattens_as_the_atlas_does() -> None:
+def test_flattening_the_cut_surface_gives_the_maps_of_the_atlas() -> None:
     V, F = surface("icosahedron")
     cut_V, cut_F, origin = cut(V, F, find_seams(V, F))
     assert (V[origin] == cut_V).all()

@@ -22,21 +22,21 @@ def conformal_energy(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_flat_mesh_comes_back_as_itself_by_every_method(method: str) -> None:
+def test_every_method_reproduces_a_flat_mesh(method: str) -> None:
     V, F = load("bumps")
     V = V * [1, 1, 0]
     assert best_fit_distance(flatten(V, F, method=method).uv, V[:, :2]) < 1e-7
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_pins_are_where_they_were_put_by_every_method(method: str) -> None:
+def test_every_method_meets_two_pins(method: str) -> None:
     V, F = load("bumps")
     b, bc = np.array([5, 40]), np.array([[1.0, 2.0], [-3.0, 0.5]])
     assert np.abs(flatten(V, F, b, bc, method=method).uv[b] - bc).max() < 1e-10
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_dncp_is_lscm_by_the_same_pins(name: str) -> None:
+def test_dncp_equals_lscm_with_the_same_pins(name: str) -> None:
     V, F = load(name)
     loop = igl.boundary_loop(F)
     b, bc = loop[[0, len(loop) // 3]], [[0, 0], [1, 0]]

@@ -91,7 +91,7 @@ def test_gauss_bonnet_holds_for_the_angles_of_every_shape() -> None:
     assert np.abs(sums[loop] - asked[loop]).max() < 1e-8
 
 
-def test_angles_may_be_asked_for_at_some_vertices_only() -> None:
+def test_angles_can_be_prescribed_at_some_vertices_only() -> None:
     V, F = bumps()
     loop, own = rim(V, F), turns(linabf(*bumps()), bumps()[1])
     asked = np.full(len(V), np.nan)
@@ -103,7 +103,7 @@ def test_angles_may_be_asked_for_at_some_vertices_only() -> None:
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf", LinABF(iterations=12), LinABF(solver="direct")])
-def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
+def test_a_flat_rectangle_is_reproduced(method: str | LinABF) -> None:
     V, F = grid(12, 5)
     rng = np.random.default_rng(0)
     inside = ~np.isin(np.arange(len(V)), rim(V, F))
@@ -118,7 +118,7 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
 
 
 @pytest.mark.parametrize("first", range(4))
-def test_the_side_from_the_first_corner_asked_for_points_to_the_right(first: int) -> None:
+def test_the_side_after_the_first_given_corner_points_to_the_right(first: int) -> None:
     V, F = grid(12, 5)
     corners = np.roll([0, 72, 77, 5], -first)
     result = flatten(V, F, boundary="rectangle", corners=corners)
@@ -128,7 +128,7 @@ def test_the_side_from_the_first_corner_asked_for_points_to_the_right(first: int
     assert np.abs(c - d - [length, 0]).max() < 1e-6
 
 
-def test_an_ear_on_more_than_half_of_a_circle_comes_back_as_itself() -> None:
+def test_an_ear_on_more_than_half_of_a_circle_is_reproduced() -> None:
     """The centre of the circle and the ear lie on the same side of the chord."""
     z = np.append(np.exp(1j * np.deg2rad([0, 110, 200, 280])), 0.55 * np.exp(1j * np.deg2rad(275)))
     V = np.column_stack((z.real, z.imag, 0 * z.real))
@@ -136,12 +136,12 @@ def test_an_ear_on_more_than_half_of_a_circle_comes_back_as_itself() -> None:
     assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-9
 
 
-def test_a_flat_disk_comes_back_as_itself_on_a_circle() -> None:
+def test_a_flat_disk_is_reproduced_on_a_circle() -> None:
     V, F = rings(20, lambda z: 0 * z.real)
     assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-6
 
 
-def test_a_flat_disk_with_ears_comes_back_as_itself_on_a_circle() -> None:
+def test_a_flat_disk_with_ears_is_reproduced_on_a_circle() -> None:
     rng = np.random.default_rng(1)
     at = np.sort(rng.uniform(0, 2 * np.pi, 24)) + np.array(
         [[0.0], [0.03], [0.01]]
@@ -163,7 +163,7 @@ def test_a_flat_disk_with_ears_comes_back_as_itself_on_a_circle() -> None:
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf"])
-def test_ears_on_a_circle_do_not_flip_and_do_not_change_the_map_of_the_rest(method: str) -> None:
+def test_ears_on_a_circle_do_not_flip_or_change_the_map_of_other_faces(method: str) -> None:
     V, F = load("disk__igl_snail.obj")
     ears = (np.bincount(F.ravel())[F] == 1).any(axis=1)
     assert np.count_nonzero(ears) == 2
@@ -177,7 +177,7 @@ def test_ears_on_a_circle_do_not_flip_and_do_not_change_the_map_of_the_rest(meth
     assert np.abs(whole.angles.sum(axis=1) - np.pi).max() < 1e-9
 
 
-def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
+def test_ragged_disks_are_mapped_to_a_circle_or_the_message_names_a_remedy() -> None:
     rng, mapped = np.random.default_rng(0), 0
     for _ in range(30):
         points = rng.uniform(-1, 1, (int(rng.integers(30, 600)), 2))
@@ -204,7 +204,7 @@ def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
     assert mapped > 15
 
 
-def test_corners_are_where_they_are_asked_for() -> None:
+def test_the_rectangle_has_the_given_corners() -> None:
     V, F = split_chords(*bumps())
     loop = rim(V, F)
     corners = loop[[5, 12, 30, 41]]
@@ -227,7 +227,7 @@ def test_pins_move_the_shape_as_a_whole(shape: str) -> None:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_rigid_motion_scale_and_numbering(shape: str) -> None:
+def test_maps_do_not_depend_on_rigid_motion_scale_or_numbering(shape: str) -> None:
     V, F = split_chords(*bumps())
     uv = linabf(V, F, boundary=shape)
     rng = np.random.default_rng(3)
@@ -256,7 +256,7 @@ def test_converged_abf_has_the_shape_and_the_least_change_of_angles(shape: str) 
 
 
 @pytest.mark.parametrize("name", ["wavy plate", "hemisphere", "crown"])
-def test_circles_are_for_holes_as_well(name: str) -> None:
+def test_holes_can_be_mapped_to_circles_as_well(name: str) -> None:
     V, F = holed(name)
     result = flatten(V, F, boundary="circles")
     assert result.outcome is Outcome.CONVERGED, result.message
@@ -318,7 +318,7 @@ def test_every_pattern_of_split_sides_keeps_the_surface() -> None:
         assert abs(igl.doublearea(W, G).sum() - igl.doublearea(V, F).sum()) < 1e-12
 
 
-def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_right() -> None:
+def test_impossible_angle_sums_are_refused_with_the_correct_sum() -> None:
     V, F = bumps()
     loop, m = rim(V, F), len(rim(V, F))
     angles = np.full(len(V), np.nan)
@@ -370,7 +370,7 @@ def test_compare_and_flatten_many_take_shapes() -> None:
     assert isinstance(many[1], MeshError)
 
 
-def test_one_triangle_takes_any_shape_that_it_can() -> None:
+def test_a_single_triangle_takes_every_possible_shape() -> None:
     V, F = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
     assert best_fit_distance(abf(V, F, boundary="circle"), V[:, :2]) < 1e-9
     asked = [np.pi / 3] * 3
@@ -382,7 +382,7 @@ def test_one_triangle_takes_any_shape_that_it_can() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")
-def test_a_circle_of_converged_abf_without_a_map_in_double_precision_is_that_of_linear_abf() -> None:
+def test_converged_abf_on_a_circle_falls_back_to_linear_abf_beyond_double_precision() -> None:
     V, F = load("disk__igl_camel_b.obj")
     made = flatten(V, F, method="abf", boundary="circle")
     assert made.outcome is Outcome.NOT_CONVERGED and "this is the map of linear ABF" in str(made)

@@ -38,7 +38,7 @@ def test_every_method_has_its_row_with_its_figures() -> None:
     assert (table.maps["ABF"] == table.entries["ABF"].uv).all()
 
 
-def test_options_reach_linear_abf_and_vertices_of_no_face_stay_out() -> None:
+def test_options_reach_linear_abf_and_unused_vertices_are_ignored() -> None:
     V, F = load("bumps")
     with pytest.warns(UserWarning, match="belong to no face"):
         table = compare(
@@ -50,7 +50,7 @@ def test_options_reach_linear_abf_and_vertices_of_no_face_stay_out() -> None:
         assert np.isfinite(uv[1:]).all()
 
 
-def test_what_it_does_not_know_is_refused() -> None:
+def test_compare_refuses_unknown_methods_and_closed_surfaces() -> None:
     with pytest.raises(ValueError, match="use some of 'linabf'"):
         compare(*load("bumps"), ["magic"])
     with pytest.raises(MeshError, match="closed"):
@@ -58,7 +58,7 @@ def test_what_it_does_not_know_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
-def test_another_programs_map_joins_where_it_is_installed(name: str) -> None:
+def test_maps_of_other_installed_programs_are_compared(name: str) -> None:
     if name not in peers.installed_programs():
         pytest.skip(f"{peers.PEERS[name][0]} is not installed")
     V, F = load("bumps")

@@ -27,7 +27,7 @@ def assert_same(made: il.flattening.Flattening, expected: il.flattening.Flatteni
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "crown", "pial_with_holes", "disk__igl_camelhead.off"])
 @pytest.mark.parametrize("method", ["linabf", "abf", il.LinABF(solver="direct"), "lscm"], ids=str)
-def test_each_call_returns_what_flatten_does_to_the_bit(name: str, method: object) -> None:
+def test_each_call_returns_the_result_of_flatten_to_the_bit(name: str, method: object) -> None:
     V, F = load(name)
     flattener = il.Flattener(F)
     for k in (0, 1, 2):
@@ -85,7 +85,7 @@ def test_bad_positions_are_refused_as_by_flatten(change: object, said: str) -> N
 
 
 @pytest.mark.parametrize("far", [2**31, 2**53, 2**63 - 1])
-def test_faces_of_vertices_beyond_all_memory_are_named(far: int) -> None:
+def test_faces_with_huge_vertex_numbers_are_named(far: int) -> None:
     F = load("bumps")[1].copy()
     F[3, 1] = far
     with pytest.raises(il.MeshError, match=r"faces 3 refer to vertices beyond .*: correct F"):
@@ -94,7 +94,7 @@ def test_faces_of_vertices_beyond_all_memory_are_named(far: int) -> None:
         il.layouts.layout(F, np.full(F.shape, np.pi / 3))
 
 
-def test_what_is_no_disk_is_refused_at_once() -> None:
+def test_surfaces_that_are_not_disks_are_refused_at_once() -> None:
     V, F = igl.icosahedron()
     for bad in (F, F[:0], F * 0, -F):
         with pytest.raises(il.MeshError) as made:

@@ -79,7 +79,7 @@ def varied() -> dict[str, Surface]:
 @pytest.mark.parametrize(
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
-def test_the_same_as_a_loop(method: object) -> None:
+def test_many_meshes_have_the_results_of_a_loop(method: object) -> None:
     meshes = dict(reversed(varied().items()))  # start with the surfaces that are not disks
     together = il.flatten_many(list(meshes.values()), method=method, errors="return")
     assert len(together) == len(meshes)
@@ -110,7 +110,7 @@ def test_the_same_as_a_loop(method: object) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
-def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
+def test_a_bad_mesh_gets_an_error_and_does_not_stop_other_meshes() -> None:
     good = bumps(80)
     bad = [(V, F) for V, F, *_ in bad_input.REFUSED.values()]
     made = il.flatten_many(
@@ -159,7 +159,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     assert len(done) < 999
 
 
-def test_a_symmetric_disk_is_turned_the_same_way_by_any_rounding() -> None:
+def test_the_rotation_of_a_symmetric_disk_does_not_depend_on_rounding_errors() -> None:
     cross = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [-1, 0, 0], [0, -2, 0.0]])
     square = cross / [1, 2, 1]
     F = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
@@ -169,7 +169,7 @@ def test_a_symmetric_disk_is_turned_the_same_way_by_any_rounding() -> None:
         assert np.ptp(maps, axis=0).max() < 1e-12
 
 
-def test_rows_are_reduced_and_summed_each_for_itself() -> None:
+def test_ragged_rows_are_reduced_independently() -> None:
     sizes = np.array([3, 0, 1, 40, 7, 0])
     rows, rng = Ragged.of_sizes(sizes), np.random.default_rng(0)
     values = rng.normal(size=sizes.sum())
@@ -217,7 +217,7 @@ def body(rng: np.random.Generator, holes: int) -> Surface:
     return points[used], np.delete(F, gone, axis=0)
 
 
-def test_an_atlas_of_many_pieces_is_what_its_charts_are_alone() -> None:
+def test_charts_of_many_pieces_equal_those_of_single_pieces() -> None:
     rng = np.random.default_rng(0)
     bodies = (
         [leaf(rng) for _ in range(60)] + [box(rng) for _ in range(30)] + [body(rng, k % 4) for k in range(12)]

@@ -38,7 +38,7 @@ def test_one_iteration_reaches_the_angle_distortion_of_table_1(name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", *CARRIED_DISKS, *DISKS, *STRESS])
-def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None:
+def test_default_maps_have_no_flips_and_converged_residuals_vanish(name: str) -> None:
     if name == HOLDS_FLIPS:
         pytest.skip("tested below")
     V, F = load(name)
@@ -65,7 +65,7 @@ def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None
         "stress__optcuts_cone2.0_f1500.obj",
     ],
 )
-def test_no_flips_where_igl_lscm_flips(name: str) -> None:
+def test_linear_abf_has_no_flips_where_igl_lscm_flips(name: str) -> None:
     V, F = load(name)
     lscm = flatten(V, F, method="lscm")
     assert lscm.outcome is Outcome.FLIPPED
@@ -76,7 +76,7 @@ def test_no_flips_where_igl_lscm_flips(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["bumps", "disk__igl_camel_b.obj"])
-def test_residuals_are_those_of_the_full_system_at_the_angles_that_are_returned(name: str) -> None:
+def test_reported_residuals_are_those_of_the_returned_angles(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F, method=LinABF(iterations=1))
     constraints = build_constraints(planar_mesh(V, F).topology)
@@ -100,7 +100,7 @@ def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
 
 
 @pytest.mark.parametrize("name", [HOLDS_FLIPS, "limb"])
-def test_what_double_precision_cannot_hold_is_said(name: str) -> None:
+def test_maps_beyond_double_precision_are_reported(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F)
     assert result.outcome is Outcome.FLIPPED
@@ -116,7 +116,7 @@ def test_what_double_precision_cannot_hold_is_said(name: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf", "lscm", "dncp"])
-def test_flipped_are_the_faces_of_no_positive_area_collapsed_ones_too(method: str) -> None:
+def test_faces_without_positive_area_count_as_flipped(method: str) -> None:
     V, F = load("bumps")
     # three collinear pins collapse a face, which igl does not count
     result = flatten(V, F, F[7], [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], method=method)
@@ -126,7 +126,7 @@ def test_flipped_are_the_faces_of_no_positive_area_collapsed_ones_too(method: st
 
 
 @pytest.mark.parametrize("name", ["stress__optcuts_golf.obj", "ball"])
-def test_auto_goes_on_only_where_it_must(name: str) -> None:
+def test_auto_continues_beyond_step_and_chord_only_where_needed(name: str) -> None:
     V, F = load("cortex")
     easy = flatten(V, F)
     assert [step.kind for step in easy.report.steps] == ["step", "chord"]
@@ -138,7 +138,7 @@ def test_auto_goes_on_only_where_it_must(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["stress__optcuts_male_body_i_f10000.obj", "ball"])
-def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not(name: str) -> None:
+def test_angles_become_invalid_without_the_safeguard_and_stay_valid_with_it(name: str) -> None:
     V, F = load(name)
     with pytest.warns(FallbackWarning, match="not within|factored"):
         bare = flatten(V, F, method=LinABF(iterations=1, safeguard=False))
@@ -152,7 +152,7 @@ def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not(name:
 
 
 @pytest.mark.parametrize("options", [{"iterations": 0}, {"iterations": 1.5}, {"rtol": 0}, {"layout": "x"}])
-def test_options_that_mean_nothing_are_refused(options: dict) -> None:
+def test_invalid_options_of_methods_are_refused(options: dict) -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="use"):
         flatten(V, F, method=LinABF(**options))

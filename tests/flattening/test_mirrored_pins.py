@@ -48,14 +48,14 @@ def test_all_vertices_pinned_to_a_mirrored_map_are_refused(method: str) -> None:
         flatten(V, F, np.arange(len(V)), flatten(V, F).uv * [1, -1], method=method)
 
 
-def test_lscm_refuses_it_too() -> None:
+def test_lscm_refuses_mirrored_pins_too() -> None:
     V, F = dome()
     b = np.asarray(igl.boundary_loop(F))
     with pytest.raises(MeshError, match="are mirrored"):
         lscm(V, F, b, igl.map_vertices_to_circle(V, b) * [-1, 1])
 
 
-def test_pins_that_nothing_meets_leave_a_map_of_their_size() -> None:
+def test_unreachable_pins_give_a_map_of_their_size() -> None:
     V, F = dome()
     b = np.asarray(igl.boundary_loop(F))
     bc = np.random.default_rng(0).permutation(igl.map_vertices_to_circle(V, b))

@@ -49,14 +49,14 @@ def test_the_warning_names_the_stretch_and_unwrap(length: float, closed: bool) -
         linabf(V, F)
 
 
-def test_what_is_of_use_is_not_warned_of() -> None:
+def test_useful_maps_cause_no_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert flatten(*tube(3)).outcome.good
         assert flatten(*tube(9), method="isometric").outcome.good
 
 
-def test_of_many_meshes_those_that_are_stretched_are_named() -> None:
+def test_stretched_maps_of_many_meshes_are_named() -> None:
     with pytest.warns(OutcomeWarning, match=r"meshes \[?1, 3\]? .*unwrap") as said:
         results = flatten_many([tube(2), tube(9), tube(3), tube(10)])
     assert len(said) == 1

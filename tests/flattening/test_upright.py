@@ -40,7 +40,7 @@ def test_the_map_is_turned_so_that_the_direction_points_up(method: str, up: tupl
     assert np.array_equal(Flattener(F).flatten(V, method=method, up=up).uv, turned.uv)
 
 
-def test_what_points_nowhere_is_said() -> None:
+def test_directions_that_vanish_in_the_map_are_reported() -> None:
     V, F = shell()
     flat = np.column_stack((flatten(V, F).uv, np.zeros(len(V))))
     with pytest.warns(MeshWarning, match=r"points nowhere on this surface: the map is not turned"):
@@ -49,7 +49,7 @@ def test_what_points_nowhere_is_said() -> None:
 
 
 @pytest.mark.parametrize("asked", [{"up": (0, 0, 1)}, {"up": (1, 2, 3)}, {"fit": "lengths"}], ids=str)
-def test_no_triangle_is_turned_over_by_moving_the_map(asked: dict) -> None:
+def test_maps_are_not_moved_if_rounding_would_flip_a_triangle(asked: dict) -> None:
     V, F = load("limb")  # the map of this mesh reaches the limit of double precision
     plain = flatten(V, F)
     with pytest.warns(MeshWarning, match="the map is not (turned|scaled): faces .* at the end of double"):
@@ -58,7 +58,7 @@ def test_no_triangle_is_turned_over_by_moving_the_map(asked: dict) -> None:
     assert len(made.flipped) == exactly_flipped(made.uv, F)
 
 
-def test_what_places_the_map_keeps_it() -> None:
+def test_up_is_refused_with_pins_corners_or_invalid_directions() -> None:
     V, F = shell()
     with pytest.raises(ValueError, match="up does not go together with pins"):
         flatten(V, F, [0, 9], [[0, 0], [1, 0]], method="linabf", up=(0, 0, 1))

@@ -41,14 +41,14 @@ def path(request, tmp_path: Path) -> Path:
     return path
 
 
-def test_trimesh_reads_it(path: Path) -> None:
+def test_trimesh_reads_written_files(path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.load(path, process=False, force="mesh")
     assert len(mesh.vertices) == VERTICES  # vertices are duplicated only along seams
     assert np.allclose(stack_corners(mesh.vertices, mesh.visual.uv)[mesh.faces], WANTED, atol=1e-6)
 
 
-def test_meshlab_reads_it(path: Path) -> None:
+def test_meshlab_reads_written_files(path: Path) -> None:
     pymeshlab = pytest.importorskip("pymeshlab")
     meshes = pymeshlab.MeshSet()
     meshes.load_new_mesh(str(path))
@@ -61,7 +61,7 @@ def test_meshlab_reads_it(path: Path) -> None:
     assert np.allclose(stack_corners(mesh.vertex_matrix()[faces], uv), WANTED, atol=1e-6)
 
 
-def test_vtk_reads_it(path: Path) -> None:
+def test_vtk_reads_written_files(path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     mesh = pyvista.read(path)
     if isinstance(mesh, pyvista.MultiBlock):
@@ -112,7 +112,9 @@ def test_glb_follows_its_specification(tmp_path: Path) -> None:
 # FreeSurfer and GIFTI surfaces lose vertex numbers at seams
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
 @pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
-def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_files_are_written_whole_or_not_at_all(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     needs = {"3mf": "lib3mf", "vtp": "pyvista", "surf.gii": "nibabel", "surf": "nibabel"}
     pytest.importorskip(needs.get(suffix, "numpy"))
     path = tmp_path / f"atlas.{suffix}"

@@ -19,7 +19,7 @@ from igl_linabf.io.formats import detect_suffix, parse
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")
 @pytest.mark.parametrize("name", [*DISKS, *HOLES, *STRESS])
-def test_the_same_to_the_last_bit_as_igl(name: str) -> None:
+def test_readers_agree_with_igl_to_the_last_bit(name: str) -> None:
     path = Path(FOLDER) / name
     V, F = igl.read_triangle_mesh(str(path))
     positions, faces = read_mesh(path)

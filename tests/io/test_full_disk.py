@@ -107,7 +107,7 @@ def test_no_file_is_written_if_standard_output_is_full(mesh: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_folder_that_is_none_is_one_sentence(name: str, mesh: Path, tmp_path: Path) -> None:
+def test_a_missing_or_unwritable_folder_is_one_sentence(name: str, mesh: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     unwritable = [Path("/proc")] if sys.platform == "linux" else []
     for folder in (tmp_path / "nowhere", tmp_path / "file", *unwritable):

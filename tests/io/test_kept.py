@@ -21,7 +21,7 @@ CELLS = [*TEXT_FORMATS, *GLTF, *PACKAGES]
 
 
 @pytest.mark.parametrize("cell", CELLS, ids=lambda cell: f"{cell.source}-{cell.to}-{cell.what}")
-def test_what_the_page_says_of_a_cell_is_so(cell: Cell, tmp_path: Path) -> None:
+def test_the_result_of_each_cell_is_as_the_page_says(cell: Cell, tmp_path: Path) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         if cell.outcome == "error":

@@ -82,7 +82,7 @@ def test_a_patch_needs_a_surface_found_by_name_or_passed(tmp_path: Path) -> None
         read_file(path, surface=tmp_path / "lh.small")
 
 
-def test_pieces_crumbs_pinched_borders_and_closed_slits_are_said(tmp_path) -> None:
+def test_pieces_crumbs_pinched_borders_and_closed_slits_are_reported(tmp_path) -> None:
     V, F = make_ball()
     stays = (V[:, 2] < 20) | (V[:, 2] > 30)  # a second piece: a cap
     neighbours = igl.adjacency_list(F)

@@ -51,7 +51,7 @@ def test_a_tiny_body_keeps_its_shape(suffix: str, tmp_path: Path) -> None:
     assert np.abs(found / 1e-7 - V[F]).max() < 1e-5
 
 
-def test_what_single_precision_cannot_hold_is_said(tmp_path: Path) -> None:
+def test_rounding_to_single_precision_is_reported(tmp_path: Path) -> None:
     positions = 1e-42 * V
     with pytest.warns(MeshWarning, match=r"V is rounded by up to .* of its extent, .* write OBJ"):
         write_mesh(tmp_path / "a.glb", positions, F, V[:, :2])

@@ -30,7 +30,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "segment"
 
 
-def test_all_content_comes_back(folder: Path) -> None:
+def test_all_content_of_a_segment_survives_a_round_trip(folder: Path) -> None:
     read, given = read_tifxyz(folder), make_segment()
     np.testing.assert_array_equal(read.points, given.points)
     assert read.scale == given.scale

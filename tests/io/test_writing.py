@@ -90,7 +90,7 @@ def test_files_that_are_not_meshes_are_refused(tmp_path, name: str, text: str) -
         read_mesh(tmp_path / "nothing.obj")
 
 
-def test_names_that_lines_of_obj_cannot_hold_stay_apart(tmp_path) -> None:
+def test_names_that_obj_cannot_store_remain_distinct(tmp_path) -> None:
     """Two materials share a name, one has no name, and one has the name of the default material."""
     V, F = igl.icosahedron()
     names = ("red", "red", "", "two\nlines", "end\\", "igl_linabf", "a # b", "a")

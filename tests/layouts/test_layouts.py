@@ -28,7 +28,7 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", ["bumps", "flat2d__common3d_alligator.obj"])
-def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
+def test_every_layout_reproduces_a_flat_mesh(name: str, method: str) -> None:
     V, F = load(name)
     flat = V * [1, 1, 0]
     result = flatten(flat, F, method=LinABF(layout=method))
@@ -87,7 +87,7 @@ def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_fa
     assert np.linalg.norm(points[i] - points[j]) >= distance[half].max() - length.max()
 
 
-def test_pins_are_constraints_of_least_squares_and_place_the_others() -> None:
+def test_every_layout_meets_two_pins_and_keeps_its_shape() -> None:
     V, F = load("bumps")
     b, bc = [5, 300], [[1.0, 2.0], [3.0, -1.0]]
     angles = linabf_angles(V, F, iterations=12)
@@ -110,7 +110,7 @@ def test_pins_matter_little_after_one_step_and_not_after_convergence() -> None:
 
 
 @pytest.mark.parametrize("name", ["ball", "disk__igl_camel_b.obj"])
-def test_auto_takes_the_boundary_only_where_it_closes(name: str) -> None:
+def test_auto_uses_the_boundary_layout_only_where_the_boundary_closes(name: str) -> None:
     V, F = load(name)
     one = flatten(V, F, method=LinABF(iterations=1))
     assert one.report.gap > 1e-2
@@ -131,20 +131,20 @@ def test_auto_takes_the_boundary_only_where_it_closes(name: str) -> None:
         (lambda a: a[:, :2], "shape"),
     ],
 )
-def test_angles_that_are_no_triangles_are_refused(spoil, says: str) -> None:
+def test_angles_that_form_no_triangles_are_refused(spoil, says: str) -> None:
     _, F = load("bumps")
     V, _ = load("bumps")
     with pytest.raises(MeshError, match=says):
         layout(F, spoil(igl.internal_angles(V, F)))
 
 
-def test_angles_that_sum_to_pi_but_for_rounding_are_taken() -> None:
+def test_angles_that_sum_to_pi_up_to_rounding_are_accepted() -> None:
     V, F = load("bumps")
     angles = linabf_angles(V, F)
     assert best_fit_distance(layout(F, angles * (1 + 1e-8)), layout(F, angles)) <= 1e-6
 
 
-def test_a_single_triangle_and_two() -> None:
+def test_one_or_two_triangles_keep_their_edge_lengths() -> None:
     V = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0], [3, 4, 5]])
     for F in ([[0, 1, 2]], [[0, 1, 2], [2, 1, 3]]):
         F = np.array(F)

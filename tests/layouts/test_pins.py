@@ -20,7 +20,7 @@ def some_vertices(V: np.ndarray, number: int) -> np.ndarray:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("number", [3, 20, None])
-def test_pins_at_the_places_of_a_map_reproduce_it(name: str, number: int | None) -> None:
+def test_pins_at_the_positions_of_a_map_reproduce_the_map(name: str, number: int | None) -> None:
     V, F = load(name)
     b = some_vertices(V, len(V) if number is None else number)
     angles = linabf_angles(V, F)
@@ -31,7 +31,7 @@ def test_pins_at_the_places_of_a_map_reproduce_it(name: str, number: int | None)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_pins_are_met_and_are_those_of_lscm(name: str) -> None:
+def test_least_squares_layouts_meet_pins_and_dncp_agrees_with_lscm(name: str) -> None:
     V, F = load(name)
     b = some_vertices(V, 7)
     bc = np.random.default_rng(1).normal(size=(7, 2))
@@ -68,7 +68,7 @@ def test_pins_are_met_without_flips(name: str, method: str | LinABF) -> None:
     assert exactly_flipped(result.uv, F) == 0
 
 
-def test_pins_of_an_isometric_map_reproduce_it_at_any_place_and_scale() -> None:
+def test_pins_of_an_isometric_map_reproduce_the_map_at_any_place_and_scale() -> None:
     V, F = load("bumps")
     free = flatten(V, F, method="isometric").uv
     turn = 1e3 * np.array([[0.6, 0.8], [-0.8, 0.6]])
@@ -77,7 +77,7 @@ def test_pins_of_an_isometric_map_reproduce_it_at_any_place_and_scale() -> None:
         assert np.abs(result.uv - (free @ turn + 7)).max() <= 1e-4 * np.ptp(result.uv)
 
 
-def test_pins_out_of_reach_are_told() -> None:
+def test_unreachable_pins_are_reported() -> None:
     V, F = load("bumps")
     free = flatten(V, F, method="isometric").uv
     b = np.array([*F[400], *some_vertices(V, 6)])
@@ -92,7 +92,7 @@ def test_pins_out_of_reach_are_told() -> None:
 
 
 @pytest.mark.parametrize("method", [LinABF(layout="boundary"), LinABF(layout="greedy"), "scp"])
-def test_what_is_only_moved_to_its_pins_takes_two(method: str | LinABF) -> None:
+def test_maps_that_are_only_moved_to_their_pins_take_two_pins(method: str | LinABF) -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="only moved to its pins, and there are 3"):
         flatten(V, F, [1, 2, 3], [[0, 0], [1, 0], [0, 1]], method=method)

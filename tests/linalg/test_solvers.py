@@ -55,7 +55,7 @@ def test_results_are_the_same_without_scikit_sparse(monkeypatch) -> None:
         linabf(V, F, solver="cholmod")
 
 
-def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> None:
+def test_the_pattern_is_analysed_once_for_any_number_of_iterations(monkeypatch) -> None:
     V, F = load("cortex")
     analysed, factored = [], []
     analyse, factor = Cholesky.__init__, Cholesky.factor

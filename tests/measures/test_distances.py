@@ -51,7 +51,7 @@ def test_a_sample_of_vertices_estimates_the_error_of_all_vertices(monkeypatch: p
     assert sampled == pytest.approx(distance_error(V, F, uv, 3), abs=0.003)
 
 
-def test_no_other_scale_than_that_of_lengths_has_less_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fitting_lengths_gives_the_scale_with_the_least_error(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = bumps(400)
     by_area = flatten(V, F, method="isometric").uv
     few = distance_error(V, F, flatten(V, F, method="isometric", fit="lengths").uv)
@@ -74,7 +74,7 @@ def test_quality_measures_distances_on_request() -> None:
     assert f"{asked.distance_error:.4g}" in str(asked)
 
 
-def test_what_is_wrong_is_said() -> None:
+def test_invalid_arguments_of_distances_are_refused() -> None:
     V, F = load("bumps")
     uv = flatten(V, F).uv
     for rings in (0, 1.5, "7", None):

@@ -16,7 +16,7 @@ from igl_linabf.surface import Submesh
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_snail.obj"])
-def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> None:
+def test_stretch_and_conformal_distortion_agree_with_finite_differences(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(0)
     # shear the map, so that no figure has its ideal value
@@ -39,7 +39,7 @@ def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> No
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_snail.obj"])
-def test_change_of_edges_and_spread_of_texels(name: str) -> None:
+def test_edge_change_and_texel_spread_agree_with_their_definitions(name: str) -> None:
     V, F = load(name)
     uv = flatten(V, F).uv * 3
     area, flat = igl.doublearea(V, F), igl.doublearea(uv, F)
@@ -71,7 +71,7 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camel_b.obj"])
-def test_angles_and_flips_as_igl_counts_them(name: str) -> None:
+def test_angles_and_flips_agree_with_igl(name: str) -> None:
     V, F = load(name)
     uv = flatten(V, F, method="lscm").uv
     uv[F[7, 0]] = uv[F[7, 1:]].mean(axis=0) + 0.2 * (uv[F[7, 1:]].mean(axis=0) - uv[F[7, 0]])  # flips a face
@@ -117,7 +117,7 @@ def test_collapsed_triangles_count_as_flips_and_infinite_stretch() -> None:
 
 
 @pytest.mark.parametrize("spoil", [lambda uv: uv[:-1], lambda uv: uv * np.nan, lambda uv: uv[:, :1]])
-def test_maps_that_do_not_fit_are_rejected(spoil) -> None:
+def test_maps_of_the_wrong_shape_are_rejected(spoil) -> None:
     V, F = load("bumps")
     with pytest.raises(MeshError, match="uv"):
         quality(V, F, spoil(V[:, :2]))

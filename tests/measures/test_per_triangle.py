@@ -12,7 +12,7 @@ from igl_linabf import MeshError, distortion, linabf, quality
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex"])
-def test_each_triangle_by_finite_differences_and_igl(name: str) -> None:
+def test_distortions_of_triangles_agree_with_finite_differences_and_igl(name: str) -> None:
     V, F = load(name)
     # shear the map, so that no measure has its ideal value
     uv = linabf(V, F) @ np.array([[3.0, 1.0], [0.5, 2.0]])

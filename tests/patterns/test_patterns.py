@@ -61,7 +61,7 @@ def test_lengths_of_developable_surfaces_are_true(tmp_path: Path, name: str, met
     assert outline == pytest.approx(rim + 2 * sum(seam.length for seam in pattern.seams), rel=1e-6)
 
 
-def test_units_and_a_plain_map(tmp_path: Path) -> None:
+def test_patterns_of_plain_maps_have_the_given_unit(tmp_path: Path) -> None:
     V, F = DEVELOPABLE["cylinder"]
     T = np.concatenate((F[:, :3], F[:, [0, 2, 3]]))
     one = write_pattern(tmp_path / "p.svg", V, T, linabf(V, T))

@@ -28,7 +28,7 @@ def row(text: str, label: str) -> list[float]:
 
 
 @pytest.mark.slow
-def test_cortex(tmp_path) -> None:
+def test_the_cortex_demo_writes_maps_in_millimetres(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cortex.py")
     assert row(text, "triangles") == [18654] * 4
     assert row(text, "flipped")[:3] == [0, 0, 0]
@@ -61,7 +61,7 @@ def flipped_in(picture: Path) -> list[bool]:
 
 
 @pytest.mark.slow
-def test_obtuse_lscm_turns_triangles_over_and_linear_abf_agrees_with_abf(tmp_path) -> None:
+def test_lscm_flips_the_obtuse_disk_and_linear_abf_agrees_with_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "obtuse.py")
     for method in ("lscm", "dncp", "scp"):
         assert f"{method:8} flipped triangles with each pair of pins: [1, 1, 1]" in text
@@ -70,7 +70,7 @@ def test_obtuse_lscm_turns_triangles_over_and_linear_abf_agrees_with_abf(tmp_pat
 
 
 @pytest.mark.slow
-def test_the_second_iteration_fixes_what_the_first_one_leaves(tmp_path) -> None:
+def test_the_second_iteration_removes_the_flip_of_the_first(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "second_iteration.py")
     flips = [line.split()[2] for line in text.splitlines() if re.match(r" +[123] ", line)]
     assert flips == ["1", "0", "0"]
@@ -79,7 +79,7 @@ def test_the_second_iteration_fixes_what_the_first_one_leaves(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_high_curvature(tmp_path) -> None:
+def test_high_curvature_flips_lscm_but_not_linear_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "high_curvature.py")
     spiky, crown = text.split("crown: ")
     assert row(spiky, "flipped") == [0, 0, 0]
@@ -89,7 +89,7 @@ def test_high_curvature(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_holes_close_uncut(tmp_path) -> None:
+def test_holes_close_without_cuts(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "holes.py")
     assert row(text, "flipped")[0] > 0
     assert row(text, "flipped")[1:] == [0, 0]
@@ -134,7 +134,7 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
+def test_the_baked_texture_shows_the_details_of_the_fine_model(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "baking.py")
     assert "differ by" in text
     picture = pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
@@ -191,7 +191,7 @@ def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_
 
 
 @pytest.mark.slow
-def test_boundaries_to_order(tmp_path) -> None:
+def test_the_boundaries_are_a_circle_and_a_rectangle(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "boundaries.py")
     assert len(re.findall(r", 0 flipped", text)) == 6
     for name in ("face", "sleeve"):
@@ -235,7 +235,7 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_checkerboards(tmp_path) -> None:
+def test_the_checkerboards_have_no_flips_and_show_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "checkerboards.py")
     assert len(re.findall(r" 0 flipped", text)) == 6
     picture = tmp_path / "out" / "checkerboards.png"
@@ -262,7 +262,7 @@ def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_quads_are_nearly_right_angled_and_written(tmp_path) -> None:
+def test_quads_have_nearly_right_angles_and_are_written(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "quads.py")
     found = re.findall(r"(\w+): ([\d,]+) faces, (\d+)% quads, angles ([\d.]+) \+-([\d.]+)", text)
     assert [name for name, *_ in found] == ["cortex", "holes", "double_torus"]
@@ -277,7 +277,7 @@ def test_quads_are_nearly_right_angled_and_written(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_the_window_is_drawn_where_there_is_no_display(tmp_path, monkeypatch) -> None:
+def test_the_window_demo_writes_a_picture_without_a_display(tmp_path, monkeypatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     text = run(tmp_path, ROOT / "demos" / "interactive.py")
@@ -296,7 +296,7 @@ def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None:
+def test_a_weave_continues_across_the_seam_between_quarter_cones(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cones_bunny.py")
     figures = re.findall(r"differ by ([\d.]+)% in length and (\S+) degrees\nF/3nt (\S+),", text)
     matched, free = np.array(figures, dtype=float)
@@ -310,7 +310,7 @@ def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None
 
 
 @pytest.mark.slow
-def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -> None:
+def test_quadrangles_survive_in_files_and_seams_are_not_diagonals(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "polygons.py")
     assert " 0 of them diagonals" in text
     for suffix in ("obj", "ply", "glb"):

@@ -75,14 +75,14 @@ def test_links_lead_to_files(page: str) -> None:
         assert target.startswith("https://") or (ROOT / target).is_file(), target
 
 
-def test_the_tests_that_hold_the_promises_exist() -> None:
+def test_the_tests_of_the_promises_exist() -> None:
     named = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / "promises.md").read_text("utf-8")))
     tests = "\n".join(path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
     assert len(named) > 30
     assert named <= set(re.findall(r"^def (test_\w+)", tests, re.MULTILINE))
 
 
-def test_citation_and_changelog_are_of_this_version() -> None:
+def test_citation_and_changelog_have_the_current_version() -> None:
     version = metadata.version("igl-linabf")
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
     assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text("utf-8")

@@ -62,7 +62,7 @@ def find_imports(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=label)
-def test_every_name_that_a_script_uses_of_a_module_exists(path: Path) -> None:
+def test_every_module_attribute_that_a_script_uses_exists(path: Path) -> None:
     check_names(find_imports(path.read_text(encoding="utf-8")))
 
 

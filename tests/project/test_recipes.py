@@ -13,7 +13,7 @@ from scripts_of_repo import run
 SCRIPTS = sorted(path.stem for path in (ROOT / "recipes").glob("*.py"))
 
 
-def test_each_has_a_title_a_test_and_its_place_in_the_gallery() -> None:
+def test_each_recipe_has_a_title_a_test_and_a_place_in_the_gallery() -> None:
     order = (ROOT / "docs" / "gallery_pages.py").read_text()
     for name in SCRIPTS:
         text = (ROOT / "recipes" / f"{name}.py").read_text()
@@ -37,14 +37,14 @@ WHAT = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
+def test_each_recipe_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     (rows, columns), said = WHAT[name]
     assert re.search(said, run(tmp_path, ROOT / "recipes" / f"{name}.py"))
     assert min(colourful(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
 
 
 @pytest.mark.slow
-def test_tensors_are_those_of_the_mesh(tmp_path: Path) -> None:
+def test_tensors_hold_the_texture_coordinates_of_the_mesh(tmp_path: Path) -> None:
     pytest.importorskip("torch")
     text = run(tmp_path, ROOT / "recipes" / "differentiable_renderer.py")
     assert "tensors of torch.float32 and torch.int32 on cpu" in text

@@ -95,7 +95,7 @@ def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
     assert 'Module has no attribute "lin_abf"' in errors[0]
 
 
-def test_the_package_is_a_command_and_says_its_version() -> None:
+def test_the_package_is_a_command_and_prints_its_version() -> None:
     assert python("-m", "igl_linabf", "--version") == f"igl-linabf {PROJECT['version']}\n"
     module, _, function = PROJECT["scripts"]["igl-linabf"].partition(":")
     assert inspect.isfunction(getattr(importlib.import_module(module), function))

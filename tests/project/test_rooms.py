@@ -29,7 +29,7 @@ def room_of(module: str) -> str:
     return module.rpartition(".")[0]
 
 
-def test_rooms_import_only_the_face_of_another_room() -> None:
+def test_rooms_import_only_the_init_of_other_rooms() -> None:
     graph = grimp.build_graph("igl_linabf", cache_dir=None)
     faces = {name for name in graph.modules if graph.find_children(name)}
     reached_into = [

@@ -38,7 +38,7 @@ def distances(points: FloatArray, axis: int) -> FloatArray:
 
 
 @pytest.mark.parametrize("method", ["isometric", "linabf"])
-def test_a_cylinder_comes_back_as_its_own_grid(method: str) -> None:
+def test_a_cylinder_is_flattened_to_its_own_grid(method: str) -> None:
     given = make_cylinder()
     flat = flatten_segment(given, method=method)
     shape = flat.segment.points.shape

@@ -214,7 +214,9 @@ def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["colors", "normals", "position"])
-def test_the_command_bakes(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_baked_textures(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     pygltflib = pytest.importorskip("pygltflib")
     V, F = load("pial")
     colours = (V - V.min(axis=0)) / np.ptp(V, axis=0)

@@ -96,7 +96,7 @@ def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     assert check_uv(*shared[:2], *(lambda p: (p.TC, p.FTC))(pack(*shared))).report.stacked == 1
 
 
-def test_polygons_come_back_as_polygons() -> None:
+def test_repacked_polygons_remain_polygons() -> None:
     V, F = quads()
     atlas = unwrap(V, F, progress=False)
     packed = pack(V, F, atlas.TC, atlas.FTC)

@@ -66,7 +66,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "cone", *DISKS, *STRESS[1:]])
-def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str) -> None:
+def test_abf_converges_to_a_flat_mesh_at_a_stationary_point(name: str) -> None:
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
     V, F = cone(1.0) if name == "cone" else load(name)
@@ -98,7 +98,7 @@ def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(
 
 
 @pytest.mark.parametrize("name", BENIGN)
-def test_one_linear_step_is_within_five_per_cent_of_it(name: str) -> None:
+def test_one_linear_step_is_within_five_per_cent_of_converged_abf(name: str) -> None:
     V, F = load(name)
     one, all_of_it = (quality(V, F, uv).angle_distortion for uv in (linabf(V, F, iterations=1), abf(V, F)))
     assert abs(one / all_of_it - 1) <= BENIGN[name] / 100
@@ -107,7 +107,7 @@ def test_one_linear_step_is_within_five_per_cent_of_it(name: str) -> None:
 @pytest.mark.parametrize(
     "name", ["bumps", "cortex", *DISKS, "closed__igl_fandisk.off", "closed__igl_cow.off"]
 )
-def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) -> None:
+def test_the_default_tolerance_of_abf_keeps_five_digits_of_the_distortion(name: str) -> None:
     V, F = load(name)
     if name.startswith("closed"):
         V, F, _ = cut(V, F, find_seams(V, F))
@@ -124,7 +124,7 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     assert made[0].report.steps[-1].residual <= ABF().tol
 
 
-def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
+def test_the_feasible_form_reports_the_angles_held_at_their_bounds() -> None:
     V, F = cone(2.0)
     result = flatten(V, F, method="abf")
     assert [step.kind for step in result.report.steps if step.kind != "restoration"][-1] == "feasible"
@@ -135,7 +135,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
-def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: float) -> None:
+def test_active_set_steps_end_at_the_minimum_within_the_bounds(height: float) -> None:
     V, F = cone(height)
     result = flatten(V, F, method=ABF(tol=1e-5))
     kinds = [step.kind for step in result.report.steps]
@@ -147,7 +147,7 @@ def test_steps_that_hold_angles_end_at_the_minimum_under_the_bounds(height: floa
     assert stationarity(V, F, result.angles) <= 1e-6
 
 
-def test_the_feasible_form_converges_where_steps_that_hold_angles_do_not() -> None:
+def test_the_feasible_form_converges_where_active_set_steps_do_not() -> None:
     V, F = load("stress__optcuts_golf.obj")
     result = flatten(V, F, method="abf")
     areas = np.abs(igl.doublearea(result.uv, F))
@@ -185,7 +185,7 @@ def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
             assert objective(state) <= least * (1 + 1e-6)
 
 
-def test_angles_below_their_bounds_come_to_these_and_the_others_of_their_triangles_make_up_for_it() -> None:
+def test_angles_below_their_bounds_are_raised_without_changing_triangle_sums() -> None:
     mesh = planar_mesh(*load("bumps"))
     start = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(build_constraints(mesh.topology), start, Solvers("auto"))
@@ -202,7 +202,7 @@ def test_angles_below_their_bounds_come_to_these_and_the_others_of_their_triangl
     assert made[1, 5] / made[2, 5] == pytest.approx(alpha[1, 5] / alpha[2, 5])
 
 
-def test_it_says_where_it_did_not_converge() -> None:
+def test_abf_reports_that_it_did_not_converge() -> None:
     V, F = load("bumps")
     with pytest.warns(OutcomeWarning, match="did not converge in its feasible form"):
         uv = abf(V, F, tol=1e-17)
@@ -211,12 +211,12 @@ def test_it_says_where_it_did_not_converge() -> None:
 
 
 @pytest.mark.parametrize("tol", [0, -1, float("nan")])
-def test_a_tolerance_that_means_nothing_is_refused(tol: float) -> None:
+def test_invalid_tolerances_of_abf_are_refused(tol: float) -> None:
     with pytest.raises(ValueError, match="use a positive number"):
         abf(*load("bumps"), tol=tol)
 
 
-def test_pins_and_vertices_of_no_face() -> None:
+def test_abf_meets_pins_and_ignores_unused_vertices() -> None:
     V, F = load("bumps")
     expected = abf(V, F, [3, 7], [[0, 0], [1, 2]], tol=1e-9)
     assert np.allclose(expected[[3, 7]], [[0, 0], [1, 2]])

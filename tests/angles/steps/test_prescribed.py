@@ -93,7 +93,7 @@ def dense(constraints: Constraints, system: System) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", ["disk, all", "disk, some", "closed"])
-def test_the_rows_left_are_independent_and_the_sums_left_out_hold_with_the_others(kind: str) -> None:
+def test_the_remaining_rows_are_independent_and_the_omitted_sums_hold(kind: str) -> None:
     state = state_of(kind)
     constraints = state.problem.constraints
     system = System(constraints, state.at.alpha)
@@ -126,7 +126,7 @@ def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: 
 
 
 @pytest.mark.parametrize("kind", ["disk, all", "disk, some"])
-def test_the_reduced_step_is_that_of_the_full_system(kind: str) -> None:
+def test_the_reduced_step_equals_the_step_of_the_full_system(kind: str) -> None:
     state = state_of(kind, "direct")
     step = linear_step(state, 1e-12)
     expected = full_step(state.problem.constraints, state.at.alpha)
@@ -154,7 +154,7 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_step_leaves_the_square_of_what_is_missing(kind: str) -> None:
+def test_steps_to_prescribed_sums_converge_quadratically(kind: str) -> None:
     """Convergence is quadratic, because the rows are the derivatives of all residuals."""
     left = [step.residual for step in active_set(state_of(kind, "direct"), 1e-2, 1e-12, 12).steps]
     last = [(before, after) for before, after in pairwise(left[1:]) if before < 1e-2]
@@ -162,7 +162,7 @@ def test_a_step_leaves_the_square_of_what_is_missing(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_multipliers_to_start_from_change_nothing_but_the_inner_steps(kind: str) -> None:
+def test_initial_multipliers_change_only_the_number_of_inner_steps(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3)
     lin = linearise(state.problem, state.at, reuse=state.lin)
     plain = solve(lin, state.at, 1e-12)
@@ -229,7 +229,7 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop"])
-def test_the_bordered_system_is_its_definition(kind: str) -> None:
+def test_the_bordered_system_agrees_with_its_definition(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at, reuse=state.lin)
     system, border = lin.system, lin.holonomy
@@ -240,7 +240,7 @@ def test_the_bordered_system_is_its_definition(kind: str) -> None:
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 
 
-def test_the_estimate_is_scaled_to_the_sums_it_misses_by_far() -> None:
+def test_the_estimate_is_scaled_to_prescribed_sums_that_differ_much() -> None:
     topology, alpha, sums = posed("disk, some")
     v = topology.loops[0][1]
     sums[v] = topology.sum_at_vertices(alpha)[v] + 1.2

@@ -36,7 +36,7 @@ def test_the_angles_of_an_inscribed_polygon_follow_from_its_sides(seed: int, lar
     np.testing.assert_allclose(inscribed_sums(ratios(back), True), outside, rtol=1e-9, atol=1e-9)
 
 
-def test_sides_that_close_no_polygon_share_the_circle_by_their_lengths() -> None:
+def test_sides_that_form_no_polygon_get_arcs_proportional_to_their_lengths() -> None:
     length = np.array([1.0, 5.0, 1.5, 2.0])
     log = np.log(length)
     np.testing.assert_allclose(central_angles(log - np.roll(log, 1)), 2 * np.pi * length / length.sum())
@@ -44,7 +44,7 @@ def test_sides_that_close_no_polygon_share_the_circle_by_their_lengths() -> None
 
 @pytest.mark.parametrize("wave", [1, 2, 3, 7])
 @pytest.mark.parametrize("hole", [False, True])
-def test_of_each_wave_the_sums_change_by_so_much_more_than_is_missing(wave: int, hole: bool) -> None:
+def test_the_predicted_change_of_the_sums_is_one_wave_of_the_scale(wave: int, hole: bool) -> None:
     """If the scale varies in k waves, the angle sums change by k - 1 times the wave; at a hole, k + 1."""
     n = 200
     angle, side = 2 * np.pi * np.arange(n) / n, 2 * np.pi / n

@@ -56,7 +56,7 @@ def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() 
 
 
 @pytest.mark.parametrize("name", [*CARRIED_HOLES, *HOLES])
-def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
+def test_a_hole_adds_one_row_to_the_system(name: str) -> None:
     V, F = load(name)
     vertices = np.arange(len(V))
     topology = build_topology(F, vertices)

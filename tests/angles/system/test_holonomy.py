@@ -41,7 +41,7 @@ def converged(name: str) -> Flattening:
 
 @pytest.mark.parametrize("name", ["annulus", "plate", "comb", "slot"])
 @pytest.mark.parametrize("method", ["linabf", "abf", "isometric", "lscm", "dncp", "one-step-abf++"])
-def test_a_flat_plate_with_holes_comes_back_as_itself(name: str, method: str) -> None:
+def test_a_flat_plate_with_holes_is_reproduced(name: str, method: str) -> None:
     V, F = surface(name)
     result = flatten(V, F, method=method)
     assert len(result.holes) == (30 if name == "plate" else 1)
@@ -103,7 +103,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     assert (slack < 0.3 * np.abs(exact)).any()
 
 
-def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
+def test_developed_loops_do_not_depend_on_their_starting_vertex() -> None:
     mesh = planar_mesh(*surface("wavy plate"))
     missing = residual(build_constraints(mesh.topology), corner_angles(mesh))
     turned = planar_mesh(mesh.V, mesh.faces)
@@ -122,7 +122,7 @@ def bordered() -> Linearisation:
     return linearise(problem, state.at, reuse=state.lin)
 
 
-def test_the_bordered_system_is_its_definition() -> None:
+def test_the_bordered_system_agrees_with_its_definition() -> None:
     lin = bordered()
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
@@ -152,7 +152,7 @@ def test_every_solver_ends_at_the_same_map(solver: str) -> None:
     assert best_fit_distance(linabf(V, F, solver=solver, **options), linabf(V, F, **options)) < 1e-6
 
 
-def test_rigid_motion_scale_and_numbering() -> None:
+def test_maps_do_not_depend_on_rigid_motion_scale_or_numbering() -> None:
     V, F = surface("wavy plate")
     rng = np.random.default_rng(0)
     new = rng.permutation(len(V))
@@ -164,7 +164,7 @@ def test_rigid_motion_scale_and_numbering() -> None:
         assert best_fit_distance(again, uv) < 1e-6
 
 
-def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
+def test_the_outer_loop_is_the_longest_or_the_requested_one() -> None:
     V, F = surface("crown")
     found = igl.boundary_loop_all(F)
     length = [np.linalg.norm(V[loop] - V[np.roll(loop, 1)], axis=1).sum() for loop in found]
@@ -183,7 +183,7 @@ def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
         flatten(V, F, outer="rim")
 
 
-def test_a_boundary_layout_is_refused_with_its_way_out() -> None:
+def test_a_boundary_layout_is_refused_with_a_remedy() -> None:
     with pytest.raises(
         MeshError, match=r"^the mesh has 8 boundary loops, and layout='boundary' draws one: use"
     ):

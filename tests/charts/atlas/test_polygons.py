@@ -186,7 +186,7 @@ def test_invalid_faces_are_named() -> None:
         (".glb", "quads"),
     ],  # glTF stores a polygon as a fan of triangles
 )
-def test_polygons_come_back_from_files(tmp_path: Path, suffix: str, name: str) -> None:
+def test_polygons_survive_a_round_trip_through_files(tmp_path: Path, suffix: str, name: str) -> None:
     V, F = {"quads": quads, "dual": dual}[name]()
     atlas = unwrap(V, F, progress=False)
     path = tmp_path / f"mesh{suffix}"

@@ -148,7 +148,7 @@ def test_a_periodic_texture_continues_across_quarter_seams(name: str) -> None:
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
 
 
-def test_integers_are_nearest_under_the_form() -> None:
+def test_nearest_integers_minimize_the_quadratic_form() -> None:
     rng = np.random.default_rng(0)
     even = np.stack(np.meshgrid(*[np.arange(-3, 4)] * 4), axis=-1).reshape(-1, 2, 2) @ [1, 1j]
     for _ in range(50):
@@ -333,7 +333,7 @@ def test_a_tube_closed_by_cones_keeps_its_length() -> None:
 
 
 @pytest.mark.parametrize("name", ("pial", "nut", "stress__optcuts_duck1.obj"))
-def test_position_scale_and_numbering(name: str) -> None:
+def test_maps_with_cones_do_not_depend_on_position_scale_or_numbering(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -359,7 +359,7 @@ def test_reusing_the_factor_of_the_cones_does_not_change_the_map(name: str) -> N
     assert known.report.seam_mismatch <= 1e-6
 
 
-def test_converged_abf_with_cones() -> None:
+def test_converged_abf_supports_cones() -> None:
     V, F = load("pial")
     cones = find_cones(V, F, 12)
     linear, converged = (unwrap(V, F, method=method, cones=cones) for method in ("linabf", ABF()))

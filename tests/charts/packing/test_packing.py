@@ -73,7 +73,7 @@ def inside(chart: Chart, point: np.ndarray) -> bool:
 
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("margin", [0, MARGIN, 0.02])
-def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
+def test_packed_charts_are_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
     charts = SETS[name]
     placed = pack_charts(charts, Packing(margin=margin))
     scale = abs(placed[0].ratio)
@@ -124,7 +124,7 @@ def fill(charts: list[Chart]) -> float:
     return float(sum(new.area for new in pack_charts(charts, Packing(margin=0))))
 
 
-def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
+def test_rectangles_are_rotated_by_90_degrees_where_they_fit_better() -> None:
     pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
     assert fill(pinwheel) > 0.99  # 9/16 without rotation
 
@@ -275,7 +275,7 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
         np.testing.assert_allclose(complex_positions(new.uv), z, rtol=0, atol=1e-13)
 
 
-def test_many_charts_and_a_fine_one() -> None:
+def test_many_charts_are_packed_beside_a_chart_of_many_triangles() -> None:
     V, F = bumps(30_000)
     placed = pack_charts([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])
     assert sum(new.area for new in placed) > 0.4
@@ -402,7 +402,7 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
 @pytest.mark.filterwarnings("ignore:the mesh is repaired")
 # the smallest and the largest surface are normalized first
 @pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])
-def test_the_error_states_the_density_that_was_asked_for(size: float) -> None:
+def test_the_error_states_the_requested_density(size: float) -> None:
     V, F = igl.icosahedron()
     seams = find_seams(V, F)
     with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):

@@ -115,7 +115,7 @@ def test_a_long_chart_lies_along_the_longer_side() -> None:
     assert new.ratio.imag == 0
 
 
-def test_packing_anew_keeps_the_shapes_in_texels() -> None:
+def test_packing_again_keeps_the_shapes_in_texels() -> None:
     V, F = body()
     size = (1024, 512)
     atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.2), packing=Packing(resolution=size))

@@ -23,7 +23,7 @@ def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
 
 @pytest.mark.parametrize("charts", [None, ChartOptions(hide=[0, 0, -1]), ChartOptions(repair_overlaps=True)])
 @pytest.mark.parametrize("name", DEVELOPABLE)
-def test_what_has_a_net_is_laid_flat_without_distortion(name: str, charts: ChartOptions | None) -> None:
+def test_surfaces_with_a_net_are_flattened_without_distortion(name: str, charts: ChartOptions | None) -> None:
     V, F = DEVELOPABLE[name]()
     atlas = unwrap(V, F, charts=charts)
     assert atlas.good
@@ -51,7 +51,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
         )  # only a long box has visible seams, along its long sides
 
 
-def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
+def test_planes_and_cylinders_of_a_machine_part_are_flattened_isometrically() -> None:
     V, F = load("closed__igl_fandisk.off")
     atlas = unwrap(V, F)
     assert atlas.good
@@ -159,7 +159,7 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # SCAF fails on long strips
 @pytest.mark.parametrize("repair_overlaps", [False, True])
 @pytest.mark.parametrize("name", ROUNDED)
-def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
+def test_a_body_is_cut_along_its_fillets_and_flattened_nearly_exactly(
     name: str, repair_overlaps: bool
 ) -> None:
     V, F = ROUNDED[name]()

@@ -78,7 +78,9 @@ def test_holes_stay_uncut_on_request(name: str) -> None:
 
 @pytest.mark.parametrize("surface", [TETRAHEDRON, cube(), igl.icosahedron()], ids=["4", "12", "20"])
 @pytest.mark.parametrize("trade", [0, 1, 6, 1000])
-def test_small_closed_surfaces(surface: tuple[np.ndarray, np.ndarray], trade: float) -> None:
+def test_small_closed_surfaces_are_cut_to_disks_without_flips(
+    surface: tuple[np.ndarray, np.ndarray], trade: float
+) -> None:
     V, F = surface
     V_cut, F_cut, _ = cut(V, F, find_seams(V, F, trade=trade))
     for part in pieces(F_cut):  # if seams cost nothing, the sides of a cube become separate pieces
@@ -88,7 +90,7 @@ def test_small_closed_surfaces(surface: tuple[np.ndarray, np.ndarray], trade: fl
 
 
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj"])
-def test_longer_seams_for_less_stretch(name: str) -> None:
+def test_a_larger_trade_gives_longer_seams_and_less_stretch(name: str) -> None:
     V, F = load(name)
     seams = [find_seams(V, F, trade=trade) for trade in (1, 6, 30)]
     lengths = [length(V, s) for s in seams]
@@ -102,7 +104,7 @@ def test_longer_seams_for_less_stretch(name: str) -> None:
     assert stretch[1] <= 1.2
 
 
-def test_bunny() -> None:
+def test_seams_of_the_bunny_are_short_and_keep_its_distortion_low() -> None:
     from stretch import models
 
     V, F = next(model[1:] for model in models() if model[0] == "bunny")
@@ -118,7 +120,7 @@ def test_bunny() -> None:
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj"])
-def test_numbering_and_position_do_not_matter(name: str) -> None:
+def test_seams_do_not_depend_on_numbering_or_position(name: str) -> None:
     V, F = load(name)
     rng = np.random.default_rng(1)
     order = rng.permutation(len(V))
@@ -130,7 +132,7 @@ def test_numbering_and_position_do_not_matter(name: str) -> None:
     assert np.isclose(length(moved, there), 3 * length(V, here), rtol=1e-2)
 
 
-def test_disks_stay_whole_unless_asked_for() -> None:
+def test_disks_are_not_cut_unless_requested() -> None:
     V, F = load("bumps")
     assert find_seams(V, F).shape == (0, 2)
     seams = find_seams(V, F, trade=1000, disks=True)

@@ -63,7 +63,7 @@ def test_bijective_is_deterministic_under_load() -> None:
     ],
     ids=["time", "stretch"],
 )
-def test_what_moving_apart_takes_too_long_for_or_stretches_is_cut(
+def test_charts_are_cut_if_moving_their_parts_is_slow_or_stretches_them(
     limits: dict[str, float], why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = spiral()

@@ -38,7 +38,9 @@ def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int)
 @pytest.mark.parametrize(
     ("leaves", "seed"), [(2, 8), *(pytest.param(2, k, marks=pytest.mark.slow) for k in (118, 10))]
 )
-def test_a_model_cut_too_little_flips_says_so_and_is_helped(leaves: int, seed: int) -> None:
+def test_a_model_with_too_few_cuts_flips_with_a_message_and_the_guarantee_helps(
+    leaves: int, seed: int
+) -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), leaves, seed)
     result = flatten(V, F)
     assert result.outcome is Outcome.FLIPPED
@@ -66,9 +68,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
 @pytest.mark.parametrize(
     ("flips", "best"), [([3, 1, 2], 1), ([2, 1, 1, 4], 2), ([0, 0], 1), ([None, 5, None], 1), ([0, None], 0)]
 )
-def test_the_map_of_the_fewest_flips_is_returned_among_equals_the_latest(
-    flips: list[int | None], best: int
-) -> None:
+def test_the_latest_of_the_maps_with_the_fewest_flips_is_returned(flips: list[int | None], best: int) -> None:
     mesh = planar_mesh(*sphere_cap())
     state = initial_problem(mesh, ProblemOptions()).start
     layout = Layout(np.zeros(mesh.topology.n, dtype=complex), "boundary", 0.0, "none")
@@ -117,7 +117,7 @@ def test_converged_abf_is_a_fallback_of_small_meshes_only(monkeypatch: pytest.Mo
     assert large.outcome is Outcome.FLIPPED
 
 
-def test_a_boundary_that_is_still_open_after_a_step_and_a_chord_asks_for_more_steps() -> None:
+def test_an_open_boundary_after_step_and_chord_requires_more_steps() -> None:
     result = flatten(*bumps(80, 0, 1.3))
     first, second = result.report.attempts
     assert "a boundary loop fails to close by" in first.failed and first.flips is None
@@ -126,7 +126,7 @@ def test_a_boundary_that_is_still_open_after_a_step_and_a_chord_asks_for_more_st
 
 
 @pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
-def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: str) -> None:
+def test_limited_steps_end_in_corrections_without_inner_steps(name: str) -> None:
     V, F = load(name)
     if name.startswith("closed"):
         V, F = tree_cut(V, F, 5, None)
@@ -150,7 +150,7 @@ def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
 
 
 @pytest.mark.slow
-def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
+def test_the_guarantee_removes_flips_of_the_paper_method_and_of_abf() -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
     b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]
     for method in (LinABF(iterations=1), ABF()):
@@ -166,7 +166,7 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
 
 
 @pytest.mark.parametrize("name", ["bumps", "ball", HOLES[1], "disk__flipfree_camelhead_small.obj"])
-def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
+def test_the_guarantee_removes_flips_from_any_start_with_or_without_holes(name: str) -> None:
     mesh = planar_mesh(*load(name))
     rng = np.random.default_rng(0)
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
@@ -184,6 +184,6 @@ def test_embeddings_in_a_circle_are_valid(name: str) -> None:
         assert (signed_double_areas(z, topology.corner) > 0).all()
 
 
-def test_what_guarantee_may_be_is_said() -> None:
+def test_an_invalid_guarantee_is_refused_with_the_valid_values() -> None:
     with pytest.raises(ValueError, match="guarantee is 'bijective'"):
         LinABF(guarantee="bijective")

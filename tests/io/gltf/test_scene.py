@@ -86,7 +86,7 @@ def test_unusable_gltf_files_are_refused_with_a_reason(tmp_path: Path) -> None:
         read_mesh(path)
 
 
-def test_a_scene_of_gltf_comes_back_whole(tmp_path: Path) -> None:
+def test_a_gltf_scene_survives_a_round_trip(tmp_path: Path) -> None:
     scene(tmp_path / "in.glb")
     before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
     V, F = igl.icosahedron()

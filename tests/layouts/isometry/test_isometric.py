@@ -47,7 +47,7 @@ def stretched_start(mesh: Mesh) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", DISKS + UNCUT)
-def test_no_triangle_is_flipped_and_less_is_stretched(name: str) -> None:
+def test_isometric_maps_have_no_flips_and_less_stretch(name: str) -> None:
     V, F = load(name)
     result, angles = flatten(V, F, method="isometric"), flatten(V, F)
     assert result.outcome.good, result.message
@@ -73,7 +73,7 @@ def test_the_symmetric_dirichlet_energy_is_below_that_of_slim(name: str) -> None
 
 
 @pytest.mark.parametrize("weight", [0.5, 1, 1.5, 4])
-def test_a_flat_mesh_comes_back_as_itself_from_far_away(weight: float) -> None:
+def test_a_flat_mesh_is_reproduced_from_a_distant_start(weight: float) -> None:
     V, F = load("bumps")
     V = V * [1, 1, 0]
     assert best_fit_distance(flatten(V, F, method=Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
@@ -82,7 +82,7 @@ def test_a_flat_mesh_comes_back_as_itself_from_far_away(weight: float) -> None:
     assert best_fit_distance(coordinates(made.z), V[:, :2]) < 1e-4
 
 
-def test_a_developable_surface_comes_out_isometric_from_far_away() -> None:
+def test_a_developable_surface_is_mapped_isometrically_from_a_distant_start() -> None:
     x, y = np.meshgrid(np.linspace(0, 4, 41), np.linspace(0, 1, 11))
     _, F = igl.triangulated_grid(41, 11)
     V = np.column_stack((np.cos(x.ravel()), np.sin(x.ravel()), y.ravel()))
@@ -104,7 +104,7 @@ def test_position_scale_and_numbering_do_not_matter(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["bumps", "stress__optcuts_duck1.obj"])
-def test_weight_leads_from_angles_to_areas(name: str) -> None:
+def test_a_larger_weight_preserves_areas_better_and_angles_worse(name: str) -> None:
     V, F = load(name)
     measured = [quality(V, F, flatten(V, F, method=Isometric(weight=w)).uv) for w in (0, 0.5, 1, 2, 4, 8)]
     areas, angles = ([getattr(q, of) for q in measured] for of in ("area_distortion", "conformal_distortion"))
@@ -133,7 +133,7 @@ def test_atlases_have_even_texels_and_no_overlaps(name: str) -> None:
     assert atlas.quality.texel_spread < 2.5
 
 
-def test_the_stretch_after_it_decides_where_charts_are_cut() -> None:
+def test_the_stretch_of_the_isometric_map_decides_where_charts_are_cut() -> None:
     V, F = load("pial")
     even, angles = (
         unwrap(V, F, charts=ChartOptions(max_stretch=1.02), method=method)
@@ -158,7 +158,7 @@ def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
 
 @pytest.mark.parametrize("name", DISKS)
 @pytest.mark.parametrize("weight", [1.0, 1.5])
-def test_no_more_than_the_tolerance_is_left_of_the_energy(name: str, weight: float) -> None:
+def test_the_energy_is_within_the_tolerance_of_its_minimum(name: str, weight: float) -> None:
     V, F = load(name)
     mesh = planar_mesh(V, F)
     for start in (complex_positions(flatten(V, F).uv), stretched_start(mesh)):
@@ -188,7 +188,7 @@ def test_the_function_returns_the_map_of_the_method() -> None:
     assert (isometric(V, F, b, bc, weight=3.0, tol=0.01) == made.uv).all()
 
 
-def test_many_at_once_come_out_as_one_by_one() -> None:
+def test_many_isometric_maps_at_once_equal_single_maps() -> None:
     meshes = [bumps(n, seed) for seed, n in enumerate((60, 200, 120, 400, 80))]
     for together, (V, F) in zip(flatten_many(meshes, method="isometric"), meshes, strict=True):
         alone = flatten(V, F, method="isometric")
