@@ -202,7 +202,7 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
             raise MeshError("seams has the shape (#F, 3) but is not a mask: pass booleans, or zeros and ones")
         if as_marked:
             return array.astype(bool)
-        keys = _side_keys(F, n)  # the mask may mark one side of an edge or both
+        keys = _side_keys(F, n)  # extend the mask to all sides of each marked edge
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)

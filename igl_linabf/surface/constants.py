@@ -4,4 +4,4 @@
 LARGEST_COORDINATE = 1e60
 SMALLEST_COORDINATE = 1e-60
 
-LARGEST_SEARCHED_POLYGON = 200  # most corners for the optimal O(k^3) triangulation; ear clipping beyond
+LARGEST_SEARCHED_POLYGON = 200  # largest polygon with an optimal O(k^3) triangulation; others: ear clipping

@@ -44,7 +44,7 @@ def times_power_of_two(number: float, power: int) -> float:
 
 
 def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
-    """Return the corner angles of a flat map (#V,), (3, #F) radians; positive for flipped triangles, too."""
+    """Return the corner angles of a flat map, (3, #F), radians; also positive for flipped triangles."""
     at = z[corner]
     cross = (at[NEXT] - at).conj() * (at[PREV] - at)
     return np.arctan2(np.abs(cross.imag), cross.real)
@@ -100,9 +100,9 @@ def direction_in_space(given: ArrayLike, name: str) -> FloatArray:
 def mapped_direction(
     V: FloatArray, z: ComplexArray, F: IntArray, direction: FloatArray
 ) -> tuple[ComplexArray, FloatArray]:
-    """Project a direction in space to each triangle and map it.
+    """Project a direction in space to each triangle, and map the projection to the plane.
 
-    Returns the mapped directions, (#F,), and the areas of the triangles in space, (#F,).
+    Return the mapped directions, (#F,), and the areas of the triangles in space, (#F,).
     """
     e, f = (V[F[:, k]] - V[F[:, 0]] for k in (1, 2))
     u, v = (z[F[:, k]] - z[F[:, 0]] for k in (1, 2))

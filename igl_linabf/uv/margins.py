@@ -10,9 +10,8 @@ import shapely
 from .._types import BoolArray, IntArray
 from .uv_charts import UVCharts
 
-FIRST_REACH = (
-    1e-3  # initial search distance for the nearest charts, over the size of a page; doubled if none is found
-)
+# Initial search distance for the nearest charts, over the size of a page; doubled if no chart is found.
+FIRST_REACH = 1e-3
 
 
 @dataclass(frozen=True)

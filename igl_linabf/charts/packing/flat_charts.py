@@ -19,7 +19,7 @@ MIN_MAP_AREA = 1e-12  # least area of a part in the map, over its area on the su
 HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
 
 _angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
-OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # unit vectors, (2, HULL_DIRECTIONS)
+OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # unit vectors around the circle, (2, HULL_DIRECTIONS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,7 +222,7 @@ class AtomGroups:
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
         sides = Ragged.of_sizes(np.bincount(of, minlength=len(own)))
         made = _make_outlines(self.chart.z[around[order].T], sides, own, mapped)
-        begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
+        begin = [*part[::n].tolist(), len(made)]  # the parts of each cut have consecutive numbers
         return [_require_all(made[i:j]) for i, j in pairwise(begin)]
 
 

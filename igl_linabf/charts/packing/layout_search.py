@@ -21,15 +21,14 @@ from .spacing import Spacing
 
 # Largest number of charts that are placed by their shapes. Smaller charts are placed as rectangles.
 MAX_SHAPED_CHARTS = 100
-RECTANGLE_FILL = 0.9  # charts that fill their bounding rectangle to this share are rotated by 90 degrees only
+RECTANGLE_FILL = 0.9  # least fill of a chart's bounding rectangle for which only 90 degree turns are tried
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
-CLOSE_SIDE = (
-    1.02  # side of a fine layout, over the best coarse side, above which the next coarse layout is tried
-)
+# Try the next coarse layout if the side of the fine layout exceeds the best coarse side by this factor.
+CLOSE_SIDE = 1.02
 FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
 MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid
-SIDE_HALVINGS = 7  # bisection steps for the side of several pages
+SIDE_HALVINGS = 7  # number of bisection steps that minimise the side of the pages
 MAX_SIDE_RATIO = 1e3  # side over its lower bound beyond which the charts cannot fit because of the gaps
 
 Turns = Sequence[ComplexArray] | ComplexArray  # for each chart, the rotations to try
@@ -283,7 +282,7 @@ def _draw_masks(
 def _make_square_layout(
     charts: Charts, order: IntArray, masks: ChartMasks, side: float, grid: int, spacing: Spacing
 ) -> _SquareLayout:
-    """Place charts on one page, with the gaps of a page of this side and `grid` cells."""
+    """Place charts on one page, with the gaps of a page of width `side` that has `grid` cells along it."""
     room, placed = GROWING_ROOM, None
     while placed is None:
         placed = _place_charts(len(charts.outlines), masks, grid / side, int(room * grid), 1)

@@ -156,7 +156,7 @@ def rasterize_outlines(
     gap: float,
     aspect: float = 1.0,
 ) -> list[Masks]:
-    """Return the cells that charts touch at each of their turns, widened by half a gap on all four sides.
+    """Return the cells that charts touch at each of their rotations, widened by half a gap on all four sides.
 
     Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells, whose
     height is `aspect` times their width.

@@ -253,7 +253,7 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
         return found
     assert request.resolution is not None
     wide_page, high_page = request.resolution
-    density = wide_page / request.side  # texels per unit of the charts
+    density = wide_page / request.side  # texels per unit of length of the charts
     asked = density * request.unit
     allowed = "a page" if request.pages in (None, 1) else f"{request.pages} pages"
     remedy = "use a smaller density or a larger resolution"
@@ -278,7 +278,7 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
 def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
     """Return the charts that do not fit on a page of this side even alone, longest first."""
     short = side * spacing.inner * min(1, spacing.aspect)
-    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # shorter charts fit in any direction
+    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # charts up to this length fit in any direction
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
         replace(

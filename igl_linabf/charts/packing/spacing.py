@@ -10,8 +10,8 @@ import numpy as np
 from ...errors import is_number
 
 DEFAULT_PADDING = 2.0  # texels between two charts, if a resolution is given
-DEFAULT_MARGIN = 0.005  # share of the page's side between a few charts, if no resolution is given
-DEFAULT_MARGIN_OF_CELL = 0.05  # largest default margin, relative to the side of the cell of an average chart
+DEFAULT_MARGIN = 0.005  # default distance between charts, as a share of the page's side
+DEFAULT_MARGIN_OF_CELL = 0.05  # largest default margin, in units of the page's side over sqrt(#charts)
 MAX_GAP = 0.1  # largest gap between two charts, as a share of the page's side
 
 
@@ -57,7 +57,7 @@ class Spacing:
         return 1 - 2 * self.border
 
     def for_charts(self, number: int) -> Spacing:
-        """Return the spacing for a number of charts: the default margin shrinks with many."""
+        """Return the spacing for a number of charts; the default margin is smaller for many charts."""
         return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 
     def widen(self, by: float) -> Spacing:

@@ -85,7 +85,7 @@ class Fan:
 
 def find_fans(sides: SeamSides) -> list[Fan]:
     """Return the copies of all seam vertices, in order around each vertex."""
-    ways: dict[int, list[tuple[int, int, bool]]] = {}  # for each copy: edge, copy across the edge, forward
+    ways: dict[int, list[tuple[int, int, bool]]] = {}  # for each copy: seam edge, copy across it, direction
     copies: dict[int, list[int]] = {}
     for e, (vertices, first, second) in enumerate(
         zip(sides.vertex.tolist(), sides.first.tolist(), sides.second.tolist(), strict=True)

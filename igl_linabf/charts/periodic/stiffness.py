@@ -13,7 +13,7 @@ from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
 
 DIAGONAL_SHARE = 1e-8  # share of the diagonal that is added to the energy to make it definite
-MIN_AREA_OVER_LARGEST = 1e-8  # smaller areas of triangles are raised to this share of the largest
+MIN_AREA_OVER_LARGEST = 1e-8  # areas of triangles are raised to at least this share of the largest area
 SCALE_WEIGHT = 0.1  # weight of changes of scale and direction, relative to changes of angles
 
 
@@ -41,7 +41,7 @@ class Stiffness:
 
     @classmethod
     def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
-        """Factor an energy with fixed vertices `held`; `turn`, (#TC, #V), maps vertices to copies."""
+        """Factor an energy with the vertices `held` fixed; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # makes the diagonal exactly real
         A = (A + sparse.diags_array(DIAGONAL_SHARE * A.diagonal())).tocsr()
