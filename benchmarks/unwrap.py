@@ -22,7 +22,7 @@ from peers import PADDING, RESOLUTION, TexelAtlas, make_charts, programs, relati
 
 from igl_linabf import OutcomeWarning, flatten, quality
 from igl_linabf.surface import compact
-from igl_linabf.textures import covered, near_sides
+from igl_linabf.textures import find_covered_texels, find_texels_near_sides
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -38,11 +38,11 @@ def count_touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
     """Return the number of charts that share a texel of a bilinear lookup with another chart."""
     texels = TC[FTC] - 0.5
     size = (RESOLUTION, RESOLUTION)
-    inner = covered(texels, size)
+    inner = find_covered_texels(texels, size)
     n = len(TC)
     tail, head = FTC, np.roll(FTC, -1, axis=1)
     face, k = np.nonzero(~np.isin(tail * n + head, head * n + tail, kind="sort"))
-    near = near_sides(texels[face, k], texels[face, (k + 1) % 3], size)
+    near = find_texels_near_sides(texels[face, k], texels[face, (k + 1) % 3], size)
     index = np.concatenate((inner.index, near.index))
     of = np.concatenate((chart[inner.face], chart[face[near.side]]))
     pairs = np.unique(np.column_stack((index, of)), axis=0)

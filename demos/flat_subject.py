@@ -19,7 +19,7 @@ import pyvista as pv
 from nilearn.datasets import fetch_surf_fsaverage
 from nilearn.surface import load_surf_mesh
 
-from igl_linabf.cortex import flatten_hemispheres, mean_curvatures, write_hemisphere
+from igl_linabf.cortex import compute_mean_curvatures, flatten_hemispheres, write_hemisphere
 from igl_linabf.measures import distance_error
 from igl_linabf.plot import plot_uv
 
@@ -48,7 +48,7 @@ if __name__ == "__main__":
     for row, flat in enumerate(flat_hemispheres):
         write_hemisphere(OUT, flat)
         V, name = flat.hemisphere.V, flat.hemisphere.name
-        folds = mean_curvatures(V, flat.hemisphere.F)
+        folds = compute_mean_curvatures(V, flat.hemisphere.F)
         uv, F = freesurfer_maps[name]
         errors = flat.quality.distance_error, distance_error(V, F, uv)
         for column, (title, map_, faces) in enumerate(

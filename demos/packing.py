@@ -30,7 +30,7 @@ from igl_linabf import Atlas, ChartOptions, Packing, unwrap
 from igl_linabf.charts import pack_together
 from igl_linabf.io import replacing
 from igl_linabf.plot import WARNING
-from igl_linabf.textures import covered
+from igl_linabf.textures import find_covered_texels
 
 RESOLUTION = 256
 SHARED = -2  # value of a texel with two charts
@@ -47,7 +47,7 @@ def make_charts(atlases: Sequence[Atlas], page: int) -> np.ndarray:
         here = np.floor(corners.mean(axis=1)) @ [1, 10] == page
         for k in np.unique(chart[here]):
             triangles = (corners[here & (chart == k)] - [page % 10, page // 10]) * RESOLUTION - 0.5
-            texels = covered(triangles, (RESOLUTION, RESOLUTION)).index
+            texels = find_covered_texels(triangles, (RESOLUTION, RESOLUTION)).index
             image[texels] = np.where(image[texels] == -1, charts + k, SHARED)
         charts += int(chart.max()) + 1
     return image.reshape(RESOLUTION, RESOLUTION)

@@ -56,10 +56,10 @@ class OutcomeWarning(_Printable, UserWarning):
     """The returned map is not valid or has not converged; the message names the problem and a remedy."""
 
 
-LISTED = 5  # number of indices that a message lists before it states their total number
+MAX_LISTED = 5  # number of indices that a message lists before it states their total number
 
 
-def some(indices: ArrayLike, limit: int = LISTED) -> str:
+def some(indices: ArrayLike, limit: int = MAX_LISTED) -> str:
     """Format the first few of `indices`, and their number if there are more.
 
     Examples

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 import igl_linabf as il
 from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.io.formats import parse
-from igl_linabf.io.mesh_file import at_triangles
+from igl_linabf.io.mesh_file import gather_at_triangles
 
 # cases that broke a promise in earlier versions
 FOUND = [
@@ -80,10 +80,10 @@ def check_bytes(data: bytes, suffix: str) -> None:
             assert has_place(str(error)), error
             assert "a/file" in str(error)
             return
-    F = at_triangles(mesh, mesh.polygons.corners)
+    F = gather_at_triangles(mesh, mesh.polygons.corners)
     assert mesh.V.shape[1:] == F.shape[1:] == (3,)
     if mesh.texture is not None:
-        assert at_triangles(mesh, mesh.texture).shape == F.shape
+        assert gather_at_triangles(mesh, mesh.texture).shape == F.shape
     if len(F):
         assert F.min() >= 0
         assert F.max() < len(mesh.V)

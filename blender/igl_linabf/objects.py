@@ -32,7 +32,7 @@ def choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], 
     return [obj for obj in reversed(meshes.values()) if obj.name not in linked], linked[::-1]
 
 
-def largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Object]) -> list[np.ndarray]:
+def find_largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Object]) -> list[np.ndarray]:
     """Return the linear part of the transform of the largest instance of each object's mesh, (3, 3).
 
     All instances share the texture coordinates. Instances by collections and geometry nodes are included.
@@ -42,13 +42,13 @@ def largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.Objec
         mesh = instance.object.original.data
         if mesh in largest:
             frame = np.array(instance.matrix_world.to_3x3(), dtype=np.float64)
-            scale = _area_scale(frame)
+            scale = _compute_area_scale(frame)
             if scale > largest[mesh][0]:
                 largest[mesh] = scale, frame
     return [largest[obj.data][1] for obj in objects]
 
 
-def _area_scale(frame: np.ndarray) -> float:
+def _compute_area_scale(frame: np.ndarray) -> float:
     """Return the area scale factor of a transform (3, 3): the norm of the factors of the axis planes."""
     a, b, c = frame.T
     return float(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)]))

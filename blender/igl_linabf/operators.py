@@ -10,11 +10,11 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .objects import CannotUnwrapError, choose_objects, largest_frames, object_mode
+from .objects import CannotUnwrapError, choose_objects, find_largest_frames, object_mode
 from .pins import keep_pins, pack_beside, split_locked
 from .scene import Part, mark_seams, read_part, select_faces, write_uv
 from .settings import PROPERTIES, draw
-from .shapes import positions_of
+from .shapes import read_positions
 from .surface import Surface, make_atlas, mirrored_axis
 
 
@@ -66,10 +66,10 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
     ) -> tuple[list[Part], list[Part]]:
         """Return, for each object, the faces to unwrap, and the faces of completely pinned UV islands."""
         axis, second = mirrored_axis(self.hide), self.layer == "SECOND"
-        frames = largest_frames(context.evaluated_depsgraph_get(), objects)
+        frames = find_largest_frames(context.evaluated_depsgraph_get(), objects)
         split = []
         for obj, frame in zip(objects, frames, strict=True):
-            V = positions_of(obj, frame, context, self.modifiers, axis)
+            V = read_positions(obj, frame, context, self.modifiers, axis)
             split.append(split_locked(read_part(obj, V, selected, second)))
         parts, locked = ([part for part in each if len(part.polygons)] for each in zip(*split, strict=True))
         if not parts and locked:

@@ -69,7 +69,7 @@ def keep_pins(surface: Surface, atlas: Any, rows: np.ndarray, method: str) -> Pi
             "separates them: mark the seam there, or unpin one side"
         )
     V, aspect = surface.join("V"), [1, atlas.report.aspect]
-    TC, spans = atlas.TC.copy(), _chart_spans(atlas)
+    TC, spans = atlas.TC.copy(), _list_chart_ranges(atlas)
     fixed, faulty = np.zeros((2, len(spans)), dtype=bool)
     for i, (a, b) in enumerate(spans):
         pins = np.flatnonzero(number[a:b])
@@ -88,7 +88,7 @@ def keep_pins(surface: Surface, atlas: Any, rows: np.ndarray, method: str) -> Pi
     return PinnedMap(TC, fixed, faulty)
 
 
-def _chart_spans(atlas: Any) -> list[tuple[int, int]]:
+def _list_chart_ranges(atlas: Any) -> list[tuple[int, int]]:
     """Return the range of rows of `TC` of each chart: the first row, and the end (exclusive)."""
     ends = np.cumsum([0, *(len(chart.result.uv) for chart in atlas.charts)])
     return list(pairwise(ends.tolist()))
@@ -121,7 +121,9 @@ def pack_beside(
     """
     free = [
         chart.result.F + start
-        for chart, (start, _), fixed in zip(atlas.charts, _chart_spans(atlas), pinned.fixed, strict=True)
+        for chart, (start, _), fixed in zip(
+            atlas.charts, _list_chart_ranges(atlas), pinned.fixed, strict=True
+        )
         if not fixed
     ]
     if not free:

@@ -10,7 +10,7 @@ from .objects import CannotUnwrapError
 INDEX = "linabf_vertex"  # name of a temporary attribute with the index of each vertex
 
 
-def positions_of(
+def read_positions(
     obj: bpy.types.Object, frame: np.ndarray, context: bpy.types.Context, modifiers: bool, mirrored_axis: int
 ) -> np.ndarray:
     """Return the vertices of an object at its scale: in world space, up to a rigid motion or a reflection.
@@ -28,14 +28,14 @@ def positions_of(
     -------
     V : (#V, 3) float64
     """
-    co = _modified_positions(obj, context) if modifiers else read(obj.data.vertices, "co", np.float32, 3)
+    co = _read_modified_positions(obj, context) if modifiers else read(obj.data.vertices, "co", np.float32, 3)
     V = co.reshape(-1, 3).astype(np.float64) @ frame.T
     if np.linalg.det(frame) < 0:
         V[:, mirrored_axis] *= -1
     return V
 
 
-def _modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np.ndarray:
+def _read_modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np.ndarray:
     """Return the positions to which the modifiers move the vertices of the mesh.
 
     Subdivision Surface, Mirror, Array and Solidify append vertices to the vertices of the mesh. An

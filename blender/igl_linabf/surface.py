@@ -73,7 +73,7 @@ def make_atlas(surface: Surface, settings: Any, extend: bool, progress: object) 
         _check_cones(settings)
     charts = ChartOptions(
         trade=settings.trade,
-        hide=_direction_of(settings.hide),
+        hide=_convert_hide_setting(settings.hide),
         extend=extend,
         max_stretch=settings.max_stretch if settings.max_stretch < NO_STRETCH_LIMIT else None,
         labels=surface.join("materials") if settings.keep_materials else None,
@@ -104,7 +104,7 @@ def mirrored_axis(hide: str) -> int:
     return 1 if hide.endswith("X") else 0
 
 
-def _direction_of(hide: str) -> str | list[float] | None:
+def _convert_hide_setting(hide: str) -> str | list[float] | None:
     """Return the value of `ChartOptions.hide` for a value of the setting Hide Seams."""
     if hide in ("NOWHERE", "BACK"):
         return "back" if hide == "BACK" else None

@@ -11,8 +11,8 @@ from ..errors import printable
 from ..surface import NEXT, PREV, cycles
 
 PICTURE_SIDE = 260  # length of a picture's longer side, pixels
-MOST_DRAWN_TRIANGLES = 2_000  # larger maps show only the outlines of charts
-MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # an outline is about as long as four triangles
+MAX_DRAWN_TRIANGLES = 2_000  # larger maps show only the outlines of charts
+MAX_DRAWN_CHARTS = MAX_DRAWN_TRIANGLES // 4  # an outline is about as long as four triangles
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 
@@ -40,7 +40,7 @@ def html_row(parts: Iterable[tuple[str, str]]) -> str:
 
 
 def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
-    """Draw the outlines of a map, and its triangles if there are at most `MOST_DRAWN_TRIANGLES`.
+    """Draw the outlines of a map, and its triangles if there are at most `MAX_DRAWN_TRIANGLES`.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
         f'fill-rule="evenodd" stroke="#333" stroke-width="0.8"/>'
         for i, loops in _chart_loops(F, piece)
     ]
-    if len(F) <= MOST_DRAWN_TRIANGLES:
+    if len(F) <= MAX_DRAWN_TRIANGLES:
         triangles = _closed_path(at, F.tolist())
         drawn.append(f'<path d="{triangles}" fill="none" stroke="#333" stroke-width="0.25"/>')
     return (
@@ -75,7 +75,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
 
 
 def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
-    """Return the boundary loops of each chart, up to `MOST_DRAWN_CHARTS` charts with the most faces."""
+    """Return the boundary loops of each chart, up to `MAX_DRAWN_CHARTS` charts with the most faces."""
     tail, head, of = F[:, NEXT].ravel(), F[:, PREV].ravel(), np.repeat(piece, 3)
     n = int(F.max()) + 1
     single = ~np.isin(tail * n + head, head * n + tail)
@@ -86,7 +86,7 @@ def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]
     loops: dict[int, list[list[int]]] = {}
     for loop in cycles(following):
         loops.setdefault(int(of[loop[0]]), []).append(tail[loop].tolist())
-    largest = np.argsort(-np.bincount(piece), kind="stable")[:MOST_DRAWN_CHARTS]
+    largest = np.argsort(-np.bincount(piece), kind="stable")[:MAX_DRAWN_CHARTS]
     return [(int(i), loops[i]) for i in sorted(largest.tolist()) if i in loops]
 
 

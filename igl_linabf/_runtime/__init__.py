@@ -8,4 +8,4 @@ from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, replacing_folder, undo_at_interrupt
 from .progress import Progress, advance, count_steps, progress_part, show_progress, stopwatch, time_stage
 from .text import align_columns
-from .threads import in_threads
+from .threads import map_in_threads

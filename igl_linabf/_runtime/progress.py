@@ -108,7 +108,7 @@ def show_progress(progress: Progress) -> Iterator[None]:
         raise ValueError(
             f"progress is {progress!r}: give a function of the stage and the fraction done, None or False"
         )
-    bar = _Bar() if progress is None and on_terminal() else None
+    bar = _Bar() if progress is None and has_terminal() else None
     token = _current.set(_Report(bar or progress or None))
     try:
         with nullcontext() if bar is None else undo_at_interrupt(bar.wipe):
@@ -145,7 +145,7 @@ def progress_part(stage: str, end: float) -> Iterator[None]:
         report.end = whole
 
 
-def on_terminal() -> bool:
+def has_terminal() -> bool:
     """Return True if a progress bar may be shown: stderr is a terminal, in the main thread and process."""
     return (
         sys.stderr is not None
@@ -163,7 +163,7 @@ def count_steps(stage: str, total: int, progress: Progress) -> Iterator[Callable
     if stderr is a terminal; False shows nothing.
     """
     done = 0
-    if progress is not None or not on_terminal():
+    if progress is not None or not has_terminal():
 
         def count() -> None:
             nonlocal done

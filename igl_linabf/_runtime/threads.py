@@ -9,13 +9,13 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-MOST_THREADS = 8  # additional threads only wait for the GIL, see benchmarks/many.py
+MAX_THREADS = 8  # additional threads only wait for the GIL, see benchmarks/many.py
 
 
-def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
+def map_in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
     """Yield `work(item)` for all items in order, computed in threads with copies of the caller's context.
 
-    The number of threads is OMP_NUM_THREADS or the number of cores, at most `MOST_THREADS`.
+    The number of threads is OMP_NUM_THREADS or the number of cores, at most `MAX_THREADS`.
     """
     given = list(items)
     wanted = os.environ.get("OMP_NUM_THREADS", "")
@@ -23,7 +23,7 @@ def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
         cores = int(wanted)
     else:  # the cores available to this process, if the system reports them
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    threads = min(cores, len(given), MOST_THREADS)
+    threads = min(cores, len(given), MAX_THREADS)
     if threads < 2:
         yield from map(work, given)
         return

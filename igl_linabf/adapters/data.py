@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._types import IntArray
 from ..errors import MeshError, MeshWarning, stack_level
-from ..io import Damaged, without_strips
+from ..io import Damaged, triangulate_strip_cells
 
 if TYPE_CHECKING:
     import meshio
@@ -44,7 +44,7 @@ def triangulate_polydata(mesh: pyvista.PolyData) -> pyvista.PolyData:
     """Triangulate all faces of a mesh; the triangles get the data of their faces."""
     if mesh.n_strips:
         try:
-            mesh = without_strips(mesh)
+            mesh = triangulate_strip_cells(mesh)
         except Damaged as damage:
             raise MeshError(f"the mesh cannot be read: {damage}") from None
     return mesh if mesh.is_all_triangles else mesh.triangulate()

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..io import as_mesh_file, keep_data_of_polydata, split_at_seams
+from ..io import as_mesh_file, copy_polydata_arrays, split_at_seams
 from ..surface import face_array
 from .data import (
     NON_SURFACE_CELLS,
@@ -193,7 +193,7 @@ def to_pyvista(
     if like is not None:
         triangles = triangulate_polydata(like)
         check_sizes(V, F, triangles.n_points, triangles.GetNumberOfPolys())
-        keep_data_of_polydata(mesh, triangles, split.vertex)
+        copy_polydata_arrays(mesh, triangles, split.vertex)
     mesh.active_texture_coordinates = split.TC
     return mesh
 

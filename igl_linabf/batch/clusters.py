@@ -16,11 +16,11 @@ import psutil
 from .._runtime import undo_at_interrupt
 from .constants import PATIENCE
 
-NO_WORKER = 600  # seconds without any worker after which a local batch ends with an error
-MENDING_INTERVAL = 1000  # milliseconds between checks for dead workers
+NO_WORKER_TIMEOUT = 600  # seconds without any worker after which a local batch ends with an error
+WORKER_CHECK_INTERVAL = 1000  # milliseconds between checks for dead workers
 WORKER_MEMORY = 2**29  # memory of an idle worker, bytes
 KILL_ROUNDS = 3  # a worker that Dask restarts in one round is killed in the next round
-TERMINATE = 0.95  # share of its memory limit at which Dask terminates a worker (Dask's default)
+TERMINATION_SHARE = 0.95  # share of its memory limit at which Dask terminates a worker (Dask's default)
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -29,8 +29,8 @@ DASK_SETTINGS = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
-    "distributed.worker.memory.terminate": TERMINATE,
-    "distributed.deploy.lost-worker-timeout": NO_WORKER,  # workers may start slowly
+    "distributed.worker.memory.terminate": TERMINATION_SHARE,
+    "distributed.deploy.lost-worker-timeout": NO_WORKER_TIMEOUT,  # workers may start slowly
 }
 
 
@@ -77,7 +77,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
-            memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
+            memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATION_SHARE),
             silence_logs=logging.CRITICAL,  # errors are recorded in the table
             preload=["igl_linabf.batch.one_mesh"],
             scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
@@ -123,7 +123,7 @@ def _replace_lost_workers(cluster: Any, ending: threading.Event) -> Iterator[Non
         if len(cluster.workers) < wanted and not ending.is_set():
             cluster.scale(wanted)
 
-    mending = PeriodicCallback(mend, MENDING_INTERVAL)
+    mending = PeriodicCallback(mend, WORKER_CHECK_INTERVAL)
     cluster.loop.add_callback(mending.start)
     try:
         yield
@@ -145,7 +145,7 @@ class WorkerWatch:
         Raises
         ------
         OSError
-            A local cluster has been without workers for `NO_WORKER` seconds.
+            A local cluster has been without workers for `NO_WORKER_TIMEOUT` seconds.
         """
         if self._client.nthreads():
             self._checks_without_workers = 0
@@ -155,7 +155,7 @@ class WorkerWatch:
             if self._checks_without_workers == 1:
                 place = self._client.scheduler.address
                 warnings.warn(f"{place} has no workers: the batch waits until some join it", stacklevel=2)
-        elif self._checks_without_workers * PATIENCE >= NO_WORKER:
+        elif self._checks_without_workers * PATIENCE >= NO_WORKER_TIMEOUT:
             raise OSError(
                 None, "no worker process stays alive: free memory, or use fewer workers", "this machine"
             )

@@ -20,7 +20,7 @@ from ..charts import Atlas, ChartOptions, Cones, Packing, unwrap
 from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
-from ..io import MeshFile, lies_flat, read_file, unit_square, write_atomically
+from ..io import MeshFile, is_flat_format, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
 from .table import (
@@ -112,7 +112,7 @@ def _process_task(task: Task) -> Row:
             flatten_file = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
             TC, FTC, done = flatten_file(mesh, row, task.settings)
             writing = True
-            with places.destination(places.join(task.folder, row.output)) as path:
+            with places.prepare_destination(places.join(task.folder, row.output)) as path:
                 # force: existing files were checked when the batch was planned
                 # folder: at a URL, references to other files must be relative to the local mesh
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
@@ -145,7 +145,7 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     outcome, message = _classify_atlas(atlas), "; ".join(atlas.troubles)
     row = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
-    TC = atlas.flat / atlas.report.scale if lies_flat(row.output) else atlas.TC
+    TC = atlas.flat / atlas.report.scale if is_flat_format(row.output) else atlas.TC
     return TC, atlas.FTC, _add_quality(row, atlas.quality)
 
 
@@ -161,7 +161,7 @@ def _classify_atlas(atlas: Atlas) -> str:
 def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, method=settings.method, boundary=settings.boundary, progress=False)
-    units = settings.units or ("mesh" if lies_flat(row.output) else "square")
+    units = settings.units or ("mesh" if is_flat_format(row.output) else "square")
     uv = unit_square(result.uv) if units == "square" else result.uv
     measured = quality(V, F, uv)
     outcome, message = result.outcome, "" if result.outcome.good else result.message

@@ -71,7 +71,7 @@ def find_inputs(
     return list(files.values())
 
 
-def is_hemisphere(place: str) -> bool:
+def is_registered_sphere(place: str) -> bool:
     """Return True if the place is the registered sphere of a FreeSurfer subject's hemisphere."""
     return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERES}
 
@@ -87,7 +87,7 @@ def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
     elif os.path.isdir(place):
         paths, base = _list_folder(place, wanted), place
     elif glob.has_magic(place):
-        fixed = Path(*_take_fixed_parts(Path(place).parts))
+        fixed = Path(*_iterate_fixed_parts(Path(place).parts))
         matches = sorted(glob.glob(place, recursive=True))
         paths, base = [path for match in matches for path in _list_folder(match, wanted)], str(fixed)
     else:
@@ -95,7 +95,7 @@ def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
     return [_describe_file(path, base) for path in paths]
 
 
-def _take_fixed_parts(parts: Iterable[str]) -> Iterator[str]:
+def _iterate_fixed_parts(parts: Iterable[str]) -> Iterator[str]:
     """Yield the components of a path before the first component with a glob pattern."""
     for part in parts:
         if glob.has_magic(part):
@@ -126,11 +126,11 @@ def _describe_file(path: str, base: str) -> InputFile:
 
 
 def _find_remote(url: str) -> list[InputFile]:
-    fs, place = _filesystem(url)
+    fs, place = _open_filesystem(url)
     if fs.isfile(place):
         paths, base = [place], place.rpartition("/")[0]
     elif glob.has_magic(place):
-        base = "/".join(_take_fixed_parts(place.split("/")))
+        base = "/".join(_iterate_fixed_parts(place.split("/")))
         paths = sorted(path for path in fs.glob(place) if _is_mesh(path))
     elif fs.isdir(place):
         paths, base = sorted(path for path in fs.find(place) if _is_mesh(path)), place
@@ -142,7 +142,7 @@ def _find_remote(url: str) -> list[InputFile]:
     ]
 
 
-def _filesystem(url: str) -> tuple[Any, str]:
+def _open_filesystem(url: str) -> tuple[Any, str]:
     from fsspec.core import url_to_fs  # a dependency of Dask
 
     fs, place = url_to_fs(url)
@@ -152,7 +152,7 @@ def _filesystem(url: str) -> tuple[Any, str]:
 def list_names(folder: str) -> set[str]:
     """Return the names of the files in a folder and its subfolders; an empty set for a missing folder."""
     if is_url(folder):
-        fs, place = _filesystem(folder)
+        fs, place = _open_filesystem(folder)
         fs.invalidate_cache()
         with suppress(FileNotFoundError):
             return {path.removeprefix(place).lstrip("/") for path in fs.find(place)}
@@ -179,7 +179,7 @@ def fetch(place: str) -> Iterator[str]:
     if not is_url(place):
         yield place
         return
-    fs, remote = _filesystem(place)
+    fs, remote = _open_filesystem(place)
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as folder:
         local = os.path.join(folder, remote.rpartition("/")[2])
         fs.get_file(remote, local)
@@ -187,20 +187,20 @@ def fetch(place: str) -> Iterator[str]:
 
 
 @contextmanager
-def write_whole(place: str) -> Iterator[str]:
+def replace_atomically(place: str) -> Iterator[str]:
     """Yield a temporary path, and replace the file at `place` when the `with` block succeeds."""
-    with destination(place) as path, replacing(path) as temporary:
+    with prepare_destination(place) as path, replacing(path) as temporary:
         yield temporary
 
 
 @contextmanager
-def destination(place: str) -> Iterator[str]:
+def prepare_destination(place: str) -> Iterator[str]:
     """Yield a local path for writing; for a URL, upload all files in its folder when the block succeeds."""
     if not is_url(place):
         os.makedirs(os.path.dirname(place), exist_ok=True)
         yield place
         return
-    fs, remote = _filesystem(place)
+    fs, remote = _open_filesystem(place)
     folder, _, name = remote.rpartition("/")
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as local:
         yield os.path.join(local, name)

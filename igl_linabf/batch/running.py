@@ -34,19 +34,21 @@ from .one_mesh import UNWRAP_OPTIONS, How, Scale, Settings, Task, run
 from .table import (
     CSV,
     DIED,
-    MAY_DIFFER,
     MISSING,
     OUT_OF_MEMORY,
     PARQUET,
+    RETRYABLE,
     Row,
     Table,
     append_to_journal,
     escape_path,
 )
 
-AHEAD = 8  # number of meshes submitted in advance per thread
-AHEAD_AT_LEAST = 64  # least number of meshes submitted in advance, for workers that join later
-DEATHS_ALONE = 3  # a mesh is reported as "died" after its process died this often while it had no other mesh
+SUBMITTED_PER_THREAD = 8  # number of meshes submitted in advance per thread
+MIN_SUBMITTED_TASKS = 64  # least number of meshes submitted in advance, for workers that join later
+MAX_DEATHS_ALONE = (
+    3  # a mesh is reported as "died" after its process died this often while it had no other mesh
+)
 
 MEMORY_MESSAGE = "its process exceeded the memory limit even alone: raise the limit, or decimate the mesh"
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
@@ -200,7 +202,7 @@ def flatten_files(
     if workers is not None and not is_number(workers, 1, whole=True):
         raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
     folder = places.make_absolute(out)
-    wanted = places.is_hemisphere if how == "cortex" else None
+    wanted = places.is_registered_sphere if how == "cortex" else None
     given = [inputs] if isinstance(inputs, str | os.PathLike) else list(inputs)
     if how == "cortex" and any(places.is_url(os.fspath(place)) for place in [*given, folder]):
         raise ValueError(
@@ -298,7 +300,7 @@ def _plan_tasks(
             old is not None
             and (old.key, old.output) == (row.key, row.output)
             and old.outcome not in MISSING
-            and not (retry and old.outcome in MAY_DIFFER)
+            and not (retry and old.outcome in RETRYABLE)
             and (not old.written or old.output in there)
         ):
             rows.append(old)
@@ -375,16 +377,18 @@ def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
     """Run the tasks and yield their rows as they arrive.
 
     When a process dies, any mesh assigned to it may be the cause, or none. These meshes are therefore run
-    again one at a time. A mesh is reported as the cause after its process has died `DEATHS_ALONE` times.
+    again one at a time. A mesh is reported as the cause after its process has died `MAX_DEATHS_ALONE` times.
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
-    for task, result in _submit_tasks(client, iter(tasks), max(AHEAD_AT_LEAST, AHEAD * threads)):
+    for task, result in _submit_tasks(
+        client, iter(tasks), max(MIN_SUBMITTED_TASKS, SUBMITTED_PER_THREAD * threads)
+    ):
         if isinstance(result, Row):
             yield result
         else:
             suspects.append(task)
-    for _ in range(DEATHS_ALONE):
+    for _ in range(MAX_DEATHS_ALONE):
         tried, suspects = suspects, []
         for task, result in _submit_tasks(client, iter(tried), 1):
             if isinstance(result, Row):
@@ -395,7 +399,7 @@ def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
                 suspects.append(task)
     for task in suspects:
         limit = ", perhaps for lack of memory" if task.settings.memory else ""
-        message = f"its process died {DEATHS_ALONE} times when it had this mesh alone{limit}"
+        message = f"its process died {MAX_DEATHS_ALONE} times when it had this mesh alone{limit}"
         yield _record_failure(task, DIED, message)
 
 

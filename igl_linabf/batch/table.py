@@ -26,7 +26,7 @@ VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, "overlapping", "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
 MISSING = frozenset({WAITING, UNREADABLE})  # retried by every run
-MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # retried only with `retry`
+RETRYABLE = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # retried only with `retry`
 
 CSV, PARQUET = "results.csv", "results.parquet"
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # the quote marks escaped texts
@@ -182,14 +182,14 @@ class Table:
         start = perf_counter()
         rows = list(self._rows.values())
         with (
-            places.write_whole(places.join(self.folder, CSV)) as path,
+            places.replace_atomically(places.join(self.folder, CSV)) as path,
             open(path, "w", newline="", encoding="utf-8") as file,
         ):
             writer = csv.writer(file)
             writer.writerow(HEADER)
             writer.writerows([_make_cell(getattr(row, name)) for name in COLUMNS] for row in rows)
         if find_spec("pyarrow"):
-            with places.write_whole(places.join(self.folder, PARQUET)) as path:
+            with places.replace_atomically(places.join(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
         self._written_at = perf_counter()
         self._cost = self._written_at - start

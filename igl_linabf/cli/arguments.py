@@ -50,8 +50,8 @@ ALLOW_OUTSIDE = Option(
 
 def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
     """Add the options and arguments of a command to its parser."""
-    for name, option, annotation, default in _options_of(command):
-        kinds = _kinds(annotation)
+    for name, option, annotation, default in _iterate_options(command):
+        kinds = _list_types(annotation)
         positional = default is Parameter.empty and not option.required
         names = [name] if positional else option.flags or [f"--{name.replace('_', '-')}"]
         settings: dict[str, Any] = {"help": option.help}
@@ -72,7 +72,7 @@ def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
             action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
-def bind(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
+def bind_options(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments with which to call a command, from the values of its options.
 
     A dataclass parameter that may be None is None if all its options have their default values.
@@ -84,27 +84,27 @@ def bind(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
             bound[name] = values[name]
         else:
             given = {field: values[field] for field in described}
-            (build,) = _kinds(kind)
+            (build,) = _list_types(kind)
             is_default = all(getattr(build, field, None) == value for field, value in given.items())
             bound[name] = None if kind != build and is_default else build(**given)
     return bound
 
 
-def _options_of(command: Command) -> Iterator[tuple[str, Option, Any, Any]]:
+def _iterate_options(command: Command) -> Iterator[tuple[str, Option, Any, Any]]:
     """Yield the name, description, type and default of each option of a command."""
     for name, parameter in signature(command).parameters.items():
         kind, described = get_args(parameter.annotation)
         if isinstance(described, Option):
             yield name, described, kind, parameter.default
         else:
-            (build,) = _kinds(kind)
+            (build,) = _list_types(kind)
             kinds, defaults = get_type_hints(build), signature(build).parameters
             yield from (
                 (field, option, kinds[field], defaults[field].default) for field, option in described.items()
             )
 
 
-def _kinds(annotation: Any) -> list[Any]:
+def _list_types(annotation: Any) -> list[Any]:
     """Return the types that an annotation allows, without None; for a list, the type of its elements."""
     kinds = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else [annotation]
     kinds = [kind for kind in kinds if kind is not NoneType]

@@ -15,10 +15,10 @@ from ..io import (
     WITH_IMAGES,
     MeshFile,
     corner_colours,
+    find_object_frames,
     image_maps,
-    object_frames,
-    object_space,
-    tells_directions,
+    is_direction_map,
+    transform_to_object_space,
 )
 from ..surface import unit_vectors
 from ..textures import bake, bake_texture, check_image_memory
@@ -86,7 +86,7 @@ def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, outpu
         return bake(V, mesh.F, atlas, colours[mesh.split.place], resolution)
     if kind == "normals":
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
-        frames = object_frames(mesh, output)
+        frames = find_object_frames(mesh, output)
         if frames is not None:
             normals = unit_vectors(normals @ frames[mesh.split.face])
         return unit_vectors(bake(V, mesh.F, atlas, normals, resolution)) / 2 + 0.5
@@ -106,9 +106,9 @@ def _rebake_textures(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path
     assert mesh.extras.materials is not None  # because image maps belong to materials
     assert mesh.TC is not None  # by `check_baking`
     made: dict[str, Any] = {}
-    V, directions = object_space(mesh, output)
+    V, directions = transform_to_object_space(mesh, output)
     for kind, images in maps.items():
-        normals = directions if tells_directions(kind, images) else None
+        normals = directions if is_direction_map(kind, images) else None
         image = bake_texture(
             V,
             mesh.F,

@@ -19,7 +19,7 @@ from ..io import (
     as_mesh_file,
     check_free,
     check_target,
-    lies_flat,
+    is_flat_format,
     read_tifxyz,
     unit_square,
     write_atomically,
@@ -92,7 +92,7 @@ def flatten_mesh(
     chosen = build_method(method, **options, weight=weight)
     in_lengths = fit == "lengths"
     if units is None:  # a map written as a surface has the size of the mesh
-        units = "mesh" if in_lengths or lies_flat(job.target) else "square"
+        units = "mesh" if in_lengths or is_flat_format(job.target) else "square"
     if in_lengths and units == "square":
         raise ValueError("--fit lengths sets a scale in the mesh's units: give --units mesh, too")
     mesh = job.read(surface)

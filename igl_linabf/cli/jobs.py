@@ -23,7 +23,7 @@ from ..io import (
     normalize_suffix,
     read_file,
 )
-from .arguments import ALLOW_OUTSIDE, Command, Option, bind, output_option
+from .arguments import ALLOW_OUTSIDE, Command, Option, bind_options, output_option
 
 STDIO = Path("-")  # the path that stands for standard input or output
 
@@ -107,7 +107,7 @@ def run_command(command: Command, values: Mapping[str, Any], on_commit: Callable
     """
 
     def run() -> int:
-        bound = bind(command, values)
+        bound = bind_options(command, values)
         if "job" not in bound:
             return command(**bound)
         jobs = _plan_jobs(replace(bound.pop("job"), on_commit=on_commit))
@@ -165,7 +165,7 @@ def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         message = f"{place}{error.strerror or error}"
-        _give_up_stdout()
+        _discard_stdout()
     except MemoryError:
         message = (
             f"{job.title or 'the command'}: not enough memory: decimate the mesh, or use a smaller resolution"
@@ -177,7 +177,7 @@ def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
     return ExitCode.ERROR
 
 
-def _give_up_stdout() -> None:
+def _discard_stdout() -> None:
     """Redirect a broken stdout to the null device, so that the exiting process does not flush it again."""
     try:
         sys.stdout.flush()

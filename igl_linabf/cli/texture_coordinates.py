@@ -8,7 +8,7 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Packing
 from ..errors import MeshError, MeshWarning, stack_level
-from ..io import MeshFile, list_image_users, moves_textures
+from ..io import MeshFile, has_transformed_textures, list_image_users
 from ..surface import Faces
 from ..uv import ScaleName, check_uv, pack
 from .arguments import PACKING, Option
@@ -91,7 +91,7 @@ def _read_mesh_with_coordinates(job: Job, partial: bool = False) -> tuple[MeshFi
     if mesh.TC is None or mesh.FTC is None:
         where = "" if partial else " at all corners"
         raise MeshError(f"{job.title} has no texture coordinates{where}: unwrap it")
-    if moves_textures(mesh):
+    if has_transformed_textures(mesh):
         warnings.warn(
             "materials transform the texture coordinates (KHR_texture_transform): the stored ones are used, "
             "and sizes in texels may differ; apply the transform first",

@@ -11,7 +11,7 @@ import numpy as np
 from .._runtime import progress_part
 from ..charts import ChartOptions, Cones, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import WITH_TWO_MAPS, MeshFile, lies_flat, normalize_suffix
+from ..io import WITH_TWO_MAPS, MeshFile, is_flat_format, normalize_suffix
 from .arguments import CHARTS, PACKING, MethodName, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
@@ -126,7 +126,7 @@ def unwrap_mesh(
     with progress_part("baking", PROGRESS["baking"]):
         image = bake_images(packing, mesh, atlas, job.target)
     TC = (
-        atlas.flat / atlas.report.scale if lies_flat(job.target) else atlas.TC
+        atlas.flat / atlas.report.scale if is_flat_format(job.target) else atlas.TC
     )  # a map written as a surface has the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}

@@ -7,7 +7,7 @@ flattened at the scale that preserves distances best. Vertices keep the subject'
 from .flat_hemispheres import CutsFrom as CutsFrom
 from .flat_hemispheres import FlatHemisphere, flatten_hemisphere, flatten_hemispheres
 from .flat_hemispheres import WallFrom as WallFrom
-from .pictures import mean_curvatures
+from .pictures import compute_mean_curvatures
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .transfer import Cuts
 from .writing import FLAT_PATCH, list_files, write_hemisphere, writing_hemispheres

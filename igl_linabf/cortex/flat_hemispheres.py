@@ -18,7 +18,7 @@ from ..errors import MeshError, MeshWarning, is_number, stack_level
 from ..flattening import Flattening, Method, flatten, resolve_method
 from ..measures import Distances, Quality, measure_quality, overlapping_pairs
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
-from .constants import CRUMBS_SHARE, SOURCES
+from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
 from .found_cuts import find_cuts
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
 from .templates import Template, load_fsaverage_template, read_template
@@ -280,7 +280,7 @@ def _load_template(
 def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
     """Flatten a hemisphere without its cuts and its medial wall, and measure the map."""
     patch = patch_faces(given.F, cuts.stays)
-    enclosed = [piece for piece in patch.pieces if len(piece) > CRUMBS_SHARE * len(given.V)]
+    enclosed = [piece for piece in patch.pieces if len(piece) > MAX_OMITTED_SHARE * len(given.V)]
     if enclosed:
         warnings.warn(
             f"{given.subject}, {given.name}: cuts and medial wall enclose pieces of "
@@ -293,7 +293,7 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
     with progress_part("flattening", 0.8):
         result = flatten(surface.V, surface.F, method=method)
     with progress_part("measuring", 1.0):
-        distances = Distances.within(surface.as_manifold(), most=SOURCES)
+        distances = Distances.within(surface.as_manifold(), most=SOURCE_COUNT)
         uv = rotate_superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
         error = distances.error(uv)
         uv = scatter(uv, surface.vertices, len(given.V))
@@ -321,7 +321,7 @@ def _remove_overlaps(
             return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
         touched = np.unique(F[pairs])
         out.append(touched[find_border(given.F, patch)[touched]])
-        if not len(out[-1]) or sum(map(len, out)) > CRUMBS_SHARE * len(patch.vertices):
+        if not len(out[-1]) or sum(map(len, out)) > MAX_OMITTED_SHARE * len(patch.vertices):
             pairs = overlapping_pairs(uv, given.F[first.rows])
             return first, np.zeros(0, dtype=np.int64), len(pairs)
         stays[out[-1]] = False

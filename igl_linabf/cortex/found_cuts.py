@@ -12,7 +12,7 @@ from ..errors import MeshError, MeshWarning, stack_level
 from ..flattening import flatten
 from ..measures import Distances
 from ..surface import Submesh, connected_labels, patch_faces
-from .constants import CRUMBS_SHARE, SOURCES
+from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
 from .subjects import Hemisphere
 from .transfer import Cuts
 
@@ -54,11 +54,11 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
 def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
     """Return the error of distances of the isometric map, or infinity if the cuts enclose large pieces."""
     patch = patch_faces(given.F, cuts.stays)
-    if sum(map(len, patch.pieces)) > CRUMBS_SHARE * len(given.V):
+    if sum(map(len, patch.pieces)) > MAX_OMITTED_SHARE * len(given.V):
         return np.inf
     surface = Submesh.checked(given.V, given.F[patch.rows])
     uv = flatten(surface.V, surface.F, method="isometric").uv
-    distances = Distances.within(surface.as_manifold(), most=SOURCES)
+    distances = Distances.within(surface.as_manifold(), most=SOURCE_COUNT)
     return distances.error(uv * distances.best_scale(uv))
 
 

@@ -11,12 +11,12 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..measures import distortion
 from ..surface import Submesh, sum_by
-from ..textures import covered
+from ..textures import find_covered_texels
 from .flat_hemispheres import FlatHemisphere
 
 PANEL_PIXELS = 900  # side length of a square panel, pixels
-LARGEST_LOG_AREA = 0.7  # log of the area ratio at the ends of the colour scale: a factor of two
-SMOOTHING = 2.0  # millimetres over which the drawn curvature is smoothed
+MAX_LOG_AREA = 0.7  # log of the area ratio at the ends of the colour scale: a factor of two
+SMOOTHING_LENGTH = 2.0  # millimetres over which the drawn curvature is smoothed
 
 SHRUNK, LEVEL, GROWN = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)  # RGB
 GYRUS, SULCUS = 0.75, 0.35  # grey levels of gyri and sulci
@@ -35,7 +35,7 @@ def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
         return np.asarray(sum_by(F.ravel(), np.repeat(of_faces, 3), n) / around)
 
 
-def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
+def compute_mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
     """Return the smoothed mean curvature at each vertex, in 1/mm, which is negative in sulci."""
     n, normals = len(V), igl.per_vertex_normals(V, F)
     area = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
@@ -46,20 +46,20 @@ def mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
     ends = np.concatenate((edges, edges[:, ::-1]))
     neighbours = sparse.csr_array((np.ones(len(ends)), ends.T), shape=(n, n)) + sparse.eye_array(n)
     number = neighbours.sum(axis=1)
-    for _ in range(1 + round((SMOOTHING / length) ** 2)):
+    for _ in range(1 + round((SMOOTHING_LENGTH / length) ** 2)):
         curvature = neighbours @ curvature / number
     return np.asarray(curvature)
 
 
-def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
+def draw_panels(flat: FlatHemisphere, change: FloatArray) -> Any:
     """Draw a Pillow image with two panels: the folds, and where the map shrinks or enlarges areas.
 
     `change` is the result of `compute_area_changes`, with 0 outside the map.
     """
     from PIL import Image, ImageDraw
 
-    folds = mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
-    pixel, values = _sample_map(flat, np.column_stack((folds, change / LARGEST_LOG_AREA)))
+    folds = compute_mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
+    pixel, values = _sample_map(flat, np.column_stack((folds, change / MAX_LOG_AREA)))
     panels = np.ones((PANEL_PIXELS, 2, PANEL_PIXELS, 3))
     row, column = np.divmod(pixel, PANEL_PIXELS)
     panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS, GYRUS)
@@ -68,7 +68,7 @@ def draw(flat: FlatHemisphere, change: FloatArray) -> Any:
     pixels = np.rint(255 * panels[::-1]).astype(np.uint8)
     image = Image.fromarray(pixels.reshape(PANEL_PIXELS, 2 * PANEL_PIXELS, 3))
     pen = ImageDraw.Draw(image)
-    measured, factor = flat.quality, np.exp(LARGEST_LOG_AREA)
+    measured, factor = flat.quality, np.exp(MAX_LOG_AREA)
     texts = (
         f"{flat.hemisphere.subject.name}  {flat.hemisphere.name}\nsulci dark, gyri light",
         f"area: blue shrunk to 1/{factor:.2g}, red enlarged {factor:.2g} times\n"
@@ -87,5 +87,5 @@ def _sample_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, Flo
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
     scale = 0.86 * PANEL_PIXELS / (high - low).max()
     triangles = (uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47])
-    texels = covered(triangles, (PANEL_PIXELS, PANEL_PIXELS))
+    texels = find_covered_texels(triangles, (PANEL_PIXELS, PANEL_PIXELS))
     return texels.index, texels.values(values[flat.F])

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..io import call_reader, find_companion_surfaces, import_optional, mean_surface, read_file
+from ..io import average_surfaces, call_reader, find_companion_surfaces, import_optional, read_file
 from ..surface import vertex_array
 
 HemisphereName = Literal["lh", "rh"]
@@ -55,7 +55,7 @@ class Hemisphere:
                 f"{folder} has no surf/{name}.fiducial, .midthickness, .smoothwm, .white or .pial: give the "
                 "folder of a FreeSurfer subject"
             )
-        mesh = mean_surface([read_file(path) for path in paths])
+        mesh = average_surfaces([read_file(path) for path in paths])
         return cls(folder, name, mesh.V, mesh.triangles)
 
     def registered_sphere(self) -> FloatArray:

@@ -21,8 +21,8 @@ from ..surface import connected_labels, number_triangles
 from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
 
 WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
-SHORTEST_CUT = 0.12  # smallest length of a cut, radians; bumps of the wall's outline are up to 0.08 long
-RIM_PRICE = 2.0  # cost of an edge on the rim of a cut, relative to an inner edge of equal length
+MIN_CUT_LENGTH = 0.12  # smallest length of a cut, radians; bumps of the wall's outline are up to 0.08 long
+RIM_COST_FACTOR = 2.0  # cost of an edge on the rim of a cut, relative to an inner edge of equal length
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
     deep = _find_largest_component(edges, deep)
     margin = WALL_DEPTH + 1.5 * float(length.mean())
     wall = inside & (compute_distances(edges, length, np.flatnonzero(deep), n)[0] <= margin)
-    cuts = _trace_branches(edges, length * np.where(faces == 2, 1.0, RIM_PRICE), wall, inside)
+    cuts = _trace_branches(edges, length * np.where(faces == 2, 1.0, RIM_COST_FACTOR), wall, inside)
     return Template(sphere, F, wall & ~rim, tuple(sphere[path] for path in cuts))
 
 
@@ -113,7 +113,7 @@ def _trace_branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside:
         distance, before = compute_distances(edges, price, np.flatnonzero(ends), len(wall))
         far = np.where(inside & np.isfinite(distance), distance, 0.0)
         tip = int(np.argmax(far))
-        if far[tip] < SHORTEST_CUT:
+        if far[tip] < MIN_CUT_LENGTH:
             return paths
         paths.append(trace_to_source(before, tip))
         ends[paths[-1]] = True

@@ -12,9 +12,9 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .templates import Template, compute_distances, trace_to_source
 
-RIM_WEIGHT = 1e-6  # a point is inside the wall if wall vertices have a larger barycentric weight
-POINTS_AN_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
-LARGEST_DETOUR = 0.2  # largest distance of a cut from the template's cut, radians
+MIN_WALL_WEIGHT = 1e-6  # a point is inside the wall if wall vertices have a larger barycentric weight
+POINTS_PER_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
+MAX_DETOUR = 0.2  # largest distance of a cut from the template's cut, radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ def transfer_wall(template: Template, sphere: FloatArray) -> BoolArray:
     _, face, nearest = igl.point_mesh_squared_distance(sphere, template.sphere, template.F)
     corners = template.F[face]
     weights = igl.barycentric_coordinates(nearest, *(template.sphere[corners[:, k]] for k in range(3)))
-    return np.asarray((weights * template.wall[corners]).sum(axis=1) > RIM_WEIGHT)
+    return np.asarray((weights * template.wall[corners]).sum(axis=1) > MIN_WALL_WEIGHT)
 
 
 def transfer_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: BoolArray) -> Cuts:
@@ -61,8 +61,8 @@ def transfer_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: Boo
     nearest = cKDTree(sphere)
     ends, paths = wall.copy(), list[IntArray]()
     for line in template.cuts:
-        points = _resample_line(line, side / POINTS_AN_EDGE)
-        away = cKDTree(points).query(sphere, distance_upper_bound=LARGEST_DETOUR)[0][edges].max(axis=1)
+        points = _resample_line(line, side / POINTS_PER_EDGE)
+        away = cKDTree(points).query(sphere, distance_upper_bound=MAX_DETOUR)[0][edges].max(axis=1)
         near = np.isfinite(away)
         price = length[near] * (1 + (away[near] / side) ** 2)
         _, before = compute_distances(edges[near], price, np.flatnonzero(ends), len(sphere))
@@ -70,7 +70,7 @@ def transfer_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: Boo
         paths.append(trace_to_source(before, tip))
         if not ends[paths[-1][-1]]:
             raise MeshError(
-                f"the cut from vertex {tip} ends more than {100 * LARGEST_DETOUR:g} mm from the medial wall: "
+                f"the cut from vertex {tip} ends more than {100 * MAX_DETOUR:g} mm from the medial wall: "
                 "use medial_wall='template', or another template"
             )
         ends[paths[-1]] = True

@@ -15,7 +15,7 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..io import import_optional, write_patch
 from .flat_hemispheres import FlatHemisphere
-from .pictures import compute_area_changes, draw
+from .pictures import compute_area_changes, draw_panels
 from .subjects import HOW_TO_GET, HemisphereName
 
 STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # GIFTI's names of the hemispheres
@@ -85,7 +85,7 @@ def _write(flat: FlatHemisphere, places: list[str]) -> None:
     _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
     change = np.nan_to_num(compute_area_changes(flat))
     _write_gifti(area, flat, ("SHAPE", change))
-    draw(flat, change).save(picture)
+    draw_panels(flat, change).save(picture)
 
 
 def _write_gifti(path: str, flat: FlatHemisphere, *arrays: tuple[str, FloatArray | Any]) -> None:

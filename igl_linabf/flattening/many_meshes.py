@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import side_products
-from .._runtime import Progress, advance, in_threads, progress_part, show_progress, stopwatch
+from .._runtime import Progress, advance, map_in_threads, progress_part, show_progress, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
@@ -191,7 +191,7 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    for results in in_threads(partial(_flatten_group, meshes, method=method), _groups(meshes)):
+    for results in map_in_threads(partial(_flatten_group, meshes, method=method), _groups(meshes)):
         for place, result in results:
             made[place] = result
         advance("layout", 0.1)

@@ -7,17 +7,17 @@ module or sub-package; `files` defines the public functions and `parsing` is sha
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
 from .colours import image_maps
+from .colours import is_direction_map as is_direction_map
 from .colours import list_image_users as list_image_users
-from .colours import tells_directions as tells_directions
 from .external import Patch as Patch
 from .external import Segment, read_tifxyz, write_tifxyz
+from .external import average_surfaces as average_surfaces
 from .external import call_reader as call_reader
 from .external import check_target as check_target
+from .external import copy_polydata_arrays as copy_polydata_arrays
 from .external import find_companion_surfaces as find_companion_surfaces
 from .external import import_optional as import_optional
-from .external import keep_data_of_polydata as keep_data_of_polydata
-from .external import mean_surface as mean_surface
-from .external import without_strips as without_strips
+from .external import triangulate_strip_cells as triangulate_strip_cells
 from .external import write_patch as write_patch
 from .external import writing_tifxyz as writing_tifxyz
 from .files import as_mesh_file as as_mesh_file
@@ -38,12 +38,12 @@ from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
 from .formats import check_free as check_free
 from .formats import detect_suffix as detect_suffix
-from .formats import lies_flat as lies_flat
+from .formats import find_object_frames as find_object_frames
+from .formats import has_transformed_textures as has_transformed_textures
+from .formats import is_flat_format as is_flat_format
 from .formats import list_companion_files as list_companion_files
-from .formats import moves_textures as moves_textures
 from .formats import normalize_suffix as normalize_suffix
-from .formats import object_frames as object_frames
-from .formats import object_space as object_space
+from .formats import transform_to_object_space as transform_to_object_space
 from .formats import write_atomically as write_atomically
 from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile

@@ -145,7 +145,7 @@ def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:
     return listed if len(np.unique(listed)) > 1 else None
 
 
-def tells_directions(kind: str, images: Sequence[Picture | None]) -> bool:
+def is_direction_map(kind: str, images: Sequence[Picture | None]) -> bool:
     """Return True if images of this kind store directions in the tangent space of their map.
 
     According to the MTL specification, bump maps are grey height maps. However, many programs store normal

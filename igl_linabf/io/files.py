@@ -15,7 +15,7 @@ from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .formats import ImageArgument, parse_file, write_atomically
-from .mesh_file import MeshFile, at_triangles, check_corners
+from .mesh_file import MeshFile, check_corners, gather_at_triangles
 from .obj import load_looks, save_obj
 from .references import Folder
 
@@ -61,7 +61,7 @@ def read_mesh(path: str | os.PathLike[str], *, allow_outside: bool = False) -> t
     """
     path = Path(path)
     found = parse_file(path, allow_outside=allow_outside)
-    F = at_triangles(found, found.polygons.corners)
+    F = gather_at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
         raise _make_no_faces_error(path, found)
     return vertex_array(found.V), face_array(F)
@@ -252,7 +252,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     TC, texture = found.TC, found.texture
     if TC is None or texture is None or not len(TC) or (texture == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")
-    FTC = at_triangles(found, texture)
+    FTC = gather_at_triangles(found, texture)
     bare = np.flatnonzero((FTC == -1).any(axis=1))
     if len(bare):
         raise MeshError(

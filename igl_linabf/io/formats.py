@@ -25,8 +25,8 @@ from .external import (
     Patch,
     ThreeMfFile,
     VtpFile,
+    average_surfaces,
     find_companion_surfaces,
-    mean_surface,
     parse_3mf,
     parse_freesurfer,
     parse_gifti,
@@ -53,9 +53,9 @@ from .mesh_file import Images, MeshFile
 from .obj import (
     ObjText,
     encode_material_files,
+    get_image_paths,
+    get_library_path,
     has_library,
-    image_paths,
-    library_path,
     make_obj_names,
     make_unused_name,
     parse_obj,
@@ -129,7 +129,7 @@ def normalize_suffix(path: str | os.PathLike[str]) -> str:
     return "".join(ends) if ends[-1:] == [".gz"] else "".join(ends[-1:])
 
 
-def lies_flat(path: str | os.PathLike[str]) -> bool:
+def is_flat_format(path: str | os.PathLike[str]) -> bool:
     """Return True if the file format stores the flat map as the surface itself, so that its size matters."""
     return normalize_suffix(path) in FLAT
 
@@ -189,7 +189,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
         )
     meshes = [replace(parse_file(path_), path=path_) for path_ in paths]
     try:
-        return parse_patch(path, mean_surface(meshes))
+        return parse_patch(path, average_surfaces(meshes))
     except Damaged as damage:
         raise MeshError(f"{path} cannot be read as a patch: {damage}") from None
 
@@ -300,7 +300,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
 
 
-def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
+def find_object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | None:
     """Return the linear maps from the spaces of the objects in a written file to the space of V.
 
     Returns
@@ -316,13 +316,13 @@ def object_frames(mesh: MeshFile, path: str | os.PathLike[str]) -> FloatArray | 
     return source.frames[mesh.extras.parts[1]]
 
 
-def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
+def transform_to_object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArray, FloatArray]:
     """Return V, and normals at triangle corners (#T, 3, 3), in the object spaces of a written file.
 
     Translations are ignored. An object mirrored by its node is reflected through a point, which matches the
     orientation of its faces.
     """
-    V, normals, frames = mesh.V, compute_corner_normals(mesh), object_frames(mesh, path)
+    V, normals, frames = mesh.V, compute_corner_normals(mesh), find_object_frames(mesh, path)
     if frames is None:
         return V, normals
     sign = np.where(np.linalg.det(frames) < 0, -1.0, 1.0)
@@ -333,7 +333,7 @@ def object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> tuple[FloatArr
     return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(rotated)
 
 
-def moves_textures(mesh: MeshFile) -> bool:
+def has_transformed_textures(mesh: MeshFile) -> bool:
     """Return True if the file's materials transform the texture coordinates before the image lookup."""
     source = mesh.extras.source
     return isinstance(source, GltfFile) and has_texture_transforms(source.gltf.text)
@@ -361,12 +361,12 @@ def list_companion_files(
     """Return the paths of the files that are written next to an OBJ file: MTL file, images, second map."""
     if path.suffix.lower() != ".obj":
         return ()
-    images = [file for kind in kinds for file in image_paths(path, kind, pages)]
-    beside = [second_map_path(path)] if second else []
-    return (*([library_path(path)] if images or has_library(mesh) else []), *images, *beside)
+    images = [file for kind in kinds for file in get_image_paths(path, kind, pages)]
+    beside = [get_second_map_path(path)] if second else []
+    return (*([get_library_path(path)] if images or has_library(mesh) else []), *images, *beside)
 
 
-def second_map_path(path: Path) -> Path:
+def get_second_map_path(path: Path) -> Path:
     """Return the path of the file next to an OBJ file that stores the second texture coordinates."""
     return path.with_name(f"{path.stem}_texcoord1{path.suffix}")
 
@@ -426,7 +426,7 @@ def write_atomically(
             Path(stack.enter_context(replacing(side_path))).write_bytes(data)
         named = path if folder is None else folder / path.name
         if suffix == ".obj" and prepared.first is not None:
-            second = second_map_path(path)
+            second = get_second_map_path(path)
             _warn_of_second_map(second)
             first = replace(prepared, TC=prepared.first[0], texture=prepared.first[1], first=None)
             with warnings.catch_warnings():  # no warning: images still match the first texture coordinates

@@ -5,8 +5,8 @@ import zlib
 
 from .parsing import Damaged
 
-EXPANSION = 200  # allowed bytes of memory per byte of a file; XML of meshes is compressed at most 50-fold
-ALWAYS_ALLOWED = 2**26  # bytes of memory that are allowed for any file
+MAX_EXPANSION = 200  # allowed bytes of memory per byte of a file; XML of meshes is compressed at most 50-fold
+MIN_EXPANSION_LIMIT = 2**26  # bytes of memory that are allowed for any file
 ZLIB_OR_GZIP = zlib.MAX_WBITS | 32  # makes zlib detect the format
 CHUNK = 2**16  # number of bytes to decompress at a time
 ENTITY_PATTERN = re.compile(rb"<!ENTITY")
@@ -14,7 +14,7 @@ ENTITY_PATTERN = re.compile(rb"<!ENTITY")
 
 def largest_expansion(size: int) -> int:
     """Return the number of bytes of memory that the contents of a file of `size` bytes may occupy."""
-    return max(ALWAYS_ALLOWED, EXPANSION * size)
+    return max(MIN_EXPANSION_LIMIT, MAX_EXPANSION * size)
 
 
 def check_expansion(wanted: int, size: int, what: str) -> None:

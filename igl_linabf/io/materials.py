@@ -254,7 +254,7 @@ def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
         )
 
 
-def count_unmovable(looks: Sequence[Material]) -> int:
+def count_unmovable_materials(looks: Sequence[Material]) -> int:
     """Return the number of materials that have images, but no image that can be moved."""
     return sum(look.images and not look.maps for look in looks)
 

@@ -174,7 +174,7 @@ class MeshFile:
         return replace(self, TC=map_[used], texture=number[texture.corners])
 
 
-def at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
+def gather_at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
     """Convert values at the corners of the faces, (#C,), to values at the corners of triangles, (#T, 3)."""
     return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.split.place]
 

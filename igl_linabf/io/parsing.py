@@ -113,7 +113,7 @@ class Property(NamedTuple):
     length: str = ""
 
     @property
-    def is_of_indices(self) -> bool:
+    def is_index_list(self) -> bool:
         return bool(self.length) and self.type[0] != "f"
 
 
@@ -217,7 +217,7 @@ def parse_table(
         values = _parse_number_table(rows, len(properties))
         if values is not None:
             return {prop.name: Column(values[:, k]) for k, prop in enumerate(properties)}
-    elif len(properties) == 1 and properties[0].is_of_indices:
+    elif len(properties) == 1 and properties[0].is_index_list:
         polygons = _parse_equal_lists(rows)
         if polygons is not None:
             return {properties[0].name: polygons}
@@ -262,7 +262,7 @@ def _parse_rows(
                 k += 1
             read = (
                 parse_numbers
-                if not prop.is_of_indices
+                if not prop.is_index_list
                 else parse_indices
                 if prop.type[0] == "u"
                 else parse_integers
@@ -274,7 +274,7 @@ def _parse_rows(
             k += n
     return {
         prop.name: Column(
-            np.array(column, dtype=np.int64 if prop.is_of_indices else np.float64),
+            np.array(column, dtype=np.int64 if prop.is_index_list else np.float64),
             np.array(size, dtype=np.int64) if prop.length else None,
         )
         for prop, column, size in zip(properties, values, sizes, strict=True)

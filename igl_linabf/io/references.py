@@ -50,11 +50,11 @@ class Folder:
         """Return True if a reference points to an existing file, and may be followed."""
         return self._look_up(name)[0] is not None
 
-    def is_left_by(self, name: str) -> bool:
+    def is_outside(self, name: str) -> bool:
         """Return True if a reference leads out of the folder, and must not be followed."""
         return not self._look_up(name)[1]
 
-    def inner(self, path: Path) -> "Folder":
+    def enter(self, path: Path) -> "Folder":
         """Return the folder `path` of a file that was found by a reference, with the same root folder."""
         return Folder(path, self.allow_outside, self.root or self.path)
 
@@ -76,7 +76,7 @@ class Folder:
         """Return the file of a reference, or None, and whether the reference may be followed."""
         for candidate in dict.fromkeys((name, name.replace("\\", "/"))):
             try:
-                if not self._may_read(candidate):
+                if not self._is_allowed(candidate):
                     return None, False
                 if name and (self.path / candidate).is_file():
                     return self.path / candidate, True
@@ -84,7 +84,7 @@ class Folder:
                 break
         return None, True
 
-    def _may_read(self, name: str) -> bool:
+    def _is_allowed(self, name: str) -> bool:
         """Return True if a name is inside the folder, both as written and after links are resolved.
 
         The name as written is checked first, because resolving a network path may contact its server.

@@ -12,10 +12,10 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import complex_positions, mapped_direction
 from .joined_pieces import CutSurface, find_narrowest_turns
 
-ARROW_HALF = 0.3  # half the length of a grain arrow, relative to the extent of its piece
+ARROW_HALF_LENGTH = 0.3  # half the length of a grain arrow, relative to the extent of its piece
 ARROW_SHRINKAGE = 0.8  # an arrow is shortened repeatedly by this factor until it fits into its piece
-LEAST_GRAIN = 0.1  # a grain direction with a shorter mean projection to a piece counts as perpendicular
-AGREEING_SHARE = 0.3  # least share of a piece whose common direction replaces the mean direction
+MIN_GRAIN_LENGTH = 0.1  # a grain direction with a shorter mean projection to a piece counts as perpendicular
+COMMON_SHARE = 0.3  # least share of a piece whose common direction replaces the mean direction
 SAME_DIRECTION = 1e-3  # largest angle between directions that count as equal, radians
 
 
@@ -73,8 +73,8 @@ def find_directions(cut: CutSurface, direction: FloatArray) -> PieceDirections:
         whole = area[faces].sum()
         mean = complex((along[faces] * area[faces]).sum() / whole)
         chosen, largest = _find_common_direction(along[faces], area[faces], mean)
-        is_mean[i] = largest < AGREEING_SHARE / 2
-        known[i] = abs(chosen) >= LEAST_GRAIN * whole
+        is_mean[i] = largest < COMMON_SHARE / 2
+        known[i] = abs(chosen) >= MIN_GRAIN_LENGTH * whole
         if not known[i]:
             to = complex((aside[faces] * area[faces]).sum())
             chosen = long_sides[i] if (to * long_sides[i].conj()).real >= 0 else -long_sides[i]
@@ -120,7 +120,7 @@ def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
             side[rows] / np.maximum(length, np.finfo(float).tiny)
         ) ** 4  # the fourth power is equal for directions that differ by quarter turns
         group, shares = _group_directions(quarters, length)
-        if not shares.max(initial=0) >= AGREEING_SHARE:
+        if not shares.max(initial=0) >= COMMON_SHARE:
             continue
         best = group == shares.argmax()
         turn = complex((quarters[best] @ length[best]) ** 0.25)
@@ -152,14 +152,14 @@ def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex)
     weight = area * np.abs(along)
     group, shares = _group_directions(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero(shares >= AGREEING_SHARE / 2)  # at most six groups
+    large = np.flatnonzero(shares >= COMMON_SHARE / 2)  # at most six groups
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
     # opposite directions cancel, such as those of the two halves of a horizontal tube
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
     most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)
     # accept half the share if no group has the full share, because the mean may be parallel to no edge
-    large = large[most & (net >= (AGREEING_SHARE if (net >= AGREEING_SHARE).any() else AGREEING_SHARE / 2))]
+    large = large[most & (net >= (COMMON_SHARE if (net >= COMMON_SHARE).any() else COMMON_SHARE / 2))]
     if not len(large):
         return mean * float(area.sum()), float(shares.max())
     best = large[np.argmax((sums[large] * np.conj(mean)).real)]
@@ -173,7 +173,7 @@ def _fit_arrow(
     centres = triangles.mean(axis=1)
     room, _ = cKDTree(rim).query(centres)
     at, inside = centres[np.argmax(room)], unary_union(polygons(triangles))
-    half = ARROW_HALF * np.ptp(points @ along)
+    half = ARROW_HALF_LENGTH * np.ptp(points @ along)
     while half > room.max() and not inside.contains(LineString((at - half * along, at + half * along))):
         half *= ARROW_SHRINKAGE
     return at - half * along, at + half * along

@@ -14,8 +14,8 @@ from ..surface import Ragged, Topology, build_topology, complex_positions, conne
 from .seam_pairs import Sides, find_partners
 
 FIT_TOLERANCE = 1e-5  # largest gap between sides that coincide, relative to the extent of their pieces
-LEAST_HINGE = 0.2  # shortest joint of two pieces, relative to the width of the narrower piece
-MOST_HINGES = 8  # number of sides of a seam, longest first, along which joining is tried
+MIN_HINGE_LENGTH = 0.2  # shortest joint of two pieces, relative to the width of the narrower piece
+MAX_HINGES = 8  # number of sides of a seam, longest first, along which joining is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _find_hinges(
     first = np.flatnonzero(np.append(True, np.diff(pairs[order], axis=0).any(axis=1)))
     for rows in np.split(order, first[1:]):
         a, b = pairs[rows[0]].tolist()
-        tried = rows[:MOST_HINGES]
+        tried = rows[:MAX_HINGES]
         missed = np.abs(turn[tried, None, None] * there[:, rows] + shift[tried, None, None] - here[:, rows])
         total = (length[rows] * (missed <= FIT_TOLERANCE * max(extent[a], extent[b])).all(axis=1)).sum(axis=1)
         along = [
@@ -142,7 +142,7 @@ def _find_hinges(
                 (b, (there[1] - there[0])[tried] / length[tried]),
             )
         ]
-        long_enough = total >= LEAST_HINGE * np.minimum(*along)
+        long_enough = total >= MIN_HINGE_LENGTH * np.minimum(*along)
         found += [(-float(total[k]), int(tried[k])) for k in np.flatnonzero(long_enough).tolist()]
     best = np.array([row for _, row in sorted(found)], dtype=np.int64)
     return _Hinges(pairs[best], turn[best], shift[best])

@@ -30,7 +30,7 @@ from .seam_pairs import PatternSeam, pair_seams
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
 DEFAULT_UNITS = "mm"  # unit of length if the file of a surface does not state a unit
 PIECE_MARGIN = 0.005  # distance between a few pieces, as a share of the side of the drawing
-MOST_MARGINS = 0.64  # largest share of the drawing's square that margins may cover
+MAX_MARGIN_COVERAGE = 0.64  # largest share of the drawing's square that margins may cover
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +176,7 @@ def _rotate_and_pack(cut: CutSurface, turn: ComplexArray) -> CutSurface:
     for own in rows:
         local[own] = np.arange(len(own))
     charts = [(flat[own], local[cut.F[of == i]]) for i, own in enumerate(rows)]
-    margin = min(PIECE_MARGIN, np.sqrt(MOST_MARGINS / number))
+    margin = min(PIECE_MARGIN, np.sqrt(MAX_MARGIN_COVERAGE / number))
     made = flat.copy()
     for own, placed in zip(rows, pack_charts(charts, Packing(margin=margin), rotate=False), strict=True):
         made[own] = placed.uv / abs(placed.ratio)

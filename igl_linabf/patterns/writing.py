@@ -22,7 +22,7 @@ LINE_WIDTH = 0.25  # in mm
 BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, in mm
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}  # mm
-EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
+INSTALL_HINT = "patterns need pip install 'igl-linabf[patterns]'"
 
 OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
 COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
@@ -207,7 +207,7 @@ def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatAr
 
 
 def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    svgwrite = import_optional("svgwrite", EXTRA)
+    svgwrite = import_optional("svgwrite", INSTALL_HINT)
     drawing = svgwrite.Drawing(
         path,
         size=(f"{sheet.width!r}mm", f"{sheet.height!r}mm"),
@@ -236,7 +236,7 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    ezdxf = import_optional("ezdxf", EXTRA)
+    ezdxf = import_optional("ezdxf", INSTALL_HINT)
     document = ezdxf.new("R2010", setup=True)
     document.units = ezdxf.units.MM
     model = document.modelspace()
@@ -257,8 +257,8 @@ def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
 
     The pages are in landscape format if fewer pages are then needed.
     """
-    figures = import_optional("matplotlib.figure", EXTRA)
-    pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
+    figures = import_optional("matplotlib.figure", INSTALL_HINT)
+    pages = import_optional("matplotlib.backends.backend_pdf", INSTALL_HINT)
     paper = min((paper, paper[::-1]), key=lambda size: int(np.prod(_count_tiles(sheet, size))))
     free, (columns, rows) = np.array(paper) - 2 * MARGIN, _count_tiles(sheet, paper)
     with pages.PdfPages(path, metadata={"Creator": "igl_linabf", "CreationDate": None}) as file:
@@ -288,7 +288,7 @@ def _draw_page(
     axes.set_xlim(corner[0] - MARGIN, corner[0] - MARGIN + paper[0])
     axes.set_ylim(corner[1] - MARGIN, corner[1] - MARGIN + paper[1])
     points = 72 / MILLIMETRES["in"]
-    frame = import_optional("matplotlib.patches", EXTRA).Rectangle(
+    frame = import_optional("matplotlib.patches", INSTALL_HINT).Rectangle(
         (corner[0], corner[1]), *free, fill=False, linewidth=0.5, edgecolor="#888888"
     )
     axes.add_patch(frame)

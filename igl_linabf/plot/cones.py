@@ -14,7 +14,7 @@ from ..surface import connected_labels
 from .constants import MARKER_RADIUS
 
 HUE_STEP = 0.618  # hue difference of consecutive arcs, as a share of the full circle: the golden ratio
-CONE = "#e09f1f"
+CONE_COLOUR = "#e09f1f"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,4 +75,4 @@ def add_cones(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **optio
     if len(centres):
         ball = pv.Sphere(radius=MARKER_RADIUS * diagonal, theta_resolution=16, phi_resolution=16)
         balls = pv.PolyData(centres).glyph(geom=ball, scale=False, orient=False)
-        plotter.add_mesh(balls, color=CONE, smooth_shading=True, **options)
+        plotter.add_mesh(balls, color=CONE_COLOUR, smooth_shading=True, **options)

@@ -206,7 +206,7 @@ def look_at_plane(plotter: pv.Plotter, bar: bool = False) -> None:
         camera.parallel_scale *= 1 + SCALAR_BAR_HEIGHT
         down = np.array([0, SCALAR_BAR_HEIGHT * camera.parallel_scale, 0])
         camera.position, camera.focal_point = camera.position - down, camera.focal_point - down
-    _step_back(plotter, 2 * camera.parallel_scale)
+    _move_camera_back(plotter, 2 * camera.parallel_scale)
 
 
 def add_seams(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
@@ -322,10 +322,10 @@ def face_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> Non
         plotter.camera.tight(padding=0.08, view=plane, negative=negative, adjust_render_window=False)
         if normal.sum(axis=0) @ np.array(plotter.camera.direction) <= 1e-6 * area.sum():
             break
-    _step_back(plotter, float(np.linalg.norm(np.ptp(points, axis=0))))
+    _move_camera_back(plotter, float(np.linalg.norm(np.ptp(points, axis=0))))
 
 
-def _step_back(plotter: pv.Plotter, distance: float) -> None:
+def _move_camera_back(plotter: pv.Plotter, distance: float) -> None:
     """Move the camera away from its focal point, because `camera.tight` leaves it inside the surface."""
     camera = plotter.camera
     camera.position = np.array(camera.focal_point) - distance * np.array(camera.direction)

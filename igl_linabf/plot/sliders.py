@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MAX_SLIDER_ITERATIONS = 8  # largest value of the slider for the number of iterations
 MAX_SLIDER_TRADE = 60.0  # largest value of the slider for `trade`
-SLIDER_LETTERS = 0.1  # height of letters, relative to the height of the row of sliders
+SLIDER_LETTER_HEIGHT = 0.1  # height of letters, relative to the height of the row of sliders
 
 
 def add_sliders(viewer: Viewer) -> None:
@@ -53,13 +53,13 @@ def _add_choice(
         value=list(names).index(now),
         **_build_slider_options(i),
     )
-    slider.GetRepresentation().SetTitleHeight(SLIDER_LETTERS)
+    slider.GetRepresentation().SetTitleHeight(SLIDER_LETTER_HEIGHT)
 
 
 def _add_number(
     viewer: Viewer, i: int, title: str, most: float, now: float, chosen: Callable[[float], None]
 ) -> None:
-    titled = {"title": title, "fmt": "%.0f", "title_height": SLIDER_LETTERS}
+    titled = {"title": title, "fmt": "%.0f", "title_height": SLIDER_LETTER_HEIGHT}
     slider = viewer.plotter.add_slider_widget(
         _call_on_change(viewer, float(now), chosen),
         (0, most),
@@ -67,7 +67,7 @@ def _add_number(
         **titled,
         **_build_slider_options(i),
     )
-    slider.GetRepresentation().SetLabelHeight(SLIDER_LETTERS)
+    slider.GetRepresentation().SetLabelHeight(SLIDER_LETTER_HEIGHT)
 
 
 def _call_on_change(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]

@@ -41,7 +41,7 @@ from .scene import (
 from .sliders import add_sliders
 
 PANEL_HEIGHT = 130  # height of the row with the sliders and the help, pixels
-CLICK_MOVES = 4  # largest mouse movement during a click, pixels
+MAX_CLICK_MOVEMENT = 4  # largest mouse movement during a click, pixels
 SEAM_END_RADIUS = 0.009  # radius of spheres at the ends of seams, relative to the diagonal of the surface
 
 METHOD_NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
@@ -376,7 +376,7 @@ class Viewer:
 
     def _release(self, *_: object) -> None:
         x, y = self.plotter.iren.get_event_position()
-        if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= CLICK_MOVES:
+        if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= MAX_CLICK_MOVEMENT:
             self.act(partial(self.pick, x, y))
 
 

@@ -19,15 +19,15 @@ from ..flattening import Method, flatten, resolve_method
 from ..io import Segment, read_tifxyz
 from ..measures import format_pair_count
 from ..surface import Repair, Submesh, clean, complex_positions, coordinates, direction_in_space
-from .grids import check_step, triangulate_grid
+from .grids import check_scale, triangulate_grid
 from .holes import fill_holes
 from .report import FlatSegment, SegmentReport, measure_pieces
-from .resampling import Sheet, grid_positions, sample_sheets
+from .resampling import Sheet, compute_grid_positions, sample_sheets
 
 AXIS = (0.0, 0.0, 1.0)  # axis of the scroll in its volume
 BYTES_PER_POINT = 2200  # peak memory per point of a segment with a million points or more
-GAP = 2  # columns without points between neighbouring pieces
-MAPPED = 0.9  # fraction of the progress bar when the maps are finished
+PIECE_GAP = 2  # columns without points between neighbouring pieces
+MAPPED_FRACTION = 0.9  # fraction of the progress bar when the maps are finished
 
 
 def memory_needed(segment: Segment) -> int:
@@ -115,15 +115,15 @@ def flatten_segment(
     if not is_number(pieces, 1, whole=True):
         raise ValueError(f"pieces is {pieces!r}: give the number of pieces to flatten, at least 1")
     given = segment if isinstance(segment, Segment) else read_tifxyz(segment)
-    check_step(given)
+    check_scale(given)
     with show_progress(progress):
         found, source = _find_pieces(given)
         left_out = tuple(len(piece.F) for piece in found[pieces:])
         taken = _sort_by_column(found[:pieces], source.origin, given.points.shape[1])
         del found
-        with progress_part("flatten", MAPPED):
+        with progress_part("flatten", MAPPED_FRACTION):
             maps = [_flatten_piece(piece, source.origin, given, chosen, upwards) for piece in taken]
-        real = [_without_fill(piece, uv, source.of_fill) for piece, uv in zip(taken, maps, strict=True)]
+        real = [_drop_fill(piece, uv, source.of_fill) for piece, uv in zip(taken, maps, strict=True)]
         del taken, maps
         distortion = measure_pieces(real)
         advance("measure", 0.5)
@@ -179,7 +179,7 @@ def _find_pieces(given: Segment) -> tuple[list[Submesh], _Source]:
     return found, _Source(mesh.origin, mesh.merged, of_fill[mesh.faces], mesh.repairs)
 
 
-def _without_fill(piece: Submesh, uv: FloatArray, of_fill: BoolArray) -> tuple[Submesh, FloatArray]:
+def _drop_fill(piece: Submesh, uv: FloatArray, of_fill: BoolArray) -> tuple[Submesh, FloatArray]:
     """Return a piece and its map without the triangles of filled holes."""
     rows = np.flatnonzero(~of_fill[piece.faces])
     if len(rows) == len(piece.F):
@@ -227,9 +227,9 @@ def _place_maps(
     given: Segment, pieces: list[tuple[Submesh, FloatArray]], origin: IntArray
 ) -> tuple[list[Sheet], FloatArray, tuple[int, int]]:
     """Place the maps of pieces side by side in a grid; return sheets, map in voxels, and size of the grid."""
-    placed = [grid_positions(uv, given.scale) for _, uv in pieces]
-    wide = [columns + GAP for _, (columns, _) in placed]
-    size = sum(wide) - GAP, max(rows for _, (_, rows) in placed)
+    placed = [compute_grid_positions(uv, given.scale) for _, uv in pieces]
+    wide = [columns + PIECE_GAP for _, (columns, _) in placed]
+    size = sum(wide) - PIECE_GAP, max(rows for _, (_, rows) in placed)
     sheets, before = [], 0
     for (piece, _), (cells, _), width in zip(pieces, placed, wide, strict=True):
         cells[:, 0] += before

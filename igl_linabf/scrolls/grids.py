@@ -30,9 +30,9 @@ def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, B
     return np.stack((first, second), axis=1).reshape(-1, 3), of_fill
 
 
-def check_step(segment: Segment) -> None:
+def check_scale(segment: Segment) -> None:
     """Raise a MeshError if the distances of neighbouring points contradict the scale."""
-    step = _median_step(segment.points, 1), _median_step(segment.points, 0)
+    step = _compute_median_distance(segment.points, 1), _compute_median_distance(segment.points, 0)
     ratio = [d * s for d, s in zip(step, segment.scale, strict=True)]
     if all(1 / SCALE_TOLERANCE <= r <= SCALE_TOLERANCE for r in ratio):
         return
@@ -49,7 +49,7 @@ def check_step(segment: Segment) -> None:
     )
 
 
-def _median_step(points: FloatArray, axis: int) -> float:
+def _compute_median_distance(points: FloatArray, axis: int) -> float:
     """Return the median distance of neighbours along an axis of the grid, without coincident points."""
     squared = (np.diff(points, axis=axis) ** 2).sum(axis=2)
     squared = squared[squared > 0]  # also drops NaN at missing points

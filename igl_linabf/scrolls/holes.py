@@ -10,7 +10,7 @@ from scipy.sparse import linalg
 
 from .._types import BoolArray, FloatArray
 
-MOST_FILLED = 2_500  # largest number of missing points in a hole that is filled
+MAX_FILLED_POINTS = 2_500  # largest number of missing points in a hole that is filled
 SLOPE_WEIGHT = 1e-4  # weight of first differences relative to second differences; makes the fill unique
 
 
@@ -21,7 +21,7 @@ def fill_holes(points: FloatArray) -> tuple[FloatArray, BoolArray]:
     """
     missing = ~np.isfinite(points).all(axis=2)
     label, number = scipy.ndimage.label(missing, structure=np.ones((3, 3)))
-    small = np.bincount(label.ravel(), minlength=number + 1) <= MOST_FILLED
+    small = np.bincount(label.ravel(), minlength=number + 1) <= MAX_FILLED_POINTS
     small[0] = False
     for border in (label[0], label[-1], label[:, 0], label[:, -1]):
         small[border] = False

@@ -10,7 +10,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..io import Segment
-from ..textures import Texels, covered
+from ..textures import Texels, find_covered_texels
 
 FACES_AT_ONCE = 250_000  # number of triangles to sample at a time, to bound the memory
 
@@ -33,7 +33,7 @@ class Sheet:
     cells: FloatArray
 
 
-def grid_positions(uv: FloatArray, scale: tuple[float, float]) -> tuple[FloatArray, tuple[int, int]]:
+def compute_grid_positions(uv: FloatArray, scale: tuple[float, float]) -> tuple[FloatArray, tuple[int, int]]:
     """Return the column and the row of each vertex of a map with v upwards, and the size of the grid.
 
     The grid is centred, and as large as fits into the bounding box of the map.
@@ -70,7 +70,7 @@ def sample_sheets(segment: Segment, sheets: list[Sheet], size: tuple[int, int]) 
     for sheet in sheets:
         for start in range(0, len(sheet.F), FACES_AT_ONCE):
             F = sheet.F[start : start + FACES_AT_ONCE]
-            texels, F = covered(sheet.cells[F], size), sheet.origin[F]
+            texels, F = find_covered_texels(sheet.cells[F], size), sheet.origin[F]
             for name, values in sources.items():
                 made[name][texels.index] = _interpolate(values, F, texels)
     points = made.pop("").reshape(rows, columns, 3)

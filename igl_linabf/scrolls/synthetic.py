@@ -5,11 +5,11 @@ import scipy.ndimage
 
 from ..io import Segment
 
-STEP = 20.0  # distance between neighbouring points, in voxels
-PITCH = 200.0  # distance between neighbouring windings, in voxels
-INNERMOST = 1500.0  # radius at the start of the spiral, in voxels
+POINT_DISTANCE = 20.0  # distance between neighbouring points, in voxels
+WINDING_DISTANCE = 200.0  # distance between neighbouring windings, in voxels
+INNER_RADIUS = 1500.0  # radius at the start of the spiral, in voxels
 NOISE = 1.0  # standard deviation of coordinates, in voxels
-BOTTOM = 1000.0  # smallest z, in voxels
+MIN_Z = 1000.0  # smallest z, in voxels
 
 
 def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
@@ -44,13 +44,15 @@ def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
         raise ValueError(f"the grid has {rows} x {columns} points: give at least 20 x 20")
     rng = np.random.default_rng(seed)
     row, column = np.mgrid[:rows, :columns].astype(float)
-    along, up = STEP * column, STEP * (rows - 1 - row)
-    grow = PITCH / (2 * np.pi)  # increase of the radius per radian
-    turn = (np.sqrt(INNERMOST**2 + 2 * grow * along) - INNERMOST) / grow  # angle after the length `along`
-    radius = INNERMOST + grow * turn + 0.2 * PITCH * np.sin(up / 400) * np.sin(along / 600)
+    along, up = POINT_DISTANCE * column, POINT_DISTANCE * (rows - 1 - row)
+    grow = WINDING_DISTANCE / (2 * np.pi)  # increase of the radius per radian
+    turn = (
+        np.sqrt(INNER_RADIUS**2 + 2 * grow * along) - INNER_RADIUS
+    ) / grow  # angle after the length `along`
+    radius = INNER_RADIUS + grow * turn + 0.2 * WINDING_DISTANCE * np.sin(up / 400) * np.sin(along / 600)
     points = np.stack((radius * np.cos(turn), radius * np.sin(turn), up), axis=2)
     centre = 1.5 * radius.max()
-    points += rng.normal(0, NOISE, points.shape) + np.array([centre, centre, BOTTOM])
+    points += rng.normal(0, NOISE, points.shape) + np.array([centre, centre, MIN_Z])
     twice = rng.random((rows, columns - 1)) < 0.002
     points[:, 1:][twice] = points[:, :-1][twice]  # make neighbours coincident
     missing = np.abs(column - 0.8 * columns) < 1.5
@@ -61,4 +63,4 @@ def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
         missing |= scipy.ndimage.distance_transform_edt(~seeds) < radius_of_hole
     missing |= row < 2 * rng.random(columns)  # make the border ragged
     points[missing] = np.nan
-    return Segment(points, (1 / STEP, 1 / STEP), {"type": "seg", "name": "synthetic"})
+    return Segment(points, (1 / POINT_DISTANCE, 1 / POINT_DISTANCE), {"type": "seg", "name": "synthetic"})

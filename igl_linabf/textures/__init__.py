@@ -7,5 +7,5 @@ value.
 from .baking import bake, check_image_memory
 from .sampling import Picture as Picture
 from .sampling import Wrap as Wrap
-from .texels import Texels, covered, near_sides
+from .texels import Texels, find_covered_texels, find_texels_near_sides
 from .transfer import bake_texture

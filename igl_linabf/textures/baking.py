@@ -14,7 +14,7 @@ from ..charts import UDIM_ROW, Atlas, page_size
 from ..errors import MemoryLimitError, MeshError, is_number
 from ..linalg import available, fits, gigabytes
 from ..surface import vertex_array
-from .texels import Rows, Size, Texels, covered, find_boundary_texels, find_nearest_known
+from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
 
 STRIP_TEXELS = 1 << 20  # number of texels to paint at a time, to bound the memory
 BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # memory of the image, and of masks per texel
@@ -195,14 +195,14 @@ def paint_page(
                 image = np.full((height * width, values.shape[1]), float(background))
             image[index] = values
             is_known.flat[index] = True
-    _grow(image, is_known, padding)
+    _dilate_texels(image, is_known, padding)
     return image.reshape(height, width, -1)[::-1]
 
 
-def _grow(image: FloatArray, is_known: BoolArray, padding: int) -> None:
+def _dilate_texels(image: FloatArray, is_known: BoolArray, padding: int) -> None:
     """Copy known texels of an image, (#texels, k), into the free texels around them."""
     height, width = is_known.shape
-    for begin, end in _strips(height, width):
+    for begin, end in _iterate_strips(height, width):
         first, last = max(begin - padding, 0), min(end + padding, height)
         grown, source = find_nearest_known(is_known[first:last], padding)
         grown, source = grown + first * width, source + first * width
@@ -210,7 +210,7 @@ def _grow(image: FloatArray, is_known: BoolArray, padding: int) -> None:
         image[grown[inside]] = image[source[inside]]
 
 
-def _strips(height: int, width: int) -> Iterator[Rows]:
+def _iterate_strips(height: int, width: int) -> Iterator[Rows]:
     """Yield strips of rows that cover a page."""
     step = max(STRIP_TEXELS // width, 1)
     for begin in range(0, height, step):
@@ -264,9 +264,9 @@ def _rasterise(page: Page, size: Size) -> Iterator[Texels]:
     n = int(F.max(initial=0)) + 1
     open_ = ~np.isin(tail * n + head, head * n + tail, kind="sort")
     low, high = triangles[..., 1].min(axis=1, initial=np.inf), triangles[..., 1].max(axis=1, initial=-np.inf)
-    for rows in _strips(size[1], size[0]):
+    for rows in _iterate_strips(size[1], size[0]):
         near = np.flatnonzero((low < rows[1] + 1) & (high > rows[0] - 2))
-        inner = covered(triangles[near], size, rows)
+        inner = find_covered_texels(triangles[near], size, rows)
         face, k = np.nonzero(open_[near])
         outer = find_boundary_texels(triangles[near], (face, k), size, rows)
         free = np.ones((rows[1] - rows[0]) * size[0], dtype=bool)

@@ -51,7 +51,7 @@ class Texels:
         return np.asarray(made)
 
 
-def covered(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
+def find_covered_texels(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
     """Return the texels whose centres lie in triangles (#F, 3, 2); the last of overlapping triangles wins.
 
     If `rows` is given, only the texels in these rows are returned.
@@ -128,7 +128,9 @@ class Nearby:
     distance: FloatArray
 
 
-def near_sides(start: FloatArray, end: FloatArray, size: Size, rows: Rows | None = None) -> Nearby:
+def find_texels_near_sides(
+    start: FloatArray, end: FloatArray, size: Size, rows: Rows | None = None
+) -> Nearby:
     """Return the texels that a bilinear lookup on sides from `start` to `end`, (#S, 2) each, may use.
 
     If `rows` is given, only the texels in these rows are returned.
@@ -158,7 +160,7 @@ def find_boundary_texels(
 ) -> Texels:
     """Return the texels near given sides (k, k + 1) of triangles, each with its nearest point on a side."""
     face, k = sides
-    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size, rows)
+    near = find_texels_near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size, rows)
     order = np.argsort(-near.distance, kind="stable")  # the nearest side is written last
     first = rows[0] * size[0]
     latest = np.full((rows[1] - rows[0]) * size[0], -1, dtype=np.int64)

@@ -14,7 +14,7 @@ from conftest import load
 
 from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
 from igl_linabf._notebook import map_svg
-from igl_linabf._notebook.pages import MOST_DRAWN_CHARTS
+from igl_linabf._notebook.pages import MAX_DRAWN_CHARTS
 from igl_linabf.surface import Submesh
 
 ROOT = Path(__file__).parents[2]
@@ -122,7 +122,7 @@ def test_a_picture_has_v_upwards() -> None:
 
 
 def test_only_the_largest_of_many_charts_are_drawn() -> None:
-    n = MOST_DRAWN_CHARTS + 50
+    n = MAX_DRAWN_CHARTS + 50
     # every eleventh chart is a square, and all other charts are smaller triangles
     size = np.where(np.arange(n) % 11 == 5, 1.0, 0.5)
     squares = [[[i, 0], [i + s, 0], [i + s, s], [i, s]] for i, s in enumerate(size.tolist())]
@@ -131,7 +131,7 @@ def test_only_the_largest_of_many_charts_are_drawn() -> None:
         F += [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]][: 2 if s == 1 else 1]
         piece += [i] * (2 if s == 1 else 1)
     outlines = drawn(map_svg(np.array(squares).reshape(-1, 2), np.array(F), np.array(piece)))
-    assert len(outlines) == MOST_DRAWN_CHARTS
+    assert len(outlines) == MAX_DRAWN_CHARTS
     assert sum(len(outline) == 4 for outline in outlines) == (size == 1).sum()
 
 

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from igl_linabf._runtime import stopwatch, time_stage
-from igl_linabf._runtime.threads import in_threads
+from igl_linabf._runtime.threads import map_in_threads
 
 
 @pytest.fixture(autouse=True)
@@ -21,7 +21,7 @@ def test_results_of_several_threads_are_in_order() -> None:
         time.sleep(0.02 * (4 - i % 4))
         return i, threading.current_thread().name
 
-    found = list(in_threads(work, range(8)))
+    found = list(map_in_threads(work, range(8)))
     assert [i for i, _ in found] == [*range(8)]
     assert 1 < len({name for _, name in found}) <= 4
 
@@ -33,7 +33,7 @@ def test_seconds_of_a_stage_add_up_over_threads() -> None:
 
     with stopwatch("work") as seconds:
         work(0)
-        list(in_threads(work, range(4)))
+        list(map_in_threads(work, range(4)))
     assert seconds["work"] > 4 * 0.05  # five calls take at least 0.05 seconds each
 
 
@@ -47,6 +47,6 @@ def test_items_that_have_not_started_are_cancelled_after_an_error() -> None:
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        list(in_threads(work, range(100)))
+        list(map_in_threads(work, range(100)))
     time.sleep(0.3)
     assert len(begun) < 20

@@ -16,7 +16,7 @@ from subjects import made_up_subject
 
 from igl_linabf import distortion
 from igl_linabf.cortex import flatten_hemisphere, list_files, write_hemisphere
-from igl_linabf.cortex.pictures import mean_curvatures
+from igl_linabf.cortex.pictures import compute_mean_curvatures
 from igl_linabf.io import read_file
 
 
@@ -101,7 +101,7 @@ def test_sulci_have_negative_curvature_and_gyri_positive() -> None:
     V = np.column_stack((x.ravel(), y.ravel(), np.cos(x).ravel()))
     i = np.arange(80 * 30).reshape(80, 30)[:, :-1].ravel()
     F = np.concatenate((np.column_stack((i, i + 30, i + 31)), np.column_stack((i, i + 31, i + 1))))
-    curvature = mean_curvatures(10 * V, F)
+    curvature = compute_mean_curvatures(10 * V, F)
     middle = (np.abs(V[:, 1] - V[:, 1].mean()) < 1) & (x.ravel() > 1) & (x.ravel() < 11)
     assert (curvature[middle & (V[:, 2] > 0.7)] > 0.005).all()
     assert (curvature[middle & (V[:, 2] < -0.7)] < -0.005).all()

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 import igl_linabf as il
 from igl_linabf import ChartOptions
-from igl_linabf._runtime import in_threads
+from igl_linabf._runtime import map_in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
 from igl_linabf.charts.seams.search import SeamSearch
@@ -155,7 +155,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
         return k
 
     with pytest.raises(MemoryError):
-        list(in_threads(work, range(1000)))
+        list(map_in_threads(work, range(1000)))
     assert len(done) < 999
 
 

@@ -16,7 +16,7 @@ from igl_linabf import MeshError, MeshWarning, Packing, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, image_maps, read_file
 from igl_linabf.textures import Picture, bake, bake_texture
-from igl_linabf.textures.texels import covered
+from igl_linabf.textures.texels import find_covered_texels
 
 # the sides of a box that share no vertices, as in glTF files with sharp edges
 SIDES = np.array([[0, 1, 1], [0, -1, 1], [1, 1, 0], [1, -1, 0], [2, 1, 2], [2, -1, 2]])
@@ -327,7 +327,7 @@ def test_filters_and_wrap_modes_of_images_are_kept(tmp_path: Path) -> None:
     assert textures[0]["source"] == textures[1]["source"]
     image = image_maps(mesh)["baseColorTexture"][0]
     uv = mesh.TC[mesh.FTC[mesh.extras.materials[1] == 0]]
-    row, column = np.divmod(covered(uv * 128 - 0.5, (128, 128)).index, 128)
+    row, column = np.divmod(find_covered_texels(uv * 128 - 0.5, (128, 128)).index, 128)
     colours = np.unique(image.pixels[127 - row, column], axis=0)
     assert image.nearest and len(colours) > 1
     assert {tuple(colour) for colour in colours} <= {tuple(colour) for colour in pixel_art.reshape(-1, 3)}

@@ -5,12 +5,12 @@ from .optional_packages import call_reader, import_optional
 from .patches import (
     PATCH_MAGIC,
     Patch,
+    average_surfaces,
     find_companion_surfaces,
-    mean_surface,
     parse_patch,
     save_patch,
     write_patch,
 )
 from .three_mf import ThreeMfFile, parse_3mf, save_3mf
 from .tifxyz import Segment, check_target, read_tifxyz, write_tifxyz, writing_tifxyz
-from .vtk_polydata import VtpFile, keep_data_of_polydata, parse_vtp, save_vtp, without_strips
+from .vtk_polydata import VtpFile, copy_polydata_arrays, parse_vtp, save_vtp, triangulate_strip_cells

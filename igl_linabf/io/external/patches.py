@@ -54,7 +54,7 @@ def find_companion_surfaces(folder: Path, hemisphere: str) -> list[Path]:
     return []
 
 
-def mean_surface(meshes: list[MeshFile]) -> MeshFile:
+def average_surfaces(meshes: list[MeshFile]) -> MeshFile:
     """Return the first surface with its vertex positions averaged over all surfaces."""
     first = meshes[0]
     for mesh in meshes[1:]:

@@ -24,8 +24,8 @@ FORMAT = "tifxyz"
 META = "meta.json"
 AXES = ("x", "y", "z")
 MASK = "mask"
-KEPT = 255  # points with a smaller value in the mask image are removed
-MISSING = -1.0  # coordinate value that marks a missing point in a file
+MASK_THRESHOLD = 255  # points with a smaller value in the mask image are removed
+MISSING_COORDINATE = -1.0  # coordinate value that marks a missing point in a file
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ def _read_coordinate(path: Path) -> FloatArray:
 
 
 def _read_mask(path: Path, size: tuple[int, int]) -> BoolArray:
-    """Return True for each grid point whose pixels in the mask image all have at least the value `KEPT`."""
+    """Return True for each grid point whose pixels in the mask image are all at least `MASK_THRESHOLD`."""
     image = _read_image(path, first_channel=True)
     rows, columns = size
     if image.ndim != 2 or image.shape[0] % rows or image.shape[1] % columns or not image.size:
@@ -176,7 +176,7 @@ def _read_mask(path: Path, size: tuple[int, int]) -> BoolArray:
         )
         return np.ones(size, dtype=bool)
     blocks = image.reshape(rows, image.shape[0] // rows, columns, image.shape[1] // columns)
-    return np.asarray((blocks >= KEPT).all(axis=(1, 3)))
+    return np.asarray((blocks >= MASK_THRESHOLD).all(axis=(1, 3)))
 
 
 def write_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool = False) -> None:
@@ -255,12 +255,12 @@ def check_target(path: Path, force: bool) -> None:
 
 
 def _round_points(segment: Segment) -> np.ndarray:
-    """Return the points as 32-bit floats, with `MISSING` where a point is missing."""
+    """Return the points as 32-bit floats, with `MISSING_COORDINATE` where a point is missing."""
     points, valid = segment.points, segment.valid
     if not valid.any():
         raise MeshError("the segment has no points")
     with np.errstate(over="ignore"):
-        rounded = np.where(valid[..., None], points, MISSING).astype(np.float32)
+        rounded = np.where(valid[..., None], points, MISSING_COORDINATE).astype(np.float32)
     bad = np.argwhere(valid & ~((rounded[..., 2] > 0) & np.isfinite(rounded).all(axis=2)))
     if len(bad):
         raise MeshError(

@@ -35,7 +35,7 @@ def parse_vtp(path: Path) -> MeshFile:
     mesh = call_reader(_read_polydata, data)
     extra_cells = "its lines and points" if mesh.n_lines or mesh.n_verts else ""
     if mesh.n_strips:
-        mesh = without_strips(mesh)
+        mesh = triangulate_strip_cells(mesh)
     if mesh.n_points == 0 or mesh.GetNumberOfPolys() == 0:
         raise Damaged("it has no polygons")
     corners, sizes = _read_cells(pyvista, mesh.GetPolys())
@@ -89,7 +89,7 @@ def _read_cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
     return corners, np.diff(offsets)
 
 
-def without_strips(mesh: Any) -> Any:
+def triangulate_strip_cells(mesh: Any) -> Any:
     """Return the mesh with its triangle strips replaced by triangles, which get the data of their strip.
 
     VTK's own filter produces incorrect cell data.
@@ -167,7 +167,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     name = NEW_TEXTURE
     if isinstance(source, VtpFile):
         name = _get_texture_name(source.mesh.GetPointData()) or NEW_TEXTURE
-        keep_data_of_polydata(written, source.mesh, rows)
+        copy_polydata_arrays(written, source.mesh, rows)
     else:
         if extras.colours is not None:
             written.point_data["RGB"] = quantise_colours(extras.colours[rows])
@@ -186,7 +186,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     Path(temporary).write_bytes(writer.GetOutputString().encode())
 
 
-def keep_data_of_polydata(written: Any, given: Any, rows: IntArray) -> None:
+def copy_polydata_arrays(written: Any, given: Any, rows: IntArray) -> None:
     """Copy the arrays of points (at `rows`), cells and fields, and their active attributes, to a new mesh.
 
     The old texture coordinates and the tangents derived from them are not copied.

@@ -28,7 +28,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
     if data[:4] == b"glTF":
         data, blob = _split_chunks(data)
     try:
-        text = json.loads(data, parse_constant=_refuse_constant)
+        text = json.loads(data, parse_constant=_refuse_json_constant)
     except (ValueError, RecursionError) as error:
         raise Damaged(f"its description is not valid JSON ({error})") from None
     asset = text.get("asset") if isinstance(text, dict) else None
@@ -50,7 +50,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
     return gltf
 
 
-def _refuse_constant(name: str) -> NoReturn:
+def _refuse_json_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a number of JSON")
 
 

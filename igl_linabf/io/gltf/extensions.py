@@ -23,7 +23,7 @@ KNOWN_EXTENSIONS = (
 )
 
 
-def is_known(name: str) -> bool:
+def is_known_extension(name: str) -> bool:
     """Return True if an extension remains valid in a file with other vertices."""
     return any(fnmatchcase(name, pattern) for pattern in KNOWN_EXTENSIONS)
 
@@ -33,7 +33,7 @@ def refuse_required(text: dict[str, Any]) -> None:
     for name in text.get("extensionsRequired", ()):
         if name in COMPRESSION_EXTENSIONS:
             refuse_compressed("it", name)
-        if not is_known(str(name)):
+        if not is_known_extension(str(name)):
             raise Damaged(
                 f"it requires the extension {name}, which is not supported, and cannot be read correctly "
                 "without it: export the file without the extension"
@@ -64,7 +64,9 @@ def iterate_objects(value: Any) -> Iterator[dict[str, Any]]:
 
 def has_unknown_references(text: dict[str, Any]) -> bool:
     """Return True if an unknown extension, which may refer to accessors or views by number, is present."""
-    return any(not is_known(name) for holder in iterate_extended(text) for name in holder["extensions"])
+    return any(
+        not is_known_extension(name) for holder in iterate_extended(text) for name in holder["extensions"]
+    )
 
 
 def drop_unknown_extensions(text: dict[str, Any], changed: list[dict[str, Any]]) -> None:
@@ -72,8 +74,8 @@ def drop_unknown_extensions(text: dict[str, Any], changed: list[dict[str, Any]])
     dropped = set[str]()
     for holder in changed:
         extensions = holder.get("extensions", {})
-        dropped |= {name for name in extensions if not is_known(name)}
-        kept = {name: value for name, value in extensions.items() if is_known(name)}
+        dropped |= {name for name in extensions if not is_known_extension(name)}
+        kept = {name: value for name, value in extensions.items() if is_known_extension(name)}
         holder.pop("extensions", None)
         if kept:
             holder["extensions"] = kept

@@ -236,7 +236,7 @@ def find_placements(gltf: Gltf) -> dict[int, Placement]:
         if not np.isfinite(placed).all():
             raise Damaged(f"its node {i} is placed beyond double precision")
         if "mesh" in nodes[i]:
-            mesh, areas = nodes[i]["mesh"], _area_scales(placed)
+            mesh, areas = nodes[i]["mesh"], _compute_area_scales(placed)
             k = int(np.argmax(areas))
             times = len(placed) + (largest[mesh].times if mesh in largest else 0)
             if mesh not in largest or areas[k] > area_of_mesh[mesh]:
@@ -244,10 +244,12 @@ def find_placements(gltf: Gltf) -> dict[int, Placement]:
                 largest[mesh] = Placement(nodes[i].get("name", ""), placed[k])
             largest[mesh] = largest[mesh]._replace(times=times)
         stack += [(child, matrix) for child in nodes[i].get("children", ())][::-1]
-    return {mesh: _with_size(placement, area_of_mesh[mesh]) for mesh, placement in largest.items()}
+    return {
+        mesh: _drop_collapsing_matrix(placement, area_of_mesh[mesh]) for mesh, placement in largest.items()
+    }
 
 
-def _with_size(placement: Placement, area: float) -> Placement:
+def _drop_collapsing_matrix(placement: Placement, area: float) -> Placement:
     """Return the placement, without its linear map if this would shrink the mesh to area zero."""
     if area > 0:
         return placement
@@ -256,7 +258,7 @@ def _with_size(placement: Placement, area: float) -> Placement:
     return placement._replace(matrix=matrix)
 
 
-def _area_scales(matrices: FloatArray) -> FloatArray:
+def _compute_area_scales(matrices: FloatArray) -> FloatArray:
     """Return the area scale factors of transforms (k, 4, 4): the norm of the factors of the axis planes."""
     a, b, c = np.moveaxis(matrices[:, :3, :3], 2, 0)
     with np.errstate(all="ignore"):
@@ -282,7 +284,7 @@ def _find_instance_transforms(
     rows = {name: gltf.numbers(attributes[name], slice(count)) for name in names}
     matrices = np.tile(np.eye(4), (count, 1, 1))
     if "ROTATION" in rows:
-        matrices[:, :3, :3] = np.moveaxis(_rotations(*rows["ROTATION"].T), 2, 0)
+        matrices[:, :3, :3] = np.moveaxis(_compute_rotations(*rows["ROTATION"].T), 2, 0)
     if "SCALE" in rows:
         matrices[:, :3, :3] *= rows["SCALE"][:, None, :]
     if "TRANSLATION" in rows:
@@ -291,7 +293,7 @@ def _find_instance_transforms(
     return matrices
 
 
-def _rotations(x: Any, y: Any, z: Any, w: Any) -> FloatArray:
+def _compute_rotations(x: Any, y: Any, z: Any, w: Any) -> FloatArray:
     """Return the rotation matrix of a unit quaternion, (3, 3), or of k quaternions, (3, 3, k)."""
     return np.array(
         [
@@ -306,7 +308,7 @@ def _make_transform(node: dict[str, Any]) -> FloatArray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     matrix = np.eye(4)
-    matrix[:3, :3] = _rotations(*np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float))
+    matrix[:3, :3] = _compute_rotations(*np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float))
     matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
     matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return matrix

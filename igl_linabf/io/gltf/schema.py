@@ -9,7 +9,7 @@ from typing import Any, NoReturn, Protocol
 from ..parsing import Damaged
 
 MAX_DEPTH = 100  # nesting depth of lists and objects; glTF itself needs about ten
-QUOTED = 40  # number of characters of a wrong value shown in a message
+MAX_QUOTED = 40  # number of characters of a wrong value shown in a message
 
 
 class Schema(Protocol):
@@ -21,7 +21,7 @@ class Schema(Protocol):
 
 
 @dataclass(frozen=True)
-class Whole:
+class Integer:
     """The schema of an integer from `low` to `high`."""
 
     low: int = 0
@@ -46,7 +46,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Typed:
+class OfType:
     """The schema of a string or a Boolean."""
 
     kind: type
@@ -80,7 +80,7 @@ class Index:
 
 
 @dataclass(frozen=True)
-class Several:
+class ListOf:
     """The schema of a list, with `length` items if `length` is given."""
 
     item: Schema
@@ -94,7 +94,7 @@ class Several:
 
 
 @dataclass(frozen=True)
-class Each:
+class ObjectOf:
     """The schema of a JSON object whose values all have the same schema."""
 
     item: Schema
@@ -126,7 +126,7 @@ class Record:
 
 def _refuse(value: Any, place: str, expected: str) -> NoReturn:
     text = json.dumps(value)
-    shown = text if len(text) <= QUOTED else f"{text[:QUOTED]}..."
+    shown = text if len(text) <= MAX_QUOTED else f"{text[:MAX_QUOTED]}..."
     raise Damaged(f"its {place or 'description'} is {shown}, but glTF 2.0 requires {expected}")
 
 

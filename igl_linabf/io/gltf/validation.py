@@ -19,19 +19,19 @@ from .extensions import (
 )
 from .images import TEXTURE_TRANSFORM, find_texture_uses
 from .scene import DTYPES, INSTANCE_ATTRIBUTES, UNSIGNED, WIDTHS, Gltf
-from .schema import Each, Index, Number, OneOf, Record, Schema, Several, Typed, Whole, check_depth
+from .schema import Index, Integer, ListOf, Number, ObjectOf, OfType, OneOf, Record, Schema, check_depth
 
 CORNER_BYTES = 64  # estimated memory per corner of a face
 INSTANCE_BYTES = 512  # estimated memory per instance, for its transform
 
-TEXT, FLAG = Typed(str), Typed(bool)
+TEXT, FLAG = OfType(str), OfType(bool)
 NAME: dict[str, Schema] = {"name": TEXT}
-STRIDE = Whole(4, 252)
-ACCESSORS = Each(Index("accessors"))
+STRIDE = Integer(4, 252)
+ACCESSORS = ObjectOf(Index("accessors"))
 PLACED: dict[str, Schema] = {"bufferView": Index("bufferViews")}
-OFFSET: dict[str, Schema] = {"byteOffset": Whole()}
+OFFSET: dict[str, Schema] = {"byteOffset": Integer()}
 FACTORS: dict[str, Schema] = {
-    "baseColorFactor": Several(Number(), 4),
+    "baseColorFactor": ListOf(Number(), 4),
     "metallicFactor": Number(),
     "roughnessFactor": Number(),
 }
@@ -43,90 +43,90 @@ ACCESSOR = Record(
         "normalized": FLAG,
         "sparse": Record(
             required={
-                "count": Whole(0, 2**32),
+                "count": Integer(0, 2**32),
                 "indices": Record(OFFSET, {**PLACED, "componentType": OneOf(UNSIGNED)}),
                 "values": Record(OFFSET, PLACED),
             }
         ),
     },
-    {"componentType": OneOf(tuple(map(int, DTYPES))), "count": Whole(0, 2**32), "type": OneOf(WIDTHS)},
+    {"componentType": OneOf(tuple(map(int, DTYPES))), "count": Integer(0, 2**32), "type": OneOf(WIDTHS)},
 )
 PRIMITIVE = Record(
     {
         "indices": Index("accessors"),
         "material": Index("materials"),
-        "mode": Whole(0, 6),
-        "targets": Several(ACCESSORS),
+        "mode": Integer(0, 6),
+        "targets": ListOf(ACCESSORS),
     },
     {"attributes": ACCESSORS},
 )
 NODE = Record(
     {
         **NAME,
-        "children": Several(Index("nodes")),
+        "children": ListOf(Index("nodes")),
         "mesh": Index("meshes"),
-        "matrix": Several(Number(), 16),
-        "translation": Several(Number(), 3),
-        "rotation": Several(Number(), 4),
-        "scale": Several(Number(), 3),
+        "matrix": ListOf(Number(), 16),
+        "translation": ListOf(Number(), 3),
+        "rotation": ListOf(Number(), 4),
+        "scale": ListOf(Number(), 3),
     }
 )
 DESCRIPTION = Record(
     {
         "scene": Index("scenes"),
-        "scenes": Several(Record({"nodes": Several(Index("nodes"))})),
-        "nodes": Several(NODE),
-        "meshes": Several(Record(NAME, {"primitives": Several(PRIMITIVE)})),
-        "accessors": Several(ACCESSOR),
-        "bufferViews": Several(
-            Record({**OFFSET, "byteStride": STRIDE}, {"buffer": Index("buffers"), "byteLength": Whole()})
+        "scenes": ListOf(Record({"nodes": ListOf(Index("nodes"))})),
+        "nodes": ListOf(NODE),
+        "meshes": ListOf(Record(NAME, {"primitives": ListOf(PRIMITIVE)})),
+        "accessors": ListOf(ACCESSOR),
+        "bufferViews": ListOf(
+            Record({**OFFSET, "byteStride": STRIDE}, {"buffer": Index("buffers"), "byteLength": Integer()})
         ),
-        "buffers": Several(Record({"uri": TEXT})),
-        "materials": Several(
+        "buffers": ListOf(Record({"uri": TEXT})),
+        "materials": ListOf(
             Record(
                 {
                     **NAME,
                     "pbrMetallicRoughness": Record(FACTORS),
-                    "emissiveFactor": Several(Number(), 3),
+                    "emissiveFactor": ListOf(Number(), 3),
                     "alphaMode": TEXT,
                 }
             )
         ),
-        "textures": Several(
+        "textures": ListOf(
             Record(
                 {
                     "sampler": Index("samplers"),
                     "source": Index("images"),
-                    "extensions": Each(Record({"source": Index("images")})),
+                    "extensions": ObjectOf(Record({"source": Index("images")})),
                 }
             )
         ),
-        "images": Several(Record({"uri": TEXT, "bufferView": Index("bufferViews")})),
-        "samplers": Several(Record({"wrapS": Whole(), "wrapT": Whole()})),
-        "animations": Several(
-            Record({"samplers": Several(Record({"input": Index("accessors"), "output": Index("accessors")}))})
+        "images": ListOf(Record({"uri": TEXT, "bufferView": Index("bufferViews")})),
+        "samplers": ListOf(Record({"wrapS": Integer(), "wrapT": Integer()})),
+        "animations": ListOf(
+            Record({"samplers": ListOf(Record({"input": Index("accessors"), "output": Index("accessors")}))})
         ),
-        "skins": Several(Record({"inverseBindMatrices": Index("accessors")})),
-        "cameras": Several(Record()),
-        "extensionsUsed": Several(TEXT),
-        "extensionsRequired": Several(TEXT),
+        "skins": ListOf(Record({"inverseBindMatrices": Index("accessors")})),
+        "cameras": ListOf(Record()),
+        "extensionsUsed": ListOf(TEXT),
+        "extensionsRequired": ListOf(TEXT),
     },
     {"asset": Record({"copyright": TEXT}, {"version": TEXT})},
 )
-TABLE = Record({"properties": Each(Record({key: Index("bufferViews") for key in VIEW_KEYS}))})
+TABLE = Record({"properties": ObjectOf(Record({key: Index("bufferViews") for key in VIEW_KEYS}))})
 EXTENSIONS: dict[str, Schema] = {
     TEXTURE_TRANSFORM: Record(
         {
-            "offset": Several(Number(), 2),
-            "scale": Several(Number(), 2),
+            "offset": ListOf(Number(), 2),
+            "scale": ListOf(Number(), 2),
             "rotation": Number(),
-            "texCoord": Whole(),
+            "texCoord": Integer(),
         }
     ),
-    FEATURES: Record({"featureIds": Several(Record())}),
-    METADATA: Record({"propertyTables": Several(TABLE)}),
+    FEATURES: Record({"featureIds": ListOf(Record())}),
+    METADATA: Record({"propertyTables": ListOf(TABLE)}),
     INSTANCES: Record({"attributes": ACCESSORS}),
-    VARIANTS: Record({"mappings": Several(Record({"material": Index("materials")}))}),
+    VARIANTS: Record({"mappings": ListOf(Record({"material": Index("materials")}))}),
 }
 # types that glTF allows for the vertex attributes that are read
 ATTRIBUTE_TYPES = {
@@ -145,7 +145,7 @@ def check_description(text: dict[str, Any]) -> None:
     extensions = Record(EXTENSIONS)
     for holder in iterate_objects(text):
         if "extensions" in holder:
-            Each(Record()).check(holder["extensions"], "extensions", counts)
+            ObjectOf(Record()).check(holder["extensions"], "extensions", counts)
             extensions.check(holder["extensions"], "extensions", counts)
     for use in find_texture_uses(text):
         Index("textures").check(use.holder[use.key]["index"], f"{use.key}.index", counts)

@@ -3,9 +3,9 @@
 from .reading import ObjText, load_looks, parse_obj
 from .writing import (
     encode_material_files,
+    get_image_paths,
+    get_library_path,
     has_library,
-    image_paths,
-    library_path,
     make_obj_names,
     make_unused_name,
     save_obj,

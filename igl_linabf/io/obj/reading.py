@@ -180,7 +180,7 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
     found: dict[str, Material] = {}
     statements = (line for line in text.lines if line.split(None, 1)[:1] == [LIBRARY_KEYWORD])
     libraries = [name for line in statements for name in parse_library_names(line, folder)]
-    outside = [library for library in dict.fromkeys(libraries) if folder.is_left_by(library)]
+    outside = [library for library in dict.fromkeys(libraries) if folder.is_outside(library)]
     if outside:
         warnings.warn(
             f"the material libraries {some(outside)} are outside the folder {folder.path}, and are not read: "
@@ -189,12 +189,12 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
             stacklevel=stack_level(),
         )
     for library in dict.fromkeys(libraries):
-        library_path = None if library in outside else folder.find(library)
-        if library_path is not None:
+        get_library_path = None if library in outside else folder.find(library)
+        if get_library_path is not None:
             with contextlib.suppress(OSError, Damaged):
                 materials = {
-                    name: attach_maps(look, folder.inner(library_path.parent))
-                    for name, look in read_library(library_path).items()
+                    name: attach_maps(look, folder.enter(get_library_path.parent))
+                    for name, look in read_library(get_library_path).items()
                 }
                 found = materials | found  # the first definition takes precedence
     if not found:

@@ -17,7 +17,7 @@ from ..materials import (
     MOVE_HINT,
     MTL_KEYWORDS,
     Material,
-    count_unmovable,
+    count_unmovable_materials,
     format_library,
     warn_of_lost_images,
     warn_of_stale_images,
@@ -60,11 +60,13 @@ def encode_material_files(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
     materials = dict(zip(names, looks, strict=True))
     if (material < 0).any():
         materials[make_unused_name(names, DEFAULT_MATERIAL)] = Material()
-    library, images = library_path(path), mesh.images
+    library, images = get_library_path(path), mesh.images
     if images is None:
         return {library: encode_utf8(format_library(materials))}
-    files = {kind: image_paths(path, kind, len(pages)) for kind, pages in images.maps.items()}
-    warn_of_lost_images(count_unmovable(looks) if images.moved else sum(look.images for look in looks))
+    files = {kind: get_image_paths(path, kind, len(pages)) for kind, pages in images.maps.items()}
+    warn_of_lost_images(
+        count_unmovable_materials(looks) if images.moved else sum(look.images for look in looks)
+    )
     named = {kind: [file.name for file in paths] for kind, paths in files.items()}
     contents = {library: encode_utf8(format_library(materials, named, images.moved))}
     for kind, paths in files.items():
@@ -72,12 +74,12 @@ def encode_material_files(mesh: MeshFile, path: Path) -> dict[Path, bytes]:
     return contents
 
 
-def library_path(path: Path) -> Path:
+def get_library_path(path: Path) -> Path:
     """Return the path of the material library next to an OBJ file."""
     return path.with_suffix(".mtl")
 
 
-def image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
+def get_image_paths(path: Path, kind: str, pages: int) -> tuple[Path, ...]:
     """Return the paths of the images of a kind next to an OBJ file; several pages get UDIM numbers."""
     word = MTL_KEYWORDS.get(kind, kind)
     stem = path.stem if kind == COLOUR else f"{path.stem}_{word}"
@@ -114,7 +116,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
         file.writelines(f"# {line}\n" for line in ("igl_linabf", *extras.comments))
         if words:
-            file.write(f"mtllib {library_path(path).name}\n")
+            file.write(f"mtllib {get_library_path(path).name}\n")
         for keyword, rows in tables.items():
             file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
@@ -158,7 +160,7 @@ def _rewrite_obj(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> N
     face_materials, current_material = iter(material_of_face.tolist()), None
     with open(temporary, "wb") as file:
         if new_library:
-            file.write(encode_utf8(f"mtllib {library_path(path).name}\n"))
+            file.write(encode_utf8(f"mtllib {get_library_path(path).name}\n"))
         for i, line in enumerate(text.lines):
             if i == first:
                 file.write(map_)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import sum_by
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import LISTED, MeshError, is_number, some
+from ...errors import MAX_LISTED, MeshError, is_number, some
 from ..areas import find_faces_without_area
 from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
 from ..constants import SMALLEST_COORDINATE
@@ -269,7 +269,7 @@ def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> C
 
     def note(kind: str, of: str, which: IntArray) -> None:
         if len(which):
-            did.append(Repair(kind, len(which), of, which[:LISTED]))
+            did.append(Repair(kind, len(which), of, which[:MAX_LISTED]))
 
     merged = np.arange(len(V))
     if weld is not None:

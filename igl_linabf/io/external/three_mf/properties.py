@@ -73,7 +73,7 @@ class Properties:
         self.groups[group.GetResourceID()] = PropertyGroup(kind, numbers, start + np.arange(len(ids)))
         return ids
 
-    def at_corners(self, mesh: Any) -> dict[str, IntArray]:
+    def find_corner_rows(self, mesh: Any) -> dict[str, IntArray]:
         """Return the table rows of triangle corners, (#T, 3), by kind of property; -1 for no property."""
         corner_properties = np.frombuffer(
             b"".join(map(bytes, mesh.GetAllTriangleProperties())), dtype=PROPERTY_DTYPE
@@ -129,7 +129,7 @@ def assign_colours(
     Parameters
     ----------
     rows_of_kind : dict of (#T, 3) int64
-        The rows of the tables, from `Properties.at_corners`.
+        The rows of the tables, from `Properties.find_corner_rows`.
     properties : Properties
     corners : (3 #T,) int64
         The vertices at the corners.

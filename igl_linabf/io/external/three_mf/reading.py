@@ -100,7 +100,7 @@ def _parse_model(model: Any, size: int) -> MeshFile:
         warn_about_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
         F.append(read_records(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
         V.append(positions @ matrix[:3] + matrix[3])
-        for kind, index in properties.at_corners(mesh).items():
+        for kind, index in properties.find_corner_rows(mesh).items():
             rows[kind].append(index)
         part.append(np.full(len(F[-1]), len(names)))
         names.append(name or f"object {len(names)}")
