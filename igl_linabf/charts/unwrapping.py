@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._core import lengths
 from .._runtime import Progress, progress_part, show_progress
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Method, resolve_method
 from ..measures import measure_quality
 from ..surface import (
@@ -19,8 +20,8 @@ from ..surface import (
     Ragged,
     Submesh,
     cleaned_surface,
+    coincident_edges,
     complex_positions,
-    merge_coincident,
     signed_double_areas,
     wrap_sound_surface,
 )
@@ -70,7 +71,7 @@ def unwrap(
     method: str | Method = "linabf",
     cones: Cones | GivenCones | None = None,
     packing: Packing | None = None,
-    weld: float | None = None,
+    weld: float | Literal[False] | None = None,
     strict: bool = False,
     progress: Progress = None,
 ) -> Atlas:
@@ -99,7 +100,7 @@ def unwrap(
     packing : Packing, optional
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
         one page with a margin.
-    weld : float, optional
+    weld : float or False, optional
         As in `clean`.
     strict : bool
         Raise an error if the mesh is not a clean oriented manifold, instead of repairing it.
@@ -125,8 +126,8 @@ def unwrap(
     Warns
     -----
     MeshWarning
-        The mesh was repaired; `atlas.report.repairs` has the details. Or boundary edges coincide, which is
-        common in files at the seams of an older map; charts end there unless `weld=0`.
+        The mesh was repaired, or its vertices were welded; `atlas.report.repairs` has the details. Or some
+        boundary edges coincide, but fewer than half; charts end there unless `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
@@ -262,15 +263,12 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     if not len(rim):
         return
     # count an edge along which a repair has cut only once
-    _, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
-    place = merge_coincident(surface.V, np.unique(rim))[rim[first]]
-    _, edge, count = np.unique(np.sort(place, axis=1), axis=0, return_inverse=True, return_counts=True)
-    on_seam = count[edge.ravel()] > 1
-    doubled = len(np.unique(rim[first][on_seam])) - len(np.unique(place[on_seam]))
-    if doubled:
+    given, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
+    doubled = np.unique(given[coincident_edges(surface.V, rim[first])])
+    if len(doubled):
         warnings.warn(
-            f"{doubled:,} vertices of the boundary are doubled along edges, as programs do at the seams of a "
-            "map: charts end there; weld=0 (--weld 0) joins them",
+            f"vertices {some(doubled)} of the boundary are doubled along edges, as programs do at the seams "
+            "of a map: charts end there; weld=0 (--weld 0) joins them",
             MeshWarning,
             stacklevel=stack_level(),
         )

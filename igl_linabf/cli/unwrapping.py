@@ -34,7 +34,8 @@ PERIOD = Option(
 KEEP_MATERIALS = Option("cut where two materials meet: no chart has faces of both")
 EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
 WELD = Option(
-    "merge vertices within this distance; 0: merge coincident vertices (default for triangle soups)",
+    "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
+    "lies on itself); no: merge nothing",
     "DISTANCE",
 )
 STRICT = Option("refuse a mesh that is not a clean manifold instead of repairing it")
@@ -57,7 +58,7 @@ def unwrap_mesh(
     period: Annotated[float | None, PERIOD] = None,
     keep_materials: Annotated[bool, KEEP_MATERIALS] = False,
     charts: Annotated[ChartOptions | None, {"extend": EXTEND_SEAMS, **CHARTS}],
-    weld: Annotated[float | None, WELD] = None,
+    weld: Annotated[Literal["no"] | float | None, WELD] = None,
     strict: Annotated[bool, STRICT] = False,
     packing: Annotated[BakedPacking, {**PACKING, "bake": BAKE}],
     texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
@@ -118,7 +119,7 @@ def unwrap_mesh(
             method=chosen,
             cones=given_cones,
             packing=packing,
-            weld=weld,
+            weld=False if weld == "no" else weld,
             strict=strict,
         )
     if job.picture and not len(atlas.drawn):

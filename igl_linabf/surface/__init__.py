@@ -52,6 +52,7 @@ from .repair import (
     RepairedDisk,
     clean,
     cleaned_surface,
+    coincident_edges,
     find_chords,
     merge_coincident,
     patch_faces,

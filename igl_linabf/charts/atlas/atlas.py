@@ -13,7 +13,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import some
 from ...flattening import Flattening
 from ...measures import Quality, format_pair_count
-from ...surface import Repair, Triangles, distinct_corners
+from ...surface import Repair, Triangles, complex_positions, distinct_corners, signed_double_areas
 from ..cost import AtlasCost
 
 MAX_LISTED_CHARTS = 20  # largest number of charts in the table of a notebook
@@ -221,10 +221,18 @@ class Atlas:
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
             said.append(
-                f"{collapsed:,} faces are so small relative to the other faces that double precision cannot "
-                "represent them on the same page: unwrap them separately"
+                f"faces {some(self._find_smallest_faces(collapsed))} are so small relative to the other faces "
+                "that double precision cannot represent them on the same page: unwrap them separately"
             )
         return said
+
+    def _find_smallest_faces(self, number: int) -> IntArray:
+        """Return the faces of the `number` smallest triangles of the map, among those with three corners."""
+        F = self.triangles
+        rows = np.flatnonzero(distinct_corners(F))
+        area = np.abs(signed_double_areas(complex_positions(self.TC), F[rows].T))
+        smallest = rows[np.argsort(area)[:number]]
+        return np.unique(smallest if self.report.split is None else self.report.split.face[smallest])
 
     def __repr__(self) -> str:
         troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)

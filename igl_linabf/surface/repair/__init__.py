@@ -5,6 +5,14 @@ vertices have been removed, and `split_chords` splits edges between boundary ver
 """
 
 from .chords import find_chords, split_chords
-from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, wrap_sound_surface
+from .cleaning import (
+    Cleaned,
+    Repair,
+    clean,
+    cleaned_surface,
+    coincident_edges,
+    merge_coincident,
+    wrap_sound_surface,
+)
 from .disks import RepairedDisk, repair_disk
 from .patches import PatchFaces, patch_faces

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..._core import sum_by
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MAX_LISTED, MeshError, is_number, some
 from ..areas import find_faces_without_area
@@ -26,34 +26,32 @@ LARGEST_USUAL_COORDINATE = 1e30
 SMALLEST_USUAL_COORDINATE = 1e-30
 
 LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in squared distances
-FLATNESS = 1e-6  # largest share of a flat piece's area that is lost by projection to a plane
 
 
-def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
-    """Return True if most faces are in loose pieces: triangles, quadrilaterals, or flat sides of a body.
+def coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
+    """Mark the edges whose ends have the same two positions as those of another edge."""
+    ends = merge_coincident(V, np.unique(edges))[edges]
+    _, place, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(count[place.ravel()] > 1)
 
-    `label` is the component of each face.
-    """
-    size = np.bincount(label)
-    loose = size <= 2  # components that are a single triangle or quadrilateral
-    if len(size) >= 4 and not loose.all():  # a closed body has at least four flat sides
-        a, b, c = V[F.T]
-        with np.errstate(over="ignore", invalid="ignore"):
-            normal = np.cross(b - a, c - a)
-            # orient all normals of a component like its first face, because orientations may be inconsistent
-            first = np.unique(label, return_index=True)[1]
-            along = np.sign((normal * normal[first[label]]).sum(axis=1))
-            total = np.stack([sum_by(label, along * x, len(size)) for x in normal.T])
-            area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
-            loose |= np.linalg.norm(total, axis=0) >= (1 - FLATNESS) * area
-    return 2 * int(loose[label].sum()) > len(F)
+
+def _is_unwelded(V: FloatArray, boundary: IntArray) -> bool:
+    """Return True if most boundary edges coincide, as in triangle soups and at the seams of older maps."""
+    return bool(2 * np.count_nonzero(coincident_edges(V, boundary)) > len(boundary))
+
+
+def _find_boundary(F: IntArray, n: int) -> IntArray:
+    """Return the edges of exactly one of any triangles."""
+    ends = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    key, count = np.unique(ends[:, 0] * n + ends[:, 1], return_counts=True)
+    return np.column_stack(np.divmod(key[count == 1], n))
 
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
     """Map each `used` vertex to the first used vertex with exactly the same position."""
     points = V[used]
     order = np.lexsort(points.T)
-    new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))
+    new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))[: len(used)]
     first = np.minimum.reduceat(order, np.flatnonzero(new))
     merged = np.arange(len(V))
     merged[used[order]] = used[first[np.cumsum(new) - 1]]
@@ -69,7 +67,7 @@ def merge_nearby(V: FloatArray, used: IntArray, distance: float) -> IntArray:
         `distance` is negative or not finite.
     """
     if not is_number(distance, 0, np.finfo(float).max):
-        raise ValueError(f"weld is {distance!r}: give a distance of at least 0, in the units of V")
+        raise ValueError(f"weld is {distance!r}: give a distance of at least 0, in the units of V, or False")
     if distance == 0:
         return merge_coincident(V, used)
     points = V[used]
@@ -113,7 +111,7 @@ class Repair:
 REPAIR_TEXTS = {
     "scaled": "were beyond the range of coordinates: all are scaled by a power of two",
     "tiny": "are so close to the origin that they are moved onto it",
-    "welded": "are welded to another vertex at the same position",
+    "welded": "are welded to another vertex at the same position (weld=False keeps them apart)",
     "collapsed": "had two corners at the same position: they are removed",
     "crowded": "had more than two faces: the sheets are cut apart, except for the best pairs",
     "twin": "have the same vertices as another face: they become a separate sheet",
@@ -163,7 +161,7 @@ class Cleaned:
         return iter((self.V, self.F, self.origin, self.repairs))
 
 
-def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
+def clean(V: ArrayLike, F: ArrayLike, *, weld: float | Literal[False] | None = None) -> Cleaned:
     """Repair arbitrary triangles into an oriented manifold whose faces all have an area.
 
     Where three or more faces meet in an edge, the sheets are cut apart, except for the pairs of faces that
@@ -180,10 +178,11 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
         Vertex positions; finite at vertices of faces.
     F : (#F, 3) int
         Any triangles.
-    weld : float, optional
+    weld : float or False, optional
         Merge vertices whose distance is at most `weld`, also over chains of such steps; 0 merges exactly
-        equal positions. By default, exactly equal positions are merged if the mesh is a soup: if most of its
-        triangles, quadrilaterals or flat sides do not share vertices.
+        equal positions, and False merges nothing. By default, exactly equal positions are merged if most
+        boundary edges coincide with another boundary edge, as in a triangle soup or in a file that doubles
+        the vertices along the seams of an older map.
 
     Returns
     -------
@@ -196,7 +195,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
         The arrays are malformed, an index is out of range, or a coordinate at a face is NaN or
         infinite.
     ValueError
-        `weld` is not a distance.
+        `weld` is neither a distance nor False.
 
     Examples
     --------
@@ -212,7 +211,9 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
     return cleaned_surface(V, F, weld)[0]
 
 
-def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
+def cleaned_surface(
+    V: ArrayLike, F: ArrayLike, weld: float | Literal[False] | None = None
+) -> tuple[Cleaned, Submesh]:
     """Return the result of `clean`, also as a `Submesh`; a clean mesh keeps the caller's vertices."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
@@ -220,8 +221,8 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     in_use[faces.ravel()] = True
     used = np.flatnonzero(in_use)
     check_finite(positions[used], used)
-    if weld is None:
-        surface = _check_clean(positions, faces)
+    if weld is None or weld is False:
+        surface = _check_clean(positions, faces, weld is None)
         if surface is not None:
             return wrap_sound_surface(surface), surface
     done = _repair(positions, faces, used, weld)
@@ -229,21 +230,22 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
 
 
-def _check_clean(V: FloatArray, F: IntArray) -> Submesh | None:
+def _check_clean(V: FloatArray, F: IntArray, may_weld: bool) -> Submesh | None:
     """Return the surface if it needs no repair, otherwise None."""
     try:
         surface = Submesh.of_arrays(V, F)
         _ = surface.measured  # raises if a face has no area
-        if surface.sound_topology is None:
+        topology = surface.sound_topology
+        if topology is None:
             return None
         surface.as_manifold()
     except MeshError:
         return None
-    soup = is_soup(surface.V, surface.F, surface.label) and not _are_positions_distinct(surface.V)
+    unwelded = may_weld and _is_unwelded(surface.V, topology.edges[topology.sides[1] < 0])
     size = np.abs(surface.V.T).max(axis=0)
     tiny = (size > 0) & (size <= SMALLEST_COORDINATE)
     unclear = tiny.any() and tiny[surface.F].all(axis=1).any()
-    return None if soup or unclear or _needs_scaling(size).any() else surface
+    return None if unwelded or unclear or _needs_scaling(size).any() else surface
 
 
 def wrap_sound_surface(surface: Submesh) -> Cleaned:
@@ -259,12 +261,7 @@ def wrap_sound_surface(surface: Submesh) -> Cleaned:
     )
 
 
-def _are_positions_distinct(V: FloatArray) -> bool:
-    every = np.arange(len(V))
-    return bool((merge_coincident(V, every) == every).all())
-
-
-def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> Cleaned:
+def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | Literal[False] | None) -> Cleaned:
     did: list[Repair] = []
 
     def note(kind: str, of: str, which: IntArray) -> None:
@@ -272,10 +269,10 @@ def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> C
             did.append(Repair(kind, len(which), of, which[:MAX_LISTED]))
 
     merged = np.arange(len(V))
-    if weld is not None:
-        merged = merge_nearby(V, used, weld)
-    elif is_soup(V, F, face_components(F, len(V))):
+    if weld is None and _is_unwelded(V, _find_boundary(F, len(V))):
         merged = merge_coincident(V, used)
+    elif weld is not None and weld is not False:
+        merged = merge_nearby(V, used, weld)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
     beyond, power = used[_needs_scaling(np.abs(V[used].T).max(axis=0))], 0
     if len(beyond):
