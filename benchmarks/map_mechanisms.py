@@ -153,9 +153,10 @@ def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
             yield f"holes, {boundary}", partial(flat, V, F, "linabf", boundary)
     for _, V, F in shared("closed"):
         yield "cones", partial(coned, V, F, find_cones(V, F, CONES))
-    for _, V, F in shared("closed", "handles"):
-        for found in ("auto", 20, 30):
-            yield "quarter cones", partial(coned, V, F, found, "quarter")
+    for kind in ("closed", "handles"):
+        for _, V, F in shared(kind):
+            for found in ("auto", 20, 30):
+                yield f"quarter cones, {kind}", partial(coned, V, F, found, "quarter")
 
 
 def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...] = ()) -> list[Figures]:

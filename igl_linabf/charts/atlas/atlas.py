@@ -221,7 +221,7 @@ class Atlas:
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
             said.append(
-                f"faces {some(self._find_smallest_faces(collapsed))} are so small relative to the other faces "
+                f"faces {some(self._find_smallest_faces(collapsed))} are so small relative to the others "
                 "that double precision cannot represent them on the same page: unwrap them separately"
             )
         return said
