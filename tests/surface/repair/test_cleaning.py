@@ -168,7 +168,7 @@ def test_faces_without_area_leave_no_hole() -> None:
     assert abs(signed_areas(atlas)[-1]) < 0.1 * np.linalg.norm(cap[0] - cap[1]) ** 2 < beside**2
 
 
-@pytest.mark.parametrize(("loose", "welded"), [(10, False), (210, True)])
+@pytest.mark.parametrize(("loose", "welded"), [(30, False), (210, True)])
 def test_equal_positions_are_welded_where_most_of_the_boundary_coincides(loose: int, welded: bool) -> None:
     V, F = sphere()
     body, faces = igl.triangulated_grid(20, 20)
