@@ -65,7 +65,7 @@ def keep_pins(surface: Surface, atlas: Any, rows: np.ndarray, method: str) -> Pi
     apart = (np.abs(target[rows[pinned]] - uv) > SAME_POINT).any(axis=1)
     if apart.any():
         raise CannotUnwrapError(
-            f"{np.count_nonzero(apart)} pins are at a point that is pinned elsewhere, too, because no seam "
+            f"{np.count_nonzero(apart)} pins share a point with a pin at another position, because no seam "
             "separates them: mark the seam there, or unpin one side"
         )
     V, aspect = surface.join("V"), [1, atlas.report.aspect]

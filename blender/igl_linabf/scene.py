@@ -85,7 +85,7 @@ def read_part(obj: bpy.types.Object, V: np.ndarray, selected: bool, second: bool
     if bad.any():
         faces = polygons[np.unique(np.repeat(np.arange(len(sizes)), sizes)[bad])]
         raise CannotUnwrapError(
-            f"{obj.name}: {len(faces)} faces have a vertex at no place (NaN or infinite); they are "
+            f"{obj.name}: {len(faces)} faces have a vertex without a position (NaN or infinite); they are "
             "selected: move or remove it",
             mesh,
             faces,

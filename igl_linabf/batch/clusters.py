@@ -42,7 +42,7 @@ def connect_client(scheduler: str) -> Iterator[Any]:
     try:
         client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
     except (OSError, TimeoutError) as error:
-        raise OSError(None, f"no scheduler answers there: {error}", scheduler) from None
+        raise OSError(None, f"no scheduler answers at this address: {error}", scheduler) from None
     with client:
         yield client
 

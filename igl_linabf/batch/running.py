@@ -200,7 +200,7 @@ def flatten_files(
     if workers is not None and scheduler is not None:
         raise ValueError("workers is for a local cluster, scheduler for a running one: give one of the two")
     if workers is not None and not is_number(workers, 1, whole=True):
-        raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
+        raise ValueError(f"workers is {workers!r}: use an integer of at least 1")
     folder = places.make_absolute(out)
     wanted = places.is_registered_sphere if how == "cortex" else None
     given = [inputs] if isinstance(inputs, str | os.PathLike) else list(inputs)

@@ -194,7 +194,9 @@ def check_companion_files(
     """
     beside = list_companion_files(job.target, mesh, kinds, pages, second) if job.output != STDIO else ()
     if job.picture in beside:
-        raise ValueError(f"the picture and the texture would both be written to {job.picture}: name another")
+        raise ValueError(
+            f"the picture and the texture would both be written to {job.picture}: rename the picture"
+        )
     check_free(beside, job.force)
 
 

@@ -28,7 +28,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
         No cuts reach the given error. The cuts with the smallest error are returned.
     """
     if not wall.any():
-        raise MeshError(f"{given.subject}, {given.name} has no medial wall: cuts are found from it")
+        raise MeshError(f"{given.subject}, {given.name} has no medial wall, at which found cuts start")
     patch = patch_faces(given.F, ~wall)
     surface = Submesh.checked(given.V, given.F[patch.rows])
     least, best = np.inf, Cuts(wall, ())

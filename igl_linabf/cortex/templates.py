@@ -86,7 +86,8 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
     left_out = F[~is_kept]
     if not len(left_out) or not is_kept.any():
         raise MeshError(
-            f"{name} leaves out {'nothing' if is_kept.any() else 'all'}: give one with a medial wall"
+            f"{name} leaves out {'nothing' if is_kept.any() else 'all faces'}: "
+            "give a template with a medial wall"
         )
     n = len(sphere)
     edges, faces = np.unique(
@@ -98,7 +99,7 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
     depth = compute_distances(edges, length, np.flatnonzero(inside & rim), n)[0]
     deep = inside & (depth > WALL_DEPTH)
     if not deep.any():
-        raise MeshError(f"{name} leaves out no medial wall, only cuts: give a template that does")
+        raise MeshError(f"{name} leaves out only cuts, no medial wall: give a template with a medial wall")
     deep = _find_largest_component(edges, deep)
     margin = WALL_DEPTH + 1.5 * float(length.mean())
     wall = inside & (compute_distances(edges, length, np.flatnonzero(deep), n)[0] <= margin)

@@ -142,8 +142,8 @@ class MeshFile:
         """
         if self.TC is None or self.texture is None or (self.texture < 0).any():
             raise MeshError(
-                "the mesh has no first texture coordinates at all corners, which second ones need: unwrap it "
-                "without texcoord=1 (--texcoord 1)"
+                "second texture coordinates need first ones at all corners, which the mesh lacks: "
+                "unwrap it without texcoord=1 (--texcoord 1)"
             )
         return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
 

@@ -111,7 +111,7 @@ def check_padding(padding: int) -> int:
         The width is not a non-negative integer.
     """
     if not is_number(padding, 0, whole=True):
-        raise ValueError(f"padding is {padding!r}: give a number of texels, from 0 on")
+        raise ValueError(f"padding is {padding!r}: give a number of texels, at least 0")
     return int(padding)
 
 

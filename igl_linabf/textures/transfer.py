@@ -162,7 +162,7 @@ def _convert_images(images: Any) -> list[Picture | None]:
             image = Picture(pixels)
         made.append(image)
     if all(picture is None for picture in made):
-        raise MeshError("no face has an image: give one for some label")
+        raise MeshError("no face has an image: give an image for at least one label")
     return made
 
 

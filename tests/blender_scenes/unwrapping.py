@@ -181,7 +181,7 @@ def test_faults_are_reported_and_selected() -> None:
     obj = prism()
     obj.data.vertices[3].co = (float("nan"), 0.0, 0.0)
     set_scene(obj)
-    assert_refused("prism: 3 faces have a vertex at no place", seams="FOUND")
+    assert_refused("prism: 3 faces have a vertex without a position", seams="FOUND")
     chosen = {face.index for face in obj.data.polygons if face.select}
     assert chosen == {face.index for face in obj.data.polygons if 3 in face.vertices}
     set_scene(prism(), edit=True)

@@ -206,7 +206,7 @@ def _find_counts(data: bytes) -> int:
     first = data.find(b"\n", len(TRIANGLE_FILE_MAGIC))
     second = data.find(b"\n", first + 1)
     if first < 0 or second < 0:
-        raise Damaged("its two lines of text do not end")
+        raise Damaged("the two lines of text at its start have no line ends")
     return second + 1
 
 

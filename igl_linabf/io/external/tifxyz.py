@@ -127,7 +127,7 @@ def _read_meta(path: Path) -> dict[str, Any]:
         raise MeshError(f"{path} is not JSON: {error}") from None
     kind = meta.get("format") if isinstance(meta, dict) else None
     if kind != FORMAT:
-        raise MeshError(f"{path} describes no tifxyz segment: its format is {kind!r}, not {FORMAT!r}")
+        raise MeshError(f"{path} does not describe a tifxyz segment: its format is {kind!r}, not {FORMAT!r}")
     return {**meta, "scale": _check_scale(meta.get("scale"), str(path))}
 
 

@@ -51,7 +51,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
 
 
 def _refuse_json_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not a number of JSON")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, bytes]:

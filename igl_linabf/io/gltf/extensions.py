@@ -42,7 +42,9 @@ def refuse_required(text: dict[str, Any]) -> None:
 
 def refuse_compressed(what: str, name: str) -> None:
     """Raise `Damaged`, because compressed data cannot be read."""
-    raise Damaged(f"{what} is compressed by {name}: write it without, for example by `gltf-transform copy`")
+    raise Damaged(
+        f"{what} is compressed by {name}: write it without compression, for example by `gltf-transform copy`"
+    )
 
 
 def iterate_extended(value: Any) -> Iterator[dict[str, Any]]:

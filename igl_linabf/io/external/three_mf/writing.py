@@ -87,7 +87,7 @@ def _count_decimals(rows: FloatArray) -> int:
     largest = float(np.abs(rows).max(initial=0))
     if largest > MAX_COORDINATE:
         raise MeshError(
-            f"V or TC has the number {largest:.3g}, and 3MF takes at most {MAX_COORDINATE:g}: scale it"
+            f"V or TC has the number {largest:.3g}, and 3MF takes at most {MAX_COORDINATE:g}: scale the array"
         )
     before = int(np.floor(np.log10(largest))) + 1 if largest > 0 else 0
     return min(MAX_DECIMALS, INTEGER_DIGITS - before)
