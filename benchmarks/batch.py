@@ -29,7 +29,7 @@ os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # one thread, 
 import igl
 import numpy as np
 from distributed import Client
-from meshes import shared
+from meshes import load_shared_meshes
 from scipy.spatial import ConvexHull, Delaunay
 
 from igl_linabf import unwrap
@@ -41,7 +41,7 @@ KINDS = ("disk", "holes", "closed", "handles", "stress")
 CLASSES = (1_000, 10_000, 50_000)  # triangles per mesh in the table of costs
 
 
-def disk(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def make_random_disk(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return a triangulation of random points of the unit disk, lifted by waves."""
     n = triangles // 2 + 1
     radius, angle = np.sqrt(rng.uniform(0, 1, n)), rng.uniform(0, 2 * np.pi, n)
@@ -72,10 +72,10 @@ def sphere(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
 def write_meshes(folder: Path, count: int, largest: int) -> list[Path]:
     """Write the available real meshes and random meshes to files; return the paths in random order."""
     rng = np.random.default_rng(0)
-    meshes = [(V, F) for _, V, F in shared(*KINDS) if SMALLEST <= len(F) <= largest][:count]
+    meshes = [(V, F) for _, V, F in load_shared_meshes(*KINDS) if SMALLEST <= len(F) <= largest][:count]
     real = len(meshes)
     sizes = np.exp(rng.uniform(np.log(SMALLEST), np.log(largest), count - real)).astype(int)
-    meshes += [(disk if k % 2 else sphere)(int(size), rng) for k, size in enumerate(sizes)]
+    meshes += [(make_random_disk if k % 2 else sphere)(int(size), rng) for k, size in enumerate(sizes)]
     paths = [folder / f"{k}.obj" for k in rng.permutation(len(meshes))]
     for path, (V, F) in zip(paths, meshes, strict=True):
         igl.write_triangle_mesh(str(path), V, F)
@@ -118,7 +118,7 @@ def print_overhead(folder: Path, count: int) -> None:
     (folder / "small").mkdir()
     paths = [folder / "small" / f"{k}.obj" for k in range(count)]
     for path in paths:
-        igl.write_triangle_mesh(str(path), *disk(SMALLEST, rng))
+        igl.write_triangle_mesh(str(path), *make_random_disk(SMALLEST, rng))
     differences, loops = [], []
     for k in range(3):
         start = perf_counter()
@@ -203,7 +203,7 @@ def print_cost(folder: Path) -> None:
     print("| triangles per mesh | core seconds per mesh | core hours for a million meshes |\n|---|---|---|")
     for size in CLASSES:
         seconds = []
-        for make in (disk, sphere) * 3:
+        for make in (make_random_disk, sphere) * 3:
             path = folder / "one.obj"
             igl.write_triangle_mesh(str(path), *make(size, rng))
             start = process_time()

@@ -164,10 +164,10 @@ def measure_quality(igl_linabf: object, V: np.ndarray, F: np.ndarray, uv: np.nda
 def list_meshes() -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the names and arrays of the meshes."""
     import igl
-    from meshes import shared, stanford
+    from meshes import load_shared_meshes, stanford
 
     bunny = igl.qslim(*stanford()[1:], 20_000)[:2]  # Blender takes minutes for the full bunny
-    return [("bunny", *bunny), *shared("closed")]
+    return [("bunny", *bunny), *load_shared_meshes("closed")]
 
 
 def main() -> int:

@@ -29,7 +29,7 @@ from time import process_time
 
 import igl
 import numpy as np
-from meshes import Mesh, brain, crown, shared, stanford, subdivide
+from meshes import Mesh, brain, crown, load_shared_meshes, stanford, subdivide
 
 from igl_linabf import FallbackWarning, OutcomeWarning, cut, flatten, quality, unwrap
 from igl_linabf.flattening import Flattening, medians
@@ -75,7 +75,7 @@ def compare_with_bff(command: str) -> None:
     print("reading and writing files.\n")
     print('| mesh | triangles | BFF | igl_linabf, `boundary="circle"` |')
     print("|---|---|---|---|")
-    for name, V, F in [brain(), *shared("disk")]:
+    for name, V, F in [brain(), *load_shared_meshes("disk")]:
         V, F = split_chords(V, F)
         loop, cells = igl.boundary_loop(F), []
         with tempfile.TemporaryDirectory() as folder:
@@ -115,15 +115,20 @@ def main() -> None:
     )
     print("| mesh | triangles | free | circle | rectangle |")
     print("|---|---|---|---|---|")
-    for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:
+    for name, V, F in [brain(), *load_shared_meshes("disk", "flat2d", "stress")]:
         print_row(name, *split_chords(V, F), (FREE, "circle", "rectangle"), options.repeat)
     print("\n| with holes | triangles | free | circle | circles |")
     print("|---|---|---|---|---|")
-    for name, V, F in [crown(), *(mesh for mesh in shared("holes") if len(mesh[2]) <= MAX_TRIANGLES)]:
+    for name, V, F in [
+        crown(),
+        *(mesh for mesh in load_shared_meshes("holes") if len(mesh[2]) <= MAX_TRIANGLES),
+    ]:
         print_row(name, *split_chords(V, F), (FREE, "circle", "circles"), options.repeat)
     print("\n| cut open | triangles | free | circle |")
     print("|---|---|---|---|")
-    without_handles = [mesh for mesh in shared("closed") if igl.euler_characteristic(mesh[2]) == 2]
+    without_handles = [
+        mesh for mesh in load_shared_meshes("closed") if igl.euler_characteristic(mesh[2]) == 2
+    ]
     for mesh in [stanford(), *without_handles]:
         print_row(*cut_open(mesh), (FREE, "circle"), options.repeat)
 

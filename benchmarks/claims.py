@@ -15,7 +15,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from meshes import brain, shared
+from meshes import brain, load_shared_meshes
 
 from igl_linabf import FallbackWarning, LinABF, MeshWarning, flatten, quality
 from igl_linabf.flattening import Flattening
@@ -39,7 +39,7 @@ def print_cuts(seeds: int) -> None:
     )
     print(f"| model | triangles | {' | '.join(f'{n} leaves' for n in LEAVES)} |")
     print(f"|{'---|' * (2 + len(LEAVES))}")
-    for name, V, F in shared("closed"):
+    for name, V, F in load_shared_meshes("closed"):
         if len(V) - len(F) // 2 != 2:
             continue
         cells = []
@@ -67,7 +67,7 @@ def print_starts() -> None:
     )
     print("| mesh | triangles | F/3nt from | to | apart | flips |")
     print("|---|---|---|---|---|---|")
-    for name, V, F in [*shared("stress"), *shared("holes"), *_small_disks()]:
+    for name, V, F in [*load_shared_meshes("stress"), *load_shared_meshes("holes"), *_small_disks()]:
         if len(F) > 12_000:
             continue
         mesh = planar_mesh(V, F)
@@ -94,7 +94,7 @@ def print_starts() -> None:
 
 
 def _small_disks() -> list:
-    return [mesh for mesh in shared("disk") if len(mesh[2]) < 4_000]
+    return [mesh for mesh in load_shared_meshes("disk") if len(mesh[2]) < 4_000]
 
 
 def print_solvers() -> None:
@@ -106,7 +106,7 @@ def print_solvers() -> None:
     )
     print("| mesh | triangles | default: cholmod | direct | rtol=1e-10: cholmod | direct |")
     print("|---|---|---|---|---|---|")
-    for name, V, F in [brain(), *shared("disk"), *shared("stress")]:
+    for name, V, F in [brain(), *load_shared_meshes("disk"), *load_shared_meshes("stress")]:
         if name == "flipfree_deer":
             continue  # the map of deer exceeds the range of double precision
         cells = []

@@ -30,7 +30,7 @@ from time import process_time
 
 import igl
 import numpy as np
-from meshes import pial, shared, stanford, subdivide
+from meshes import load_shared_meshes, pial, stanford, subdivide
 
 from igl_linabf import Cones, MeshError, OutcomeWarning, cut, flatten, quality, unwrap
 from igl_linabf.charts import find_cones
@@ -86,7 +86,9 @@ def print_speed() -> None:
         "| mesh | triangles | cones | with the cutting | whole | quarter cones | with the cutting | whole |"
     )
     print("|---" * 8 + "|")
-    closed = [(name, V, F, round(np.log(1e5 / len(F)) / np.log(4))) for name, V, F in shared("closed")]
+    closed = [
+        (name, V, F, round(np.log(1e5 / len(F)) / np.log(4))) for name, V, F in load_shared_meshes("closed")
+    ]
     upsampled = [subdivide((name, V, F), times) if times else (name, V, F) for name, V, F, times in closed]
     for name, V, F in [stanford(), subdivide(pial(), 1), *upsampled]:
         cones, cells = find_cones(V, F, CONES), []
@@ -118,7 +120,7 @@ def print_periods() -> None:
     """Print the distortion of quarter cones with and without periods of a texture."""
     print("| mesh | cones | no period |" + "".join(f" 1/{n} |" for n in PERIODS))
     print("|---" * (3 + len(PERIODS)) + "|")
-    for name, V, F in [stanford(), *shared("closed")]:
+    for name, V, F in [stanford(), *load_shared_meshes("closed")]:
         cones, cells = find_cones(V, F), []
         for period in (None, *(1 / n for n in PERIODS)):
             try:
@@ -154,7 +156,7 @@ def main() -> None:
     names = [*(["BFF"] if options.bff else []), *names]
     print(f"| mesh | triangles | {' | '.join(f'{name} | CPU s' for name in names)} |")
     print("|---" * (2 + 2 * len(names)) + "|")
-    for name, V, F in [stanford(), *shared("closed")]:
+    for name, V, F in [stanford(), *load_shared_meshes("closed")]:
         cells = []
         handles = igl.euler_characteristic(F) < 2
         if options.bff and not handles:

@@ -122,12 +122,12 @@ def meshes() -> Iterator[tuple[str, object, object]]:
     """Yield the meshes that are flattened and unwrapped, with their names."""
     sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "benchmarks")]
     from hard_surfaces import DEVELOPABLE, ROUNDED
-    from meshes import shared
+    from meshes import load_shared_meshes
     from nasty_meshes import NASTY
 
     yield from (
         mesh
-        for mesh in shared("disk", "stress", "holes", "closed", "multi", "handles")
+        for mesh in load_shared_meshes("disk", "stress", "holes", "closed", "multi", "handles")
         if len(mesh[2]) <= LARGEST
     )
     for name, make in {**DEVELOPABLE, **ROUNDED, **NASTY}.items():

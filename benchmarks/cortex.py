@@ -23,7 +23,7 @@ import nibabel.freesurfer as freesurfer
 import numpy as np
 from nilearn.datasets import fetch_surf_fsaverage
 from nilearn.surface import load_surf_mesh
-from pages import DOCS, put
+from pages import DOCS, replace_between_marks
 from scipy.optimize import minimize
 from subjects import fsaverage5, made_up_subject
 
@@ -237,7 +237,7 @@ def main() -> None:
         if options.printed:
             print(text)
         else:
-            put(DOCS / "cortex.md", mark, text)
+            replace_between_marks(DOCS / "cortex.md", mark, text)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import warnings
 
-from meshes import brain, shared
+from meshes import brain, load_shared_meshes
 
 from igl_linabf import LinABF, OutcomeWarning, flatten, quality
 from igl_linabf.flattening import Flattening
@@ -24,7 +24,7 @@ def main() -> None:
     )
     print("| mesh | triangles | igl.lscm | one iteration | default | converged |")
     print("|---|---|---|---|---|---|")
-    for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:
+    for name, V, F in [brain(), *load_shared_meshes("disk", "flat2d", "stress")]:
 
         def cell(result: Flattening, V=V, F=F) -> str:
             q = quality(V, F, result.uv)

@@ -20,7 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from meshes import shared, split_triangles
+from meshes import load_shared_meshes, split_triangles
 from pages import arguments, publish
 from performance import peak_memory
 from scipy import sparse
@@ -37,7 +37,7 @@ SINGLE_RUN = 500_000  # matrices of at least as many triangles run only once
 
 def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
     """Return the number of triangles and the lower triangle of the Laplacian of a subdivided disk."""
-    (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name)
+    (mesh,) = (mesh for mesh in load_shared_meshes("disk") if mesh[0] == name)
     surface = planar_mesh(*split_triangles(mesh, times)[1:])
     constraints = build_constraints(surface.topology)
     iterate = Iterate.of(constraints, corner_angles(surface))

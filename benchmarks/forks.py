@@ -15,7 +15,7 @@ from importlib import import_module
 from time import perf_counter
 from unittest.mock import patch
 
-from meshes import brain, shared, split_triangles
+from meshes import brain, load_shared_meshes, split_triangles
 from pages import arguments, publish
 
 from igl_linabf import flatten
@@ -55,7 +55,7 @@ def main() -> None:
     parser = arguments(__doc__, 9)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    known = {mesh[0]: mesh for mesh in shared("disk")}
+    known = {mesh[0]: mesh for mesh in load_shared_meshes("disk")}
     meshes = [known[name] for name in NAMES if name in known] + [brain()]
     meshes += [split_triangles(known[name], times) for name, times in FINER if name in known]
     lines = [f"| mesh | triangles | | ms | {' | '.join(FORKS)} |", f"|---|---|---|---|{'---|' * len(FORKS)}"]

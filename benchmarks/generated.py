@@ -68,7 +68,7 @@ def random_distance(kind: str, at: np.ndarray, rng: np.random.Generator) -> np.n
     return np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(-1), 0)
 
 
-def generated(
+def generate_mesh(
     kind: str, n: int, noise: float, seed: int, bump_points: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return V and F of several closed components of any genus, from a grid of n points per axis.
@@ -92,7 +92,7 @@ def generated(
     return np.asarray(surface.points, dtype=float), surface.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
 
 
-def makers() -> dict[str, Maker]:
+def list_makers() -> dict[str, Maker]:
     """Return the functions that make atlases: both methods of `unwrap`, and the installed programs."""
     mine: dict[str, Maker] = {"linabf": ours, "isometric": partial(ours, method="isometric")}
     return mine | peers()
@@ -110,7 +110,7 @@ def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
 def measure_atlas(program: str, path: str) -> dict[str, float]:
     """Return the figures of one atlas, in the order of `HEADS`."""
     mesh = np.load(path)
-    V, F, make = mesh["V"], mesh["F"], makers()[program]
+    V, F, make = mesh["V"], mesh["F"], list_makers()[program]
     make(*igl.icosahedron())  # warm-up, which includes lazy imports
     start = process_time()
     atlas = make(V, F)
@@ -139,12 +139,12 @@ def print_table(sizes: list[str], seed: int) -> None:
     """Print a row for each mesh and program, the medians, and the ratios of the times."""
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    rows: dict[str, list[dict[str, float]]] = {program: [] for program in makers()}
+    rows: dict[str, list[dict[str, float]]] = {program: [] for program in list_makers()}
     triangles = []
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "mesh.npz")
         for size, kind, noise in product(sizes, KINDS, NOISES):
-            V, F = generated(kind, SIZES[size], noise, seed)
+            V, F = generate_mesh(kind, SIZES[size], noise, seed)
             np.savez(path, V=V, F=F)
             triangles.append(len(F))
             for program in rows:
@@ -181,8 +181,8 @@ def draw(path: str, seed: int) -> None:
     """Draw the first mesh with checkerboards and seams, for `unwrap` and uvunwrap."""
     from igl_linabf.plot import plot_checkerboard
 
-    V, F = generated(KINDS[0], SIZES["50k"], NOISES[0], seed)
-    shown = {name: make for name, make in makers().items() if name in ("isometric", "uvunwrap")}
+    V, F = generate_mesh(KINDS[0], SIZES["50k"], NOISES[0], seed)
+    shown = {name: make for name, make in list_makers().items() if name in ("isometric", "uvunwrap")}
     plotter = pv.Plotter(
         shape=(1, len(shown)), off_screen=True, window_size=[700 * len(shown), 700], border=False
     )

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from meshes import Mesh, shared
+from meshes import Mesh, load_shared_meshes
 from peers import Maker, TexelAtlas, make_charts, ours, relative_seams, unwrap_with_uvunwrap
 from scipy.spatial import cKDTree
 
@@ -54,7 +54,7 @@ def models(files: list[str]) -> Iterator[Mesh]:
     for name, make in (DEVELOPABLE | ROUNDED | MACHINED).items():
         yield name, *make()
     yield "plate with 40 holes", *plate_with_holes(40)
-    for mesh in shared("closed", "multi", "uv"):
+    for mesh in load_shared_meshes("closed", "multi", "uv"):
         if large_planes(*mesh[1:])[1] >= HARD_SHARE:
             yield mesh
     for path in files:
@@ -131,7 +131,7 @@ def measure(V: np.ndarray, F: np.ndarray, made: TexelAtlas) -> Figures:
     )
 
 
-def makers() -> dict[str, Maker]:
+def list_makers() -> dict[str, Maker]:
     mine = {
         "isometric": partial(ours, resolution=None, method="isometric"),
         "page": partial(ours, method="isometric"),
@@ -141,7 +141,7 @@ def makers() -> dict[str, Maker]:
 
 def main() -> None:
     warnings.simplefilter("ignore")
-    made: dict[str, list[Figures]] = {name: [] for name in makers()}
+    made: dict[str, list[Figures]] = {name: [] for name in list_makers()}
     print(
         "Each cell contains the number of charts, the seam length over the square root of the area, the\n"
         "L2 stretch, the fill of the page, the number of planes that are cut, and the share of the seam\n"
@@ -150,7 +150,7 @@ def main() -> None:
     print(f"| part | triangles | {' | '.join(made)} |\n|{'---|' * (2 + len(made))}")
     for name, V, F in models(sys.argv[1:]):
         cells = []
-        for maker, make in makers().items():
+        for maker, make in list_makers().items():
             f = measure(V, F, make(V, F))
             made[maker].append(f)
             cells.append(

@@ -21,8 +21,8 @@ from time import process_time
 
 import igl
 import numpy as np
-from meshes import Mesh, brain, shared, subdivide
-from pages import DOCS, put
+from meshes import Mesh, brain, load_shared_meshes, subdivide
+from pages import DOCS, replace_between_marks
 
 from igl_linabf import ABF, LinABF, flatten
 from igl_linabf.flattening import Flattening, methods
@@ -75,14 +75,14 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     chosen: list[Mesh] = [brain()]
-    for mesh in shared("disk"):
+    for mesh in load_shared_meshes("disk"):
         if mesh[0] in ("igl_lion", "igl_camelhead", "igl_face"):
             chosen.append(mesh)
         if mesh[0] == "igl_face":
             chosen.append(subdivide(mesh, 1))
             if options.large:
                 chosen.append(subdivide(mesh, 2))
-    chosen += [mesh for mesh in shared("stress") if mesh[0] in HARD]
+    chosen += [mesh for mesh in load_shared_meshes("stress") if mesh[0] in HARD]
     rows = [
         "| mesh | triangles | method | steps | steps from the solution | time from there "
         "| igl.qslim to a quarter | gain at most | with decimation |",
@@ -113,7 +113,7 @@ def main() -> None:
     if options.printed:
         print("\n".join(rows))
     else:
-        put(DOCS / "performance.md", "hierarchy", "\n".join(rows))
+        replace_between_marks(DOCS / "performance.md", "hierarchy", "\n".join(rows))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from time import perf_counter
 
 import igl
 import numpy as np
-from meshes import shared, stanford
+from meshes import load_shared_meshes, stanford
 from peers import Maker, make_charts, ours, programs, relative_seams
 
 from igl_linabf import ChartOptions, MeshWarning, OutcomeWarning, flatten, overlaps, quality
@@ -31,7 +31,7 @@ from carried import load_pyvista_mesh, pial
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
 
-def makers() -> Mapping[str, Maker]:
+def list_makers() -> Mapping[str, Maker]:
     """Return functions that make atlases: the methods of `unwrap`, and the installed programs."""
     mine: dict[str, Maker] = {
         "linabf": partial(ours, resolution=None),
@@ -86,10 +86,10 @@ def main() -> None:
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     rows: dict[str, list[list[float]]] = {}
     carried = [("pial", *pial()), *((name, *load_pyvista_mesh(name)) for name in ("nut", "ant"))]
-    for name, V, F in [stanford(), *carried, *shared("closed", "handles", "holes", "multi")]:
+    for name, V, F in [stanford(), *carried, *load_shared_meshes("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue
-        for program, make in makers().items():
+        for program, make in list_makers().items():
             values = measure_atlas(V, F, make)
             rows.setdefault(program, []).append(values)
             print(format_line(name, f"{len(F):,}", program, values), flush=True)

@@ -23,7 +23,7 @@ from time import perf_counter
 
 import igl
 import numpy as np
-from generated import NOISES, SIZES, generated
+from generate_mesh import NOISES, SIZES, generate_mesh
 from scipy.ndimage import zoom
 
 from igl_linabf import flatten, quality, unwrap
@@ -62,7 +62,7 @@ def print_sampled() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "mesh.npz")
         for n, bump_points in [*((n, BUMP_POINTS) for n in SAMPLED), (FINEST, None)]:
-            V, F = generated("blob", n, NOISES[0], 1, bump_points)
+            V, F = generate_mesh("blob", n, NOISES[0], 1, bump_points)
             np.savez(path, V=V, F=F)
             command = [sys.executable, __file__, "--one", path]
             done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
@@ -111,7 +111,7 @@ def print_floaters() -> None:
     """Print the table of pages: texels per unit of length with floaters over texels without floaters."""
     print("\n| mesh | charts | of floaters | texels per length, with / without them |\n|---|---|---|---|")
     for kind, noise in (("blob", NOISES[1]), ("box", NOISES[1])):
-        V, F = generated(kind, SIZES["150k"], noise, 1)
+        V, F = generate_mesh(kind, SIZES["150k"], noise, 1)
         atlas = unwrap(V, F, method="isometric", progress=False)
         label = igl.vertex_components(F)[F[:, 0]]
         area = igl.doublearea(V, F)

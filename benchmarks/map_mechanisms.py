@@ -28,7 +28,7 @@ from unittest.mock import patch
 import igl
 import numpy as np
 from mechanisms import squared_stretch
-from meshes import Mesh, shared
+from meshes import Mesh, load_shared_meshes
 
 import igl_linabf
 from igl_linabf import Cones, LinABF, flatten, unwrap
@@ -103,7 +103,7 @@ class Figures(NamedTuple):
 RANKS = ("converged", "valid", "not converged", "flipped")
 
 
-def measured(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, float, int]:
+def measure_map(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, float, int]:
     """Return F/3nt, L2 stretch and flips of a map, computed independently of the package."""
     angles, flat = igl.internal_angles(V, F), igl.internal_angles(np.column_stack((uv, np.zeros(len(uv)))), F)
     a, b, c = (uv[F[:, k]] for k in range(3))
@@ -120,10 +120,12 @@ def flat(V: np.ndarray, F: np.ndarray, method: str | LinABF, boundary: str) -> F
     except (igl_linabf.MeshError, ArithmeticError):
         return Figures(np.nan, np.nan, 0, len(RANKS), process_time() - start)
     seconds = process_time() - start
-    return Figures(*measured(V, F, made.uv), RANKS.index(made.outcome.value), seconds)
+    return Figures(*measure_map(V, F, made.uv), RANKS.index(made.outcome.value), seconds)
 
 
-def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray | int | str, angles: str | None = None) -> Figures:
+def flatten_with_cones(
+    V: np.ndarray, F: np.ndarray, cones: np.ndarray | int | str, angles: str | None = None
+) -> Figures:
     start = process_time()
     try:
         atlas = unwrap(V, F, cones=Cones(cones, angles=angles), progress=False)
@@ -133,12 +135,12 @@ def coned(V: np.ndarray, F: np.ndarray, cones: np.ndarray | int | str, angles: s
     origin = np.empty(len(atlas.TC), dtype=np.int64)
     origin[atlas.FTC] = F
     rank = max(RANKS.index(chart.result.outcome.value) for chart in atlas.charts)
-    return Figures(*measured(V[origin], atlas.FTC, atlas.TC), rank, seconds)
+    return Figures(*measure_map(V[origin], atlas.FTC, atlas.TC), rank, seconds)
 
 
 def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
     """Yield the kind of each map, and a function that computes the map and returns its figures."""
-    disks: list[Mesh] = list(shared("disk", "stress"))
+    disks: list[Mesh] = list(load_shared_meshes("disk", "stress"))
     for seed in range(RANDOM):
         disks.append((f"random {seed}", *Disk.random(np.random.default_rng(seed), 400).build()))
     for _, V, F in disks:
@@ -148,15 +150,15 @@ def cases() -> Iterator[tuple[str, Callable[[], Figures]]]:
         yield "guarantee", partial(flat, V, F, LinABF(guarantee="injective"), "free")
         for boundary in ("circle", "rectangle"):
             yield boundary, partial(flat, V, F, "linabf", boundary)
-    for _, V, F in shared("holes"):
+    for _, V, F in load_shared_meshes("holes"):
         for boundary in ("free", "circle", "circles"):
             yield f"holes, {boundary}", partial(flat, V, F, "linabf", boundary)
-    for _, V, F in shared("closed"):
-        yield "cones", partial(coned, V, F, find_cones(V, F, CONES))
+    for _, V, F in load_shared_meshes("closed"):
+        yield "cones", partial(flatten_with_cones, V, F, find_cones(V, F, CONES))
     for kind in ("closed", "handles"):
-        for _, V, F in shared(kind):
+        for _, V, F in load_shared_meshes(kind):
             for found in ("auto", 20, 30):
-                yield f"quarter cones, {kind}", partial(coned, V, F, found, "quarter")
+                yield f"quarter cones, {kind}", partial(flatten_with_cones, V, F, found, "quarter")
 
 
 def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...] = ()) -> list[Figures]:
@@ -166,7 +168,7 @@ def run(made: list[tuple[str, Callable[[], Figures]]], patches: tuple[Patch, ...
         return [case() for _, case in made]
 
 
-def worst(by_verb: dict[str, list[float]]) -> tuple[float, str]:
+def find_largest_median(by_verb: dict[str, list[float]]) -> tuple[float, str]:
     """Return the largest of the medians, and its kind of map."""
     return max((float(np.median(values)), verb) for verb, values in by_verb.items())
 
@@ -187,7 +189,11 @@ def row(name: str, verbs: list[str], base: list[Figures], off: list[Figures]) ->
             ratios.setdefault(verb, []).append(b.distortion / a.distortion)
         if np.isfinite(a.stretch + b.stretch):
             stretches.setdefault(verb, []).append(b.stretch / a.stretch)
-    (ratio, of), (longer, there), (slower, slowest) = worst(ratios), worst(stretches), worst(times)
+    (ratio, of), (longer, there), (slower, slowest) = (
+        find_largest_median(ratios),
+        find_largest_median(stretches),
+        find_largest_median(times),
+    )
     verdict = "no difference"
     if max(ratio, longer) > 1.03 or worse_outcomes > better_outcomes or slower > 1.5:
         verdict = "stays"

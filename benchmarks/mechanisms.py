@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 
 import igl
 import numpy as np
-from generated import generated
-from meshes import Mesh, shared
+from generate_mesh import generate_mesh
+from meshes import Mesh, load_shared_meshes
 from parts import parts
 from peers import relative_seams
 
@@ -83,8 +83,8 @@ class Figures(NamedTuple):
 def models() -> Iterator[Mesh]:
     yield from parts([])
     for kind, n, noise, seed in GENERATED:
-        yield f"generated {kind} {seed}", *generated(kind, n, noise, seed)
-    yield from shared("closed", "handles", "holes", "multi", "stress")
+        yield f"generated {kind} {seed}", *generate_mesh(kind, n, noise, seed)
+    yield from load_shared_meshes("closed", "handles", "holes", "multi", "stress")
 
 
 def figures(V: np.ndarray, F: np.ndarray, method: str, packing: Packing | None) -> Figures:
@@ -125,7 +125,7 @@ def squared_stretch(corners: np.ndarray, flat: np.ndarray) -> np.ndarray:
 
 
 @contextmanager
-def replaced(replacements: list[Replacement]) -> Iterator[None]:
+def replace_temporarily(replacements: list[Replacement]) -> Iterator[None]:
     """Replace functions and constants temporarily."""
     kept = [(owner, name, getattr(owner, name)) for owner, name, _ in replacements]
     try:
@@ -139,7 +139,7 @@ def replaced(replacements: list[Replacement]) -> Iterator[None]:
 
 def atlases(meshes: list[Mesh], name: str) -> list[list[Figures]]:
     """Return the figures of the atlases of all meshes without a mechanism, for each way of unwrapping."""
-    with replaced(MECHANISMS[name]):
+    with replace_temporarily(MECHANISMS[name]):
         return [[figures(V, F, method, packing) for _, V, F in meshes] for method, packing in WAYS]
 
 

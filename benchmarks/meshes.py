@@ -22,7 +22,7 @@ from stretch import bunny
 Mesh = tuple[str, np.ndarray, np.ndarray]
 
 
-def shared(*kinds: str) -> Iterator[Mesh]:
+def load_shared_meshes(*kinds: str) -> Iterator[Mesh]:
     """Yield the meshes of the given kinds in the folder IGL_LINABF_MESHES, with their names."""
     folder = os.environ.get("IGL_LINABF_MESHES")
     if folder is None:

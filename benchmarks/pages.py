@@ -8,7 +8,7 @@ from pathlib import Path
 DOCS = Path(__file__).parent.parent / "docs"
 
 
-def put(page: Path, mark: str, text: str) -> None:
+def replace_between_marks(page: Path, mark: str, text: str) -> None:
     """Replace the text between the marks `<!-- MARK -->` and `<!-- end of MARK -->` of a page."""
     begin, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->"
     old = page.read_text(encoding="utf-8")
@@ -30,4 +30,4 @@ def publish(mark: str, text: str, printed: bool) -> None:
     if printed:
         print(text)
     else:
-        put(DOCS / "performance.md", mark, text)
+        replace_between_marks(DOCS / "performance.md", mark, text)

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from meshes import Mesh, shared
+from meshes import Mesh, load_shared_meshes
 from peers import TexelAtlas, make_charts, relative_seams, unwrap_with_xatlas
 
 from igl_linabf import clean, quality, unwrap
@@ -31,7 +31,7 @@ def parts(files: list[str]) -> Iterator[Mesh]:
     for name, make in (DEVELOPABLE | ROUNDED).items():
         yield name, *make()
     yield "plate with 40 holes", *plate_with_holes(40)
-    yield from (mesh for mesh in shared("closed") if mesh[0] == "igl_fandisk")
+    yield from (mesh for mesh in load_shared_meshes("closed") if mesh[0] == "igl_fandisk")
     for path in files:
         V, F, *_ = clean(*read_mesh(path))
         yield Path(path).stem, V, F

@@ -34,7 +34,7 @@ from time import perf_counter, process_time
 import numpy as np
 from bff_peer import Bff
 from many import disk
-from meshes import Mesh, brain, shared, split_triangles, subdivide
+from meshes import Mesh, brain, load_shared_meshes, split_triangles, subdivide
 from pages import arguments, publish
 from scipy.stats import bootstrap
 
@@ -64,7 +64,7 @@ Call = Callable[[], object]
 def choose_meshes(largest: int) -> Iterator[Mesh]:
     """Yield meshes of 500 triangles and more."""
     yield "random disk", *disk(500, 0)
-    meshes = {mesh[0]: mesh for mesh in shared("disk") if mesh[0] in NATURAL}
+    meshes = {mesh[0]: mesh for mesh in load_shared_meshes("disk") if mesh[0] in NATURAL}
     meshes["cortex"] = brain()
     yield from sorted(meshes.values(), key=lambda mesh: len(mesh[2]))
     if "igl_camelhead" in meshes:
@@ -134,7 +134,7 @@ def print_growth(name: str, what: str) -> None:
     warnings.simplefilter("ignore")
     pieces = int(name.partition(", ")[2].removesuffix(" x") or 1)
     with redirect_stdout(StringIO()):
-        (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
+        (mesh,) = (mesh for mesh in load_shared_meshes("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = split_triangles(mesh, isqrt(pieces))
         small = disk(4_000, 0)
         call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, method=what)

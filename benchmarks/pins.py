@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import igl
 import numpy as np
-from meshes import brain, shared
+from meshes import brain, load_shared_meshes
 
 from igl_linabf import LinABF, flatten, quality
 from igl_linabf.layouts import layout
@@ -40,7 +40,7 @@ def spread(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[float, float,
 def main() -> None:
     print("| mesh | one step: rms | largest | F/3nt | converged: rms | largest | F/3nt |")
     print("|---|---|---|---|---|---|---|")
-    for name, V, F in [brain(), *shared("disk")]:
+    for name, V, F in [brain(), *load_shared_meshes("disk")]:
         cells = []
         for iterations in (1, 12):
             rms, largest, low, high = spread(V, F, iterations)

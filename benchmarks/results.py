@@ -73,7 +73,7 @@ def find_losses(old: str, new: str) -> list[str]:
     return losses
 
 
-def section(title: str, command: str) -> str:
+def run_section(title: str, command: str) -> str:
     """Run a command, and return its output as a section of the page."""
     script, *options = command.split()
     path = ROOT / "benchmarks" / script
@@ -98,7 +98,7 @@ def main(arguments: list[str] | None = None) -> int:
     old_sections = {part.split("\n")[0]: f"\n## {part.rstrip()}\n" for part in old.split("\n## ")[1:]}
     parts = []
     for title, command in SECTIONS:
-        text = section(title, command) if only in command else old_sections.get(title, "")
+        text = run_section(title, command) if only in command else old_sections.get(title, "")
         if missing := find_losses(old_sections.get(title, ""), text):
             print(
                 f"{PAGE} is unchanged, because it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from statistics import median
 
-from meshes import Mesh, brain, shared, stanford
+from meshes import Mesh, brain, load_shared_meshes, stanford
 from obtuse import F as OBTUSE_F
 from obtuse import obtuse
 
@@ -90,8 +90,8 @@ def meshes() -> Iterator[Mesh]:
     """Yield the disks, and the closed models of the paper after a cut, with their names."""
     yield "obtuse", obtuse(), OBTUSE_F
     yield brain()
-    yield from shared("disk")
-    for name, V, F in [*shared(*CLOSED), stanford()]:
+    yield from load_shared_meshes("disk")
+    for name, V, F in [*load_shared_meshes(*CLOSED), stanford()]:
         if name in SAME_MODEL:
             yield name, *cut(V, F, find_seams(V, F))[:2]
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from meshes import Mesh, brain, shared, subdivide
+from meshes import Mesh, brain, load_shared_meshes, subdivide
 
 from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
@@ -32,7 +32,7 @@ def choose_meshes(options: argparse.Namespace) -> Iterator[Mesh]:
             yield path.stem, *read_mesh(path)
         return
     yield brain()
-    for mesh in shared("disk"):
+    for mesh in load_shared_meshes("disk"):
         if mesh[0] in ("igl_lion", "igl_camelhead", "igl_face"):
             yield mesh
         if mesh[0] == "igl_face":

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from generated import generated, unmirror
-from meshes import Mesh, shared, stanford
+from generate_mesh import generate_mesh, unmirror
+from meshes import Mesh, load_shared_meshes, stanford
 from peers import peers, relative_seams
 
 from igl_linabf import ChartOptions, quality, unwrap
@@ -35,7 +35,7 @@ HEADS = "by | charts | seams / sqrt(area) | L2 stretch | fill | E | its stretch 
 ROUNDING = 1e-3  # smaller relative differences do not count
 
 
-class Point(NamedTuple):
+class AtlasFigures(NamedTuple):
     """The figures of one atlas."""
 
     charts: int
@@ -46,7 +46,7 @@ class Point(NamedTuple):
 
 
 MONOTONE: dict[
-    str, tuple[Callable[[Point], float], int]
+    str, tuple[Callable[[AtlasFigures], float], int]
 ] = {  # name of a figure: (function, 1 if the figure should rise with the trade, or -1 if it should fall)
     "charts": (lambda at: at.charts, 1),
     "seams": (lambda at: at.seams, 1),
@@ -58,25 +58,25 @@ MONOTONE: dict[
 
 def models() -> Iterator[Mesh]:
     yield stanford()
-    yield "generated", *generated("blob", 64, 0.03, 1)
+    yield "generated", *generate_mesh("blob", 64, 0.03, 1)
     yield "plate with holes", *plate_with_holes()
-    for name, V, F in shared("closed"):
+    for name, V, F in load_shared_meshes("closed"):
         if name in SHARED:
             yield SHARED[name], V, F
 
 
-def unwrap_by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, Point]:
+def unwrap_by_trade(V: np.ndarray, F: np.ndarray) -> dict[float, AtlasFigures]:
     """Return the figures of the atlas for each trade."""
     found = {}
     for trade in TRADES:
         atlas = unwrap(V, F, charts=ChartOptions(trade=trade))
         seams, cost = relative_seams(V, F, atlas.FTC), atlas.cost
         terms = cost.total, cost.stretch, cost.seams, cost.page
-        found[trade] = Point(len(atlas.charts), seams, atlas.quality.stretch_l2, atlas.fill, terms)
+        found[trade] = AtlasFigures(len(atlas.charts), seams, atlas.quality.stretch_l2, atlas.fill, terms)
     return found
 
 
-def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
+def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, AtlasFigures]:
     """Return the figures of the atlases of other programs; the stretch does not count flipped faces."""
     found = {}
     for name, make in peers().items():
@@ -85,11 +85,11 @@ def unwrap_with_peers(V: np.ndarray, F: np.ndarray) -> dict[str, Point]:
         keep = ~flipped & (igl.doublearea(TC, atlas.FTC) > 0)
         stretch = quality(V[atlas.origin], atlas.FTC[keep], TC).stretch_l2
         fill = igl.doublearea(TC, atlas.FTC).sum() / 2 / atlas.page
-        found[name] = Point(charts, relative_seams(V, F, atlas.FTC), stretch, fill)
+        found[name] = AtlasFigures(charts, relative_seams(V, F, atlas.FTC), stretch, fill)
     return found
 
 
-def find_wrong_steps(points: dict[float, Point]) -> dict[str, list[str]]:
+def find_wrong_steps(points: dict[float, AtlasFigures]) -> dict[str, list[str]]:
     """Return, by figure, the steps between successive trades that change the figure the wrong way."""
     steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
     for (t, a), (u, b) in pairwise(points.items()):
@@ -100,7 +100,7 @@ def find_wrong_steps(points: dict[float, Point]) -> dict[str, list[str]]:
     return steps
 
 
-def format_row(name: str, by: str, at: Point) -> str:
+def format_row(name: str, by: str, at: AtlasFigures) -> str:
     figures = f"{at.charts} | {at.seams:.2f} | {at.stretch:.4f} | {at.fill:.2f}"
     cost = " | ".join(f"{term:.3f}" for term in at.cost) or "| | |"
     return f"| {name} | {by} | {figures} | {cost} |"

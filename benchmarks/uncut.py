@@ -11,7 +11,7 @@ import argparse
 import warnings
 from functools import partial
 
-from meshes import crown, shared
+from meshes import crown, load_shared_meshes
 
 from igl_linabf import LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.flattening import bare_lscm, medians
@@ -29,7 +29,7 @@ def main() -> None:
     )
     print("| mesh | triangles | holes | igl.lscm | one step | default | converged | ABF |")
     print("|---|---|---|---|---|---|---|---|")
-    for name, V, F in [crown(), *shared("holes")]:
+    for name, V, F in [crown(), *load_shared_meshes("holes")]:
         runs = [
             partial(linabf, V, F, iterations=1),
             partial(linabf, V, F),

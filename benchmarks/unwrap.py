@@ -17,7 +17,7 @@ from time import perf_counter
 
 import igl
 import numpy as np
-from meshes import shared, stanford
+from meshes import load_shared_meshes, stanford
 from peers import PADDING, RESOLUTION, TexelAtlas, make_charts, programs, relative_seams
 
 from igl_linabf import OutcomeWarning, flatten, quality
@@ -110,7 +110,7 @@ def main() -> None:
     for name, V, F in [
         stanford(),
         ("pial", *pial()),
-        *shared(*(ALL_KINDS if "--all" in sys.argv else KINDS)),
+        *load_shared_meshes(*(ALL_KINDS if "--all" in sys.argv else KINDS)),
     ]:
         for program, run in programs().items():
             try:

@@ -25,7 +25,7 @@ from time import process_time
 import igl
 import numpy as np
 import pyvista as pv
-from meshes import shared, stanford
+from meshes import load_shared_meshes, stanford
 from peers import unwrap_with_xatlas
 
 from igl_linabf import clean, flatten, flatten_many, unwrap
@@ -107,7 +107,7 @@ def read_clean_mesh(path: str) -> Surface:
 
 def models() -> dict[str, Callable[[], Surface]]:
     """Return the functions that make the meshes, by name."""
-    given = {name: (V, F) for name, V, F in [stanford(), *shared(*KINDS)]}
+    given = {name: (V, F) for name, V, F in [stanford(), *load_shared_meshes(*KINDS)]}
     found: dict[str, Callable[[], Surface]] = {name: partial(tuple, mesh) for name, mesh in given.items()}
     for name, times in LARGE.items():
         for k in range(1, times + 1) if name in given else ():

@@ -38,7 +38,7 @@ Build = Callable[[Path], Path]
 ATTACKS: dict[str, tuple[Build, str]] = {}  # name: (function that writes the files into a folder, outcome)
 
 
-def attack(name: str, outcome: str = "refused") -> Callable[[Build], Build]:
+def register_attack(name: str, outcome: str = "refused") -> Callable[[Build], Build]:
     """Return a decorator that registers a writer of hostile files and the outcome, "refused" or "right"."""
 
     def register(build: Build) -> Build:
@@ -48,7 +48,7 @@ def attack(name: str, outcome: str = "refused") -> Callable[[Build], Build]:
     return register
 
 
-def gltf_text(**changes: Any) -> dict[str, Any]:
+def make_gltf_text(**changes: Any) -> dict[str, Any]:
     """Return the JSON of a glTF icosahedron with an embedded buffer; `changes` replace its entries."""
     data = V32.tobytes() + F16.tobytes()
     text = {
@@ -113,7 +113,7 @@ LEADING_OUT = {
 }
 
 
-def secret_beside(folder: Path, name: str, how: str) -> str:
+def write_secret_beside(folder: Path, name: str, how: str) -> str:
     """Write a secret file into the sibling folder, and return a reference to it."""
     outside = folder.parent / "outside"
     outside.mkdir()
@@ -128,29 +128,29 @@ def add_references() -> None:
     for how in LEADING_OUT:
 
         def buffer(folder: Path, how: str = how) -> Path:
-            uri = secret_beside(folder, "secret.bin", how)
-            return write_gltf(folder, gltf_text(buffers=[{"byteLength": 200, "uri": uri}]))
+            uri = write_secret_beside(folder, "secret.bin", how)
+            return write_gltf(folder, make_gltf_text(buffers=[{"byteLength": 200, "uri": uri}]))
 
         def image(folder: Path, how: str = how) -> Path:
-            images = [{"uri": secret_beside(folder, "secret.png", how)}]
-            return write_gltf(folder, gltf_text(images=images, textures=[{"source": 0}]))
+            images = [{"uri": write_secret_beside(folder, "secret.png", how)}]
+            return write_gltf(folder, make_gltf_text(images=images, textures=[{"source": 0}]))
 
-        attack(f"glTF: a buffer outside, {how}")(buffer)
-        attack(f"glTF: an image outside, {how}")(image)
+        register_attack(f"glTF: a buffer outside, {how}")(buffer)
+        register_attack(f"glTF: an image outside, {how}")(image)
         if "%" in LEADING_OUT[how]:
             continue
 
         def library(folder: Path, how: str = how) -> Path:
-            name = secret_beside(folder, "secret.mtl", how)
+            name = write_secret_beside(folder, "secret.mtl", how)
             return write_obj(folder, f"mtllib {name}\nusemtl {SECRET[:6]}\n")
 
         def map_(folder: Path, how: str = how) -> Path:
-            name = secret_beside(folder, "secret.png", how)
+            name = write_secret_beside(folder, "secret.png", how)
             (folder / "a.mtl").write_text(f"newmtl red\nmap_Kd {name}\n")
             return write_obj(folder, "mtllib a.mtl\nusemtl red\n")
 
-        attack(f"OBJ: a library outside, {how}", "right")(library)
-        attack(f"MTL: an image outside, {how}", "right, without images")(map_)
+        register_attack(f"OBJ: a library outside, {how}", "right")(library)
+        register_attack(f"MTL: an image outside, {how}", "right, without images")(map_)
 
 
 def write_obj(folder: Path, head: str, tail: str = "") -> Path:
@@ -164,26 +164,26 @@ def write_obj(folder: Path, head: str, tail: str = "") -> Path:
 add_references()
 
 
-@attack("glTF: an image by a file URI", "right")
+@register_attack("glTF: an image by a file URI", "right")
 def _(folder: Path) -> Path:
-    secret_beside(folder, "secret.png", "..")
+    write_secret_beside(folder, "secret.png", "..")
     images = [{"uri": f"file://{folder.parent / 'outside' / 'secret.png'}"}]
-    return write_gltf(folder, gltf_text(images=images, textures=[{"source": 0}]))
+    return write_gltf(folder, make_gltf_text(images=images, textures=[{"source": 0}]))
 
 
-@attack("glTF: an accessor without data announces 10^8 rows")
+@register_attack("glTF: an accessor without data announces 10^8 rows")
 def _(folder: Path) -> Path:
-    accessors = [{"componentType": 5126, "count": 10**8, "type": "VEC3"}, gltf_text()["accessors"][1]]
-    return write_gltf(folder, gltf_text(accessors=accessors))
+    accessors = [{"componentType": 5126, "count": 10**8, "type": "VEC3"}, make_gltf_text()["accessors"][1]]
+    return write_gltf(folder, make_gltf_text(accessors=accessors))
 
 
-@attack("glTF: 20,000 primitives share one buffer")
+@register_attack("glTF: 20,000 primitives share one buffer")
 def _(folder: Path) -> Path:
     data = np.zeros((20_000, 3), "<f4").tobytes()
     primitive = {"attributes": {"POSITION": 0}}
     return write_gltf(
         folder,
-        gltf_text(
+        make_gltf_text(
             meshes=[{"primitives": [primitive] * 20_000}],
             accessors=[{"bufferView": 0, "componentType": 5126, "count": 20_000, "type": "VEC3"}],
             bufferViews=[{"buffer": 0, "byteLength": len(data)}],
@@ -192,27 +192,27 @@ def _(folder: Path) -> Path:
     )
 
 
-@attack("glTF: a thousand targets without data")
+@register_attack("glTF: a thousand targets without data")
 def _(folder: Path) -> Path:
-    accessors = [*gltf_text()["accessors"], {"componentType": 5126, "count": 12, "type": "VEC3"}]
+    accessors = [*make_gltf_text()["accessors"], {"componentType": 5126, "count": 12, "type": "VEC3"}]
     accessors[0] = {**accessors[0], "count": 10**6}
     accessors[2]["count"] = 10**6
     primitive = {"attributes": {"POSITION": 0}, "targets": [{"POSITION": 2}] * 1000}
-    return write_gltf(folder, gltf_text(accessors=accessors, meshes=[{"primitives": [primitive]}]))
+    return write_gltf(folder, make_gltf_text(accessors=accessors, meshes=[{"primitives": [primitive]}]))
 
 
-@attack("glTF: 2,000 nodes each place the instances of one accessor", "right")
+@register_attack("glTF: 2,000 nodes each place the instances of one accessor", "right")
 def _(folder: Path) -> Path:
     extension = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
-    return write_gltf(folder, gltf_text(nodes=[{"mesh": 0, "extensions": extension}] * 2_000))
+    return write_gltf(folder, make_gltf_text(nodes=[{"mesh": 0, "extensions": extension}] * 2_000))
 
 
 def add_gltf_numbers() -> None:
-    base = gltf_text()["accessors"]
+    base = make_gltf_text()["accessors"]
     for count in (2**31, 2**32, 2**63, -1, 1.5, "12", None):
-        attack(f"glTF: an accessor of {count} rows")(
+        register_attack(f"glTF: an accessor of {count} rows")(
             lambda folder, n=count: write_gltf(
-                folder, gltf_text(accessors=[{**base[0], "count": n}, base[1]])
+                folder, make_gltf_text(accessors=[{**base[0], "count": n}, base[1]])
             )
         )
     for index in (2**31, 2**32 - 1):
@@ -222,26 +222,28 @@ def add_gltf_numbers() -> None:
             views = [{"buffer": 0, "byteLength": 144}, {"buffer": 0, "byteOffset": 144, "byteLength": 12}]
             accessors = [base[0], {**base[1], "componentType": 5125, "count": 3}]
             buffers = [{"byteLength": len(data), "uri": data_uri(data)}]
-            return write_gltf(folder, gltf_text(bufferViews=views, accessors=accessors, buffers=buffers))
+            return write_gltf(folder, make_gltf_text(bufferViews=views, accessors=accessors, buffers=buffers))
 
-        attack(f"glTF: an index {index}")(wrong_index)
+        register_attack(f"glTF: an index {index}")(wrong_index)
     for name in ("NaN", "Infinity", "1e999"):
-        attack(f"glTF: a matrix of {name}")(
+        register_attack(f"glTF: a matrix of {name}")(
             lambda folder, name=name: write_gltf(
-                folder, json.dumps(gltf_text(nodes=[{"mesh": 0, "scale": [7, 7, 7]}])).replace("7", name)
+                folder, json.dumps(make_gltf_text(nodes=[{"mesh": 0, "scale": [7, 7, 7]}])).replace("7", name)
             )
         )
-    attack("glTF: a scale of 1e308 twice")(
+    register_attack("glTF: a scale of 1e308 twice")(
         lambda folder: write_gltf(
             folder,
-            gltf_text(nodes=[{"children": [1], "scale": [1e308] * 3}, {"mesh": 0, "scale": [1e308] * 3}]),
+            make_gltf_text(
+                nodes=[{"children": [1], "scale": [1e308] * 3}, {"mesh": 0, "scale": [1e308] * 3}]
+            ),
         )
     )
     for value in (np.nan, np.inf):
         data = np.where(np.arange(36).reshape(12, 3) == 7, value, V32).astype("<f4").tobytes() + F16.tobytes()
-        attack(f"glTF: a position {value}", "refused on writing")(
+        register_attack(f"glTF: a position {value}", "refused on writing")(
             lambda folder, data=data: write_gltf(
-                folder, gltf_text(buffers=[{"byteLength": len(data), "uri": data_uri(data)}])
+                folder, make_gltf_text(buffers=[{"byteLength": len(data), "uri": data_uri(data)}])
             )
         )
 
@@ -249,30 +251,32 @@ def add_gltf_numbers() -> None:
 add_gltf_numbers()
 
 
-@attack("glTF: nodes that are their own descendants")
+@register_attack("glTF: nodes that are their own descendants")
 def _(folder: Path) -> Path:
-    return write_gltf(folder, gltf_text(nodes=[{"mesh": 0}, {"children": [2]}, {"children": [1], "mesh": 0}]))
+    return write_gltf(
+        folder, make_gltf_text(nodes=[{"mesh": 0}, {"children": [2]}, {"children": [1], "mesh": 0}])
+    )
 
 
-@attack("glTF: 10^5 nested nodes", "right")
+@register_attack("glTF: 10^5 nested nodes", "right")
 def _(folder: Path) -> Path:
     chain = [{"children": [i + 1]} for i in range(100_000)]
-    return write_gltf(folder, gltf_text(nodes=[*chain, {"mesh": 0}]))
+    return write_gltf(folder, make_gltf_text(nodes=[*chain, {"mesh": 0}]))
 
 
 for depth in (90, 500, 100_000):
 
-    @attack(f"glTF: JSON of {depth} levels", "right" if depth < 100 else "refused")
+    @register_attack(f"glTF: JSON of {depth} levels", "right" if depth < 100 else "refused")
     def _(folder: Path, depth: int = depth) -> Path:
-        text = json.dumps(gltf_text(extras=0))
+        text = json.dumps(make_gltf_text(extras=0))
         return write_gltf(folder, text.replace('"extras": 0', '"extras": ' + "[" * depth + "]" * depth))
 
 
-@attack("glTF: an image of 60,000 x 60,000 pixels", "right, without images")
+@register_attack("glTF: an image of 60,000 x 60,000 pixels", "right, without images")
 def _(folder: Path) -> Path:
     uri = "data:image/png;base64," + base64.b64encode(png(60_000, 60_000)).decode()
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    text = gltf_text(images=[{"uri": uri}], textures=[{"source": 0}], materials=[material])
+    text = make_gltf_text(images=[{"uri": uri}], textures=[{"source": 0}], materials=[material])
     text["meshes"][0]["primitives"][0]["material"] = 0
     return write_gltf(folder, text)
 
@@ -280,27 +284,27 @@ def _(folder: Path) -> Path:
 CONTROL = "\x1b]0;pwned\x07\r\n\u202e"
 
 
-@attack("glTF: names that control a terminal", "right")
+@register_attack("glTF: names that control a terminal", "right")
 def _(folder: Path) -> Path:
-    text = gltf_text(materials=[{"name": CONTROL, "alphaMode": "MASK"}], extensionsUsed=[CONTROL])
+    text = make_gltf_text(materials=[{"name": CONTROL, "alphaMode": "MASK"}], extensionsUsed=[CONTROL])
     text["meshes"][0]["primitives"][0] |= {"material": 0, "extensions": {CONTROL: {}}}
     text["meshes"][0]["primitives"][0]["attributes"][f"_{CONTROL}"] = 0
     text["meshes"][0]["name"] = text["nodes"][0]["name"] = CONTROL
     return write_gltf(folder, text)
 
 
-@attack("glTF: a required extension that controls a terminal")
+@register_attack("glTF: a required extension that controls a terminal")
 def _(folder: Path) -> Path:
-    return write_gltf(folder, gltf_text(extensionsRequired=[CONTROL]))
+    return write_gltf(folder, make_gltf_text(extensionsRequired=[CONTROL]))
 
 
-@attack("OBJ: names that control a terminal", "right")
+@register_attack("OBJ: names that control a terminal", "right")
 def _(folder: Path) -> Path:
     name = CONTROL.replace("\r\n", "")
     return write_obj(folder, f"{name}\nmtllib {name}.mtl\nusemtl {name}\no {name}\n")
 
 
-@attack("MTL: NaN, 1e999 and keywords with slashes", "right")
+@register_attack("MTL: NaN, 1e999 and keywords with slashes", "right")
 def _(folder: Path) -> Path:
     (folder / "a.png").write_bytes(b"no image")
     (folder / "a.mtl").write_text("newmtl red\nKd nan nan nan\nd 1e999\nKe inf 0 0\nmap_/../../x a.png\n")
@@ -308,16 +312,16 @@ def _(folder: Path) -> Path:
 
 
 for corner in ("2147483648", "4294967296", "9223372036854775808", "-2147483649", "9" * 5000):
-    attack(f"OBJ: an index {corner[:20]}")(
+    register_attack(f"OBJ: an index {corner[:20]}")(
         lambda folder, corner=corner: write_obj(folder, "", f"f 1 2 {corner}\n")
     )
 for number in ("nan", "1e999", "1e308"):
-    attack(f"OBJ: a vertex {number}", "refused on writing")(
+    register_attack(f"OBJ: a vertex {number}", "refused on writing")(
         lambda folder, number=number: write_obj(folder, "", f"v {number} 0 0\nf 1 2 13\n")
     )
 
 
-@attack("OBJ: a face of 20,000 corners", "right")
+@register_attack("OBJ: a face of 20,000 corners", "right")
 def _(folder: Path) -> Path:
     t = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
     star = (1 + 0.5 * (np.arange(20_000) % 2))[:, None] * np.column_stack((np.cos(t), np.sin(t)))
@@ -326,10 +330,10 @@ def _(folder: Path) -> Path:
 
 
 PLY_HEAD = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
-attack("PLY: 4,000,000,000 vertices")(
+register_attack("PLY: 4,000,000,000 vertices")(
     write("a.ply", (PLY_HEAD.format("binary_little_endian", 4 * 10**9) + "end_header\n").encode() + bytes(99))
 )
-attack("PLY: a list of 2^32 - 1 corners")(
+register_attack("PLY: a list of 2^32 - 1 corners")(
     write(
         "a.ply",
         (
@@ -340,20 +344,20 @@ attack("PLY: a list of 2^32 - 1 corners")(
         + b"\xff" * 4,
     )
 )
-attack("PLY: properties that control a terminal")(
+register_attack("PLY: properties that control a terminal")(
     write("a.ply", PLY_HEAD.format("ascii", 0).encode() + f"{CONTROL[:9]}\nend_header\n".encode())
 )
-attack("OFF: 4,000,000,000 vertices")(write("a.off", b"OFF\n4000000000 4000000000 0\n0 0 0\n"))
-attack("STL: 2^32 - 1 triangles")(write("a.stl", bytes(80) + b"\xff" * 4 + bytes(50)))
-attack("FreeSurfer: 2^31 - 1 vertices")(
+register_attack("OFF: 4,000,000,000 vertices")(write("a.off", b"OFF\n4000000000 4000000000 0\n0 0 0\n"))
+register_attack("STL: 2^32 - 1 triangles")(write("a.stl", bytes(80) + b"\xff" * 4 + bytes(50)))
+register_attack("FreeSurfer: 2^31 - 1 vertices")(
     write("lh.white", b"\xff\xff\xfemade\n\n" + struct.pack(">ii", 2**31 - 1, 2**31 - 1) + bytes(99))
 )
-attack("FreeSurfer: a quadrangle file of 2^24 - 1 vertices")(
+register_attack("FreeSurfer: a quadrangle file of 2^24 - 1 vertices")(
     write("lh.white", b"\xff\xff\xff" + b"\xff" * 6 + bytes(99))
 )
 
 
-@attack("FreeSurfer: a patch of 2^32 - 1 vertices")
+@register_attack("FreeSurfer: a patch of 2^32 - 1 vertices")
 def _(folder: Path) -> Path:
     nibabel = il.io.import_optional("nibabel")
     nibabel.freesurfer.write_geometry(str(folder / "lh.white"), V, F)
@@ -382,12 +386,12 @@ def gifti(data: str, encoding: str = "ASCII", rows: int = 12, doctype: str = "")
 
 
 BOMB = zlib.compress(bytes(2**28), 9)
-attack("GIFTI: entities")(write("a.surf.gii", gifti("&m;", doctype=ENTITIES)))
-attack("GIFTI: arrays of 10^9 rows")(write("a.surf.gii", gifti("0 0 0", rows=10**9)))
-attack("GIFTI: arrays that decompress to 268 MB")(
+register_attack("GIFTI: entities")(write("a.surf.gii", gifti("&m;", doctype=ENTITIES)))
+register_attack("GIFTI: arrays of 10^9 rows")(write("a.surf.gii", gifti("0 0 0", rows=10**9)))
+register_attack("GIFTI: arrays that decompress to 268 MB")(
     write("a.surf.gii", gifti(base64.b64encode(BOMB).decode(), "GZipBase64Binary"))
 )
-attack("GIFTI: a text that decompresses to 1 GB")(
+register_attack("GIFTI: a text that decompresses to 1 GB")(
     lambda folder: write("a.surf.gii.gz", gzip.compress(gifti(" " * 2**28), 9) * 4)(folder)
 )
 
@@ -407,12 +411,12 @@ def vtp(points: int = 12, width: int = 3, doctype: str = "", data: str = "", for
     ).encode()
 
 
-attack("VTP: a plain file", "right")(write("a.vtp", vtp()))
-attack("VTP: entities")(write("a.vtp", vtp(doctype=ENTITIES, data="&m;")))
-attack("VTP: 10^9 points")(write("a.vtp", vtp(points=10**9)))
-attack("VTP: 10^9 components")(write("a.vtp", vtp(width=10**9)))
+register_attack("VTP: a plain file", "right")(write("a.vtp", vtp()))
+register_attack("VTP: entities")(write("a.vtp", vtp(doctype=ENTITIES, data="&m;")))
+register_attack("VTP: 10^9 points")(write("a.vtp", vtp(points=10**9)))
+register_attack("VTP: 10^9 components")(write("a.vtp", vtp(width=10**9)))
 for blocks in ((1, 2**31, 0, 9), (2**30, 2**15, 0, 9), (2, 2**32 - 1, 1, 9)):
-    attack(f"VTP: {blocks[0]} compressed blocks of {blocks[1]} bytes")(
+    register_attack(f"VTP: {blocks[0]} compressed blocks of {blocks[1]} bytes")(
         write("a.vtp", vtp(data=base64.b64encode(struct.pack("<4I", *blocks)).decode(), form="binary"))
     )
 
@@ -459,16 +463,18 @@ ASSEMBLIES = "".join(
     + "</components></object>"
     for i in range(2, 10)
 )
-attack("3MF: a plain file", "right")(write("a.3mf", package(model_3mf(MESH_3MF))))
-attack("3MF: entities")(write("a.3mf", package(model_3mf(MESH_3MF, doctype=ENTITIES))))
-attack("3MF: a zip bomb of 268 MB")(
+register_attack("3MF: a plain file", "right")(write("a.3mf", package(model_3mf(MESH_3MF))))
+register_attack("3MF: entities")(write("a.3mf", package(model_3mf(MESH_3MF, doctype=ENTITIES))))
+register_attack("3MF: a zip bomb of 268 MB")(
     lambda folder: write("a.3mf", package(model_3mf(MESH_3MF, padding=" " * 2**28)))(folder)
 )
-attack("3MF: assemblies of 10^8 objects")(write("a.3mf", package(model_3mf(MESH_3MF + ASSEMBLIES, build=9))))
+register_attack("3MF: assemblies of 10^8 objects")(
+    write("a.3mf", package(model_3mf(MESH_3MF + ASSEMBLIES, build=9)))
+)
 
 
 @contextmanager
-def limited() -> Iterator[None]:
+def limit_resources() -> Iterator[None]:
     """Limit the memory and the processor time of this process."""
     import resource
 
@@ -490,7 +496,7 @@ def check_attack(name: str, _: int = 0) -> str:
         folder.mkdir()
         path = build(folder)
         before = sorted(Path(place).rglob("*"))
-        with warnings.catch_warnings(record=True) as caught, limited():
+        with warnings.catch_warnings(record=True) as caught, limit_resources():
             warnings.simplefilter("always")
             end = read_and_write(path, Path(place) / "out")
         messages = [end, *(str(warning.message) for warning in caught)]

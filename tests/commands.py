@@ -21,24 +21,24 @@ def run(*arguments: object) -> subprocess.CompletedProcess:
         except SystemExit as end:  # the parser exits on an invalid argument
             code = end.code
     printed, said = (stream.buffer.getvalue().decode("utf-8") for stream in streams)
-    return subprocess.CompletedProcess(words, code, printed, without_cholmod_warning(said))
+    return subprocess.CompletedProcess(words, code, printed, remove_cholmod_warning(said))
 
 
-def run_apart(*arguments: object) -> subprocess.CompletedProcess:
+def run_in_new_process(*arguments: object) -> subprocess.CompletedProcess:
     """Run the command in a new process, as a user does."""
     command = [sys.executable, "-m", "igl_linabf", *map(str, arguments)]
     process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
-    process.stderr = without_cholmod_warning(process.stderr)
+    process.stderr = remove_cholmod_warning(process.stderr)
     return process
 
 
-def without_cholmod_warning(said: str) -> str:
+def remove_cholmod_warning(said: str) -> str:
     """Remove the warning that scikit-sparse, and therefore CHOLMOD, is not installed."""
     lines = said.splitlines(keepends=True)
     return "".join(line for line in lines if "warning: scikit-sparse is not" not in line)
 
 
-def of_session(session: int) -> list[str]:
+def list_session_processes(session: int) -> list[str]:
     """Return the command lines of the running processes of a session."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):

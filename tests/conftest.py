@@ -121,20 +121,20 @@ def load(name: str) -> Surface:
     return read_mesh(Path(FOLDER) / name)
 
 
-def python_of_blender() -> Path:
+def find_blender_python() -> Path:
     """Return a Python with bpy: IGL_LINABF_BPY, this one, or that of `make blender`; else skip the test."""
     named = os.environ.get("IGL_LINABF_BPY")
     if named:
         return Path(named)
     if find_spec("bpy") is not None:
         return Path(sys.executable)
-    if not imports_bpy(OWN_BLENDER):
+    if not can_import_bpy(OWN_BLENDER):
         pytest.skip("no Python with bpy is there: `make blender` makes one")
     return OWN_BLENDER
 
 
 @cache
-def imports_bpy(python: Path) -> bool:
+def can_import_bpy(python: Path) -> bool:
     """Return True if a Python exists and can import bpy, which fails in an incomplete environment."""
     if not python.exists():
         return False
@@ -144,12 +144,12 @@ def imports_bpy(python: Path) -> bool:
         return False
 
 
-def built_wheel(folder: Path) -> Path:
+def build_wheel(folder: Path) -> Path:
     """Build the wheel for this Python, if possible with the core compiled by the editable install."""
     warm = find_spec("scikit_build_core") and find_spec("nanobind") and find_spec("hatch_fancy_pypi_readme")
     how = ("--no-build-isolation", "-C", "build-dir=build/{wheel_tag}") if warm else ()
     command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", *how, "-w", str(folder), str(ROOT)]
-    with one_at_a_time(ROOT / "build"):
+    with lock_folder(ROOT / "build"):
         process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
     if "No matching distribution found for" in process.stderr:
         pytest.skip("what builds the wheel cannot be fetched")
@@ -159,7 +159,7 @@ def built_wheel(folder: Path) -> Path:
 
 
 @contextmanager
-def one_at_a_time(folder: Path) -> Iterator[None]:
+def lock_folder(folder: Path) -> Iterator[None]:
     """Hold a lock, because two simultaneous builds would write the same files."""
     if os.name == "nt":  # Windows has no fcntl
         yield
@@ -172,7 +172,7 @@ def one_at_a_time(folder: Path) -> Iterator[None]:
         yield
 
 
-def not_tested(reasons: list[str]) -> list[str]:
+def summarize_skipped_tests(reasons: list[str]) -> list[str]:
     """Summarize why tests were skipped: missing shared meshes by kind, and all other reasons."""
     kinds: Counter[str] = Counter()
     others: Counter[str] = Counter()
@@ -197,7 +197,9 @@ def not_tested(reasons: list[str]) -> list[str]:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print which tests were skipped, because a run without the shared meshes is incomplete."""
     skipped = terminalreporter.getreports("skipped")
-    lines = not_tested([str(report.longrepr[2]) for report in skipped if isinstance(report.longrepr, tuple)])
+    lines = summarize_skipped_tests(
+        [str(report.longrepr[2]) for report in skipped if isinstance(report.longrepr, tuple)]
+    )
     if lines:
         terminalreporter.section("not tested here", sep="=", yellow=True)
         for line in lines:
@@ -210,7 +212,7 @@ def few_sources(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 100)
 
 
-def pixels(path: Path) -> np.ndarray:
+def read_pixels(path: Path) -> np.ndarray:
     """Return the image in a file as an array (height, width, channels)."""
     with Image.open(path) as image:
         return np.asarray(image)

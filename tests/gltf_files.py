@@ -20,7 +20,7 @@ def corners(mesh: MeshFile) -> np.ndarray:
     return np.hstack((mesh.V[mesh.polygons.corners], mesh.TC[mesh.texture]))
 
 
-def unwrapped(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
+def unwrap_file(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
     """Unwrap a file; return the mesh with its atlas, and the mesh that is read from the written file."""
     mesh = read_file(source)
     atlas = unwrap(mesh.V, mesh.F, progress=False)
@@ -57,7 +57,7 @@ l 1/1 5/1
 """
 
 
-def glb(path: Path, text: dict, parts: list[bytes]) -> None:
+def write_glb(path: Path, text: dict, parts: list[bytes]) -> None:
     """Write a GLB file with one buffer view for each of `parts`."""
     views, start = [], 0
     for part in parts:
@@ -73,7 +73,7 @@ def glb(path: Path, text: dict, parts: list[bytes]) -> None:
         file.writelines(parts)
 
 
-def scene(path: Path) -> None:
+def write_scene(path: Path) -> None:
     """Write an animated scene of two meshes under rotated and scaled nodes."""
     V, F = igl.icosahedron()
     normals = V / np.linalg.norm(V, axis=1)[:, None]
@@ -113,4 +113,4 @@ def scene(path: Path) -> None:
             {"bufferView": 7, "componentType": 5126, "count": 12, "type": "VEC3"},
         ],
     }  # fmt: skip
-    glb(path, text, parts)
+    write_glb(path, text, parts)

@@ -157,7 +157,7 @@ ROUNDED: dict[str, Callable[[], Surface]] = {
 }
 
 
-def turned(profile: np.ndarray, around: int = 48) -> Surface:
+def surface_of_revolution(profile: np.ndarray, around: int = 48) -> Surface:
     """Return the closed surface of revolution of a closed profile (#P, 2) of radii and heights."""
     angle, n = 2 * np.pi * np.arange(around) / around, len(profile)
     across = [np.outer(way(angle), profile[:, 0]) for way in (np.cos, np.sin)]
@@ -182,7 +182,7 @@ def washer(bevel: float) -> Surface:
         (r[1], t - b),
         (r[1] - b, t),
     ]
-    return turned(np.array(profile))
+    return surface_of_revolution(np.array(profile))
 
 
 def bevelled_disk(bevel: float, around: int = 48) -> Surface:

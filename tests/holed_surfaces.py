@@ -36,7 +36,7 @@ def slotted_plate(turns: int) -> Surface:
             cut[int(cell.imag), int(cell.real)] = True
             cell += step
         step *= 1j
-    return grid_without(cut)
+    return plate_without_cells(cut)
 
 
 def plate_with_comb(teeth: int) -> Surface:
@@ -44,10 +44,10 @@ def plate_with_comb(teeth: int) -> Surface:
     n = 4 * teeth + 4
     cut = np.zeros((n, n), dtype=bool)
     cut[2:-2, 2:-2] = (np.arange(n - 4) % 4 < 2) | (np.arange(n - 4) < 2)[:, None]
-    return grid_without(cut)
+    return plate_without_cells(cut)
 
 
-def grid_without(cut: np.ndarray) -> Surface:
+def plate_without_cells(cut: np.ndarray) -> Surface:
     """Return a square plate of side 10 without the cells that are marked in a mask (n, n)."""
     n = len(cut)
     y, x = np.divmod(np.arange((n + 1) ** 2), n + 1)

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from hostile_meshes import Disk, exactly_flipped, has_place, require
+from hostile_meshes import Disk, find_flipped_exactly, has_place, require
 
 from igl_linabf.cli import main
 from igl_linabf.io import read_mesh, read_texture
@@ -205,7 +205,7 @@ def check_file(seed: int, command: str) -> str:
             require(bool(read_mesh(out)[1].shape == FTC.shape), "the file has other faces")
             require(bool(np.isfinite(TC[FTC]).all()), "the file has NaN")
             if code == 0 and command == "flatten":
-                flipped = exactly_flipped(TC, FTC)
+                flipped = find_flipped_exactly(TC, FTC)
                 require(
                     not len(flipped), f"exit code 0, and in the file faces {flipped.tolist()} are flipped"
                 )

@@ -13,7 +13,7 @@ from typing import Any
 
 import igl
 import numpy as np
-from gltf_files import scene
+from gltf_files import write_scene
 from hostile_files import mutate
 from hostile_meshes import require
 
@@ -77,7 +77,7 @@ PIXEL = base64.b64decode(
 def scene_text() -> str:
     """Return the JSON of a glTF file with an embedded buffer that uses most features of the reader."""
     with tempfile.TemporaryDirectory() as folder:
-        scene(Path(folder) / "a.glb")
+        write_scene(Path(folder) / "a.glb")
         data = (Path(folder) / "a.glb").read_bytes()
     length = int.from_bytes(data[12:16], "little")
     text = json.loads(data[20 : 20 + length])
@@ -149,7 +149,7 @@ def good_file(name: str) -> bytes:
         if name == "lh.white":
             il.io.import_optional("nibabel").freesurfer.write_geometry(str(path), V, F)
         elif name == "a.glb":
-            scene(path)
+            write_scene(path)
         else:
             write_mesh(path, V, F, V[:, :2])
         return path.read_bytes()

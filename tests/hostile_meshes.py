@@ -16,7 +16,7 @@ import igl
 import numpy as np
 from bad_input import tetrahedron, torus
 from carried import load_pyvista_mesh
-from nasty_meshes import NASTY, joined
+from nasty_meshes import NASTY, concatenate_surfaces
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
@@ -124,7 +124,7 @@ def _cut_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> n
     return F
 
 
-def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
+def find_flipped_exactly(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Return the faces whose signed area in the map is not positive, in rational arithmetic."""
     rows = [[Fraction(x) for x in row] if np.isfinite(row).all() else None for row in uv.tolist()]
     flipped = []
@@ -160,7 +160,7 @@ def check_flattened(V: np.ndarray, F: np.ndarray, result: il.flattening.Flatteni
     require(uv.shape == (len(V), 2), f"uv has the shape {uv.shape}")
     require(bool(np.isfinite(uv[used]).all()), f"NaN in a result called {result.outcome.value}")
     require(bool(np.isnan(np.delete(uv, used, axis=0)).all()), "numbers at vertices of no face")
-    flipped = exactly_flipped(uv, F)
+    flipped = find_flipped_exactly(uv, F)
     listed = result.flipped.tolist()
     require(
         listed == flipped.tolist(), f"called {result.outcome.value}, flipped {listed}, not {flipped.tolist()}"
@@ -238,7 +238,7 @@ def check_guarantee(seed: int) -> str:
             return end
         last = sure.report.attempts[-1]
         require(last.name == "injective", f"the guarantee was not tried: {last}")
-        if len(exactly_flipped(sure.uv, F)):
+        if len(find_flipped_exactly(sure.uv, F)):
             require(last.status is Status.NO_VALID_START, f"the guarantee left flips: {last}")
             return "no start"
         return f"{end} by the guarantee"
@@ -260,18 +260,18 @@ def check_unwrap(disk: Disk) -> str:
         cleaned = il.clean(V, F)
         solid = atlas.FTC[cleaned.faces]
         oriented = np.where(cleaned.turned[:, None], solid[:, [0, 2, 1]], solid)
-        flipped = exactly_flipped(atlas.TC, oriented)
+        flipped = find_flipped_exactly(atlas.TC, oriented)
         if atlas.good:
             require(not len(flipped), f"called good, but faces {flipped.tolist()} are flipped")
             require(len(il.overlaps(atlas.TC, solid)) == 0, "called good, with overlaps")
         return f"{'good' if atlas.good else 'not good'}"
 
     if not disk.holes:
-        V, F = doubled(V, F)
+        V, F = close_with_copy(V, F)
     return run_refusable(work)
 
 
-def doubled(V: np.ndarray, F: np.ndarray) -> Surface:
+def close_with_copy(V: np.ndarray, F: np.ndarray) -> Surface:
     """Return a closed surface: the disk, and a copy below it, joined along the boundary."""
     loop = igl.boundary_loop(F)
     n = len(V)
@@ -292,7 +292,9 @@ def _set(rows: np.ndarray, i: object, value: object) -> np.ndarray:
     return rows
 
 
-def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[str, tuple[object, object]]:
+def make_corrupted_meshes(
+    V: np.ndarray, F: np.ndarray, rng: np.random.Generator
+) -> dict[str, tuple[object, object]]:
     """Return an example of each kind of bad input, with the fault at a random place."""
     n, m = len(V), len(F)
     i, t, k = int(rng.integers(n)), int(rng.integers(m)), int(rng.integers(3))
@@ -323,7 +325,7 @@ def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[
             np.vstack((F, np.array([F[t, k], n, n + 1, n + 2])[tetrahedron()])),
         ),
         "two components": (np.vstack((V, V + 9)), np.vstack((F, F + n))),
-        "closed": doubled(V, F),
+        "closed": close_with_copy(V, F),
         "handle": torus(1 + int(rng.integers(3))),
         "no faces": (V, F[:0]),
         "no vertices": (V[:0], F),
@@ -340,14 +342,14 @@ def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[
     }
 
 
-CORRUPTIONS = tuple(corruptions(*Disk().build(), np.random.default_rng(0)))
+CORRUPTIONS = tuple(make_corrupted_meshes(*Disk().build(), np.random.default_rng(0)))
 
 
 def check_corrupted(seed: int) -> str:
     """Check that all methods refuse a corrupted mesh."""
     rng = np.random.default_rng(seed)
     kind, method = CORRUPTIONS[seed % len(CORRUPTIONS)], str(rng.choice(list(METHODS)))
-    V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).build(), rng)[kind]
+    V, F = make_corrupted_meshes(*Disk(n=int(rng.integers(5, 60)), seed=seed).build(), rng)[kind]
     if kind in REPAIRABLE:
         check_atlas(V, F, il.unwrap(V, F, progress=False))
     ends = [run_refusable(lambda: check_flattened(V, F, il.flatten(V, F, method=method)))]
@@ -407,7 +409,7 @@ def check_any(seed: int) -> str:
         V, F = torus(int(rng.integers(3)))
     else:
         V, F = replace(Disk.random(rng, 60), scale=0).build()
-        V, F = doubled(V, F) if kind == 3 and len(igl.boundary_loop_all(F)) == 1 else (V, F)
+        V, F = close_with_copy(V, F) if kind == 3 and len(igl.boundary_loop_all(F)) == 1 else (V, F)
     return _check_unwrap(V, F, rng, int(rng.integers(4)))
 
 
@@ -416,7 +418,7 @@ def check_nasty(seed: int) -> str:
     rng = np.random.default_rng(seed)
     parts = [_nasty_or_real(rng) for _ in range(int(rng.integers(1, 3)))]
     size = [max(float(np.ptp(V[np.unique(F)], axis=0).max()), 1e-9) for V, F in parts]
-    V, F = joined(*((V / s, F) for (V, F), s in zip(parts, size, strict=True)))
+    V, F = concatenate_surfaces(*((V / s, F) for (V, F), s in zip(parts, size, strict=True)))
     V[~np.isfinite(V)] = 0
     V, F = damage(V, F, rng) if rng.random() < 0.5 else (V, F)
     V = np.clip(V, -1e300, 1e300)

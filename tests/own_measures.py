@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 
-def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
+def count_flipped_exactly(uv: np.ndarray, F: np.ndarray) -> int:
     """Return the number of triangles without positive area, in rational arithmetic."""
     count = 0
     for face in F.tolist():
@@ -16,7 +16,7 @@ def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
     return count
 
 
-def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
+def estimate_jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Return the derivative of the inverse map of each triangle, (#F, 3, 2), by finite differences."""
     h = 1e-3 * np.ptp(uv)
 
@@ -30,7 +30,7 @@ def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
     return np.stack([(surface(p + h * e) - surface(p - h * e)) / (2 * h) for e in np.eye(2)], axis=2)
 
 
-def off_circle(z: np.ndarray) -> float:
+def measure_circle_error(z: np.ndarray) -> float:
     """Return the range of the radii around the centre of the best-fit circle, over their mean."""
     A = np.column_stack((z, np.ones(len(z))))
     centre = np.linalg.lstsq(A, (z**2).sum(axis=1), rcond=None)[0][:2] / 2

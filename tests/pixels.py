@@ -6,25 +6,25 @@ from pathlib import Path
 
 import numpy as np
 import pyvista as pv
-from conftest import pixels
+from conftest import read_pixels
 
 from igl_linabf.plot import DARK, LIGHT
 
 
-def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
+def find_colour(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
     """Return a mask of the pixels that have a given colour."""
     return (np.abs(image[..., :3].astype(int) - pv.Color(colour).int_rgb) <= tolerance).all(axis=-1)
 
 
-def squares(image: np.ndarray) -> int:
+def count_square_changes(image: np.ndarray) -> int:
     """Count the changes between light and dark squares of a checkerboard along the middle row."""
     row = image[len(image) // 2]
-    seen = np.where(near(row, LIGHT), 1, np.where(near(row, DARK), -1, 0))
+    seen = np.where(find_colour(row, LIGHT), 1, np.where(find_colour(row, DARK), -1, 0))
     seen = seen[seen != 0]
     return int(np.count_nonzero(np.diff(seen)))
 
 
-def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
+def locate_in_colour_map(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
     """Return the position of the colour of each pixel in a colour map, from 0 to 1; NaN for other colours."""
     table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
     seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
@@ -33,8 +33,8 @@ def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
     return place[index].reshape(image.shape[:2])
 
 
-def colourful(picture: Path, rows: int, columns: int) -> list[int]:
+def measure_colour_share(picture: Path, rows: int, columns: int) -> list[int]:
     """Return, for each panel of a picture, the percentage of pixels that are not white."""
-    image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
+    image = read_pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
     parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
     return [int(100 * part.mean()) for part in parts]

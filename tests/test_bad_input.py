@@ -42,7 +42,7 @@ SCRIPT = Path(__file__).with_name("bad_input.py")
 
 
 @cache
-def apart() -> dict[str, list[str]]:
+def run_cases() -> dict[str, list[str]]:
     """Return how each method ends in each case; after a crash, another process continues."""
     names, ends = [*REFUSED, *WARNED], {}
     while names:
@@ -60,7 +60,7 @@ def apart() -> dict[str, list[str]]:
 @pytest.mark.parametrize("name", REFUSED)
 def test_bad_input_is_refused_with_the_fault_and_its_place(name: str) -> None:
     says = REFUSED[name][-1]
-    lines = apart()[name]
+    lines = run_cases()[name]
     assert [line.split(":")[1] for line in lines] == [" MeshError"] * len(METHODS)
     for line in lines:
         assert re.search(says, line), line
@@ -71,7 +71,7 @@ def test_bad_input_is_refused_with_the_fault_and_its_place(name: str) -> None:
 def test_unreferenced_vertices_are_left_out_with_one_warning(name: str) -> None:
     positions, faces, _, says = WARNED[name]
     alone = 0 if "start" in name else 12
-    assert apart()[name] == [f"{method}: a map of 13, not a number at [{alone}]" for method in METHODS]
+    assert run_cases()[name] == [f"{method}: a map of 13, not a number at [{alone}]" for method in METHODS]
     with pytest.warns(MeshWarning, match=says) as caught:
         uv = linabf(positions, faces)
     (warning,) = (w for w in caught if w.category is MeshWarning)

@@ -16,14 +16,14 @@ import igl
 import numpy as np
 import pytest
 from conftest import bumps
-from hostile_meshes import doubled
+from hostile_meshes import close_with_copy
 
 from igl_linabf import ABF, ChartOptions, Cones, Isometric, LinABF, Packing, find_seams, flatten, unwrap
 from igl_linabf.flattening import METHODS
 
 BUSY = 3 * (os.cpu_count() or 1)  # number of processes that keep all cores busy
 DISK = bumps(300)
-BODY = doubled(*bumps(250))
+BODY = close_with_copy(*bumps(250))
 SPIRAL_T = np.repeat(np.linspace(0, 15, 400), 2)
 SPIRAL_SIDE = np.tile([0, 0.2], 400)
 SPIRAL = (

@@ -16,7 +16,7 @@ from threading import Barrier
 import numpy as np
 import pytest
 from conftest import ROOT, bumps
-from hostile_meshes import Disk, doubled
+from hostile_meshes import Disk, close_with_copy
 
 from igl_linabf import LinABF, flatten, unwrap
 from igl_linabf.io import write_obj
@@ -29,7 +29,7 @@ WORK = [(kind, seed) for seed in range(6) for kind in ("linabf", "abf", "direct"
 def fingerprint(kind: str, seed: int) -> str:
     V, F = bumps(300 + 150 * seed, seed)
     if kind == "unwrap":
-        V, F = doubled(*bumps(150 + 40 * seed, seed))
+        V, F = close_with_copy(*bumps(150 + 40 * seed, seed))
         atlas = unwrap(V, F)
         arrays = [atlas.TC, atlas.FTC, atlas.seams]
     else:
@@ -43,18 +43,18 @@ def fingerprint(kind: str, seed: int) -> str:
 
 
 @cache
-def in_turn() -> list[str]:
+def run_in_turn() -> list[str]:
     return [fingerprint(*work) for work in WORK]
 
 
-def at_once(pool: Executor) -> list[str]:
+def run_at_once(pool: Executor) -> list[str]:
     with pool:
         return list(pool.map(fingerprint, *zip(*WORK, strict=True)))
 
 
 def test_eight_threads_give_the_same_numbers() -> None:
-    assert at_once(ThreadPoolExecutor(8)) == in_turn()
-    assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(300,))) == in_turn()
+    assert run_at_once(ThreadPoolExecutor(8)) == run_in_turn()
+    assert run_at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(300,))) == run_in_turn()
 
 
 # supernodal factorization by CHOLMOD may have started threads of OpenBLAS before the fork
@@ -64,13 +64,13 @@ def test_eight_threads_give_the_same_numbers() -> None:
     ["fork", pytest.param("spawn", marks=pytest.mark.slow)] if sys.platform == "linux" else ["spawn"],
 )
 def test_processes_give_the_same_numbers(method: str) -> None:
-    expected = in_turn()
+    expected = run_in_turn()
     context = multiprocessing.get_context(method)
-    assert at_once(ProcessPoolExecutor(2, context)) == expected
+    assert run_at_once(ProcessPoolExecutor(2, context)) == expected
 
 
 def test_runs_give_the_same_numbers_for_any_hash_seed() -> None:
-    code = "from test_concurrency import *; print(*in_turn())"
+    code = "from test_concurrency import *; print(*run_in_turn())"
     path = os.pathsep.join((str(ROOT / "tests"), str(ROOT)))
     for seed in ("0", "1234"):
         process = subprocess.run(
@@ -80,7 +80,7 @@ def test_runs_give_the_same_numbers_for_any_hash_seed() -> None:
             encoding="utf-8",
             timeout=500,
         )
-        assert process.stdout.split() == in_turn(), process.stderr
+        assert process.stdout.split() == run_in_turn(), process.stderr
 
 
 @pytest.mark.skipif(not has_cholmod(), reason="CHOLMOD is not installed")

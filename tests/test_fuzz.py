@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from fuzzing import KINDS, run_all
 from hostile_files import good_files, mutate
-from hostile_meshes import Disk, check_disk, check_guarantee, exactly_flipped, has_place
+from hostile_meshes import Disk, check_disk, check_guarantee, find_flipped_exactly, has_place
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
@@ -116,7 +116,7 @@ def test_damaged_files_are_read_or_refused(seed: int, suffix: str) -> None:
 def write_file_of_format(folder: Path, name: str) -> None:
     """Write an undamaged file of a scene format, or of a format that another package reads."""
     if name == "a.glb":
-        gltf_files.scene(folder / name)
+        gltf_files.write_scene(folder / name)
         return
     V, F = igl.icosahedron()
     atlas = il.unwrap(V, F)
@@ -204,7 +204,7 @@ def test_the_exact_test_of_orientation_is_exact() -> None:
     # points 1e-17 away from a line, which products in double precision do not distinguish from the line
     uv = np.array([[0, 0], [1, 1], [0.5, 0.5 + 2.0**-53], [0.5, 0.5], [0.5, 0.5 - 2.0**-54]])
     F = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
-    assert exactly_flipped(uv, F).tolist() == [1, 2]
+    assert find_flipped_exactly(uv, F).tolist() == [1, 2]
 
 
 def test_random_disks_have_their_parameters() -> None:

@@ -57,7 +57,9 @@ def found(name: str) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 @pytest.fixture(scope="module")
-def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], il.flattening.Flattening]:
+def baseline_maps(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> dict[tuple[str, str], il.flattening.Flattening]:
     """Flatten all available meshes with the baseline build."""
     folder: Path = tmp_path_factory.mktemp("baseline")
     meshes = {name: mesh for name in NAMES if (mesh := found(name)) is not None}
@@ -72,9 +74,9 @@ def by_baseline(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("method", METHODS)
 def test_both_builds_give_the_same_maps(
-    name: str, method: str, by_baseline: dict[tuple[str, str], il.flattening.Flattening]
+    name: str, method: str, baseline_maps: dict[tuple[str, str], il.flattening.Flattening]
 ) -> None:
-    fast, plain = il.flatten(*load(name), method=method), by_baseline[name, method]
+    fast, plain = il.flatten(*load(name), method=method), baseline_maps[name, method]
     if method == "abf" and name in LONG:
         return  # the rounding errors of the two builds diverge over hundreds of steps
     assert np.abs(fast.angles - plain.angles).max() < 1e-9
@@ -113,12 +115,12 @@ def test_the_stub_declares_the_signature_of_each_bound_function() -> None:
         if not isinstance(node, ast.FunctionDef):
             continue
         line = text.partition("\n")[0]
-        told = [word.partition(":")[0].strip() for word in _split(line[line.index("(") + 1 :])]
+        told = [word.partition(":")[0].strip() for word in split_arguments(line[line.index("(") + 1 :])]
         assert told == [argument.arg for argument in node.args.args], name
         assert len(text.splitlines()) > 1, f"{name} has no docstring"
 
 
-def _split(arguments: str) -> list[str]:
+def split_arguments(arguments: str) -> list[str]:
     """Split the arguments of a signature up to its closing parenthesis."""
     parts, depth = [""], 0
     for letter in arguments:

@@ -13,9 +13,9 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from commands import of_session
+from commands import list_session_processes
 from conftest import bumps
-from hostile_meshes import doubled
+from hostile_meshes import close_with_copy
 
 ENTRY = [sys.executable, "-m", "igl_linabf"]
 ARGUMENTS = {
@@ -35,7 +35,7 @@ LONGEST_WAIT = {"batch": 15, "cortices": 15}
 def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("meshes")
     V, F = igl.upsample(*bumps(2000), 2)
-    closed = igl.upsample(*doubled(*bumps(900)), 1)
+    closed = igl.upsample(*close_with_copy(*bumps(900)), 1)
     t = np.repeat(np.linspace(0, 15, 2000), 2)  # a coiled strip whose map overlaps itself
     side = np.tile([0, 0.2], 2000)
     wound = np.column_stack(((1 - side) * np.cos(t), (1 - side) * np.sin(t), 1e-3 * t))
@@ -85,7 +85,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
         time.sleep(wait)
         process.send_signal(number)  # signal only the main process, which must end its child processes itself
         _, said = process.communicate(timeout=500)
-        assert not of_session(process.pid)
+        assert not list_session_processes(process.pid)
         assert not list(temporary.iterdir())
         assert not list(folder.rglob(".igl_linabf-*"))
         if process.returncode == 0:  # the command had already finished

@@ -72,7 +72,7 @@ def test_an_exception_of_a_callback_ends_the_work() -> None:
     assert record.stages == []
 
 
-def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
+def run_on_terminal(script: str, *arguments: str) -> tuple[str, str]:
     """Run a script; return its stderr, which is a terminal, and its stdout, which is a pipe."""
     ours, theirs = os.openpty()
     process = subprocess.Popen(
@@ -99,7 +99,7 @@ terminals = pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no 
 @terminals
 @pytest.mark.parametrize(("patience", "shown"), [(0, True), (1e9, False)])
 def test_a_terminal_shows_a_bar_after_a_while(patience: float, shown: bool) -> None:
-    text, _ = on_a_terminal(SCRIPT, str(patience))
+    text, _ = run_on_terminal(SCRIPT, str(patience))
     assert ("seams" in text and "%" in text) == shown
 
 
@@ -133,7 +133,7 @@ def test_one_bar_covers_a_command_from_reading_to_writing(tmp_path: Path) -> Non
         "unwrap": ["reading", "seams", "packing", "writing"],
     }
     for command, expected in stages.items():
-        text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out))
+        text, printed = run_on_terminal(COMMAND, command, str(mesh), "-o", str(out))
         assert "reading" in text and "%" in text
         record = [line.split() for line in printed.splitlines() if line.startswith("SHOWN")]
         assert "BARS 1" in printed
@@ -144,7 +144,7 @@ def test_one_bar_covers_a_command_from_reading_to_writing(tmp_path: Path) -> Non
         assert fractions[-1] == 1
         assert printed.index("F/3nt") < printed.index("SHOWN")  # stdout, which is a pipe, receives the table
         for silent in ("--quiet", "--json"):
-            text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out), silent)
+            text, printed = run_on_terminal(COMMAND, command, str(mesh), "-o", str(out), silent)
             assert "%" not in text and "SHOWN" not in printed
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from conftest import load, pixels
+from conftest import load, read_pixels
 
 from igl_linabf import MeshError, MeshWarning, adapters, flatten, unwrap
 from igl_linabf.plot import checker_texture
@@ -226,7 +226,7 @@ def test_pyvista_draws_the_texture(tmp_path) -> None:
     plotter.view_xy()
     plotter.screenshot(tmp_path / "checks.png")
     plotter.close()
-    picture = pixels(tmp_path / "checks.png")
+    picture = read_pixels(tmp_path / "checks.png")
     inside = picture[250:500, 350:650, :3].astype(int).sum(axis=2)
     assert len(np.unique(inside // 100)) > 1  # the texture has two colours
     assert 0.2 < np.mean(inside > np.median(np.unique(inside))) < 0.8

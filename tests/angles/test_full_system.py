@@ -26,7 +26,7 @@ SHARED = (
 )
 
 
-def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
+def solve_paper_angles(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Solve eq. 5, 6 and 10 with the least relative change (eq. 11-16), from the estimate of section 4.2."""
     a, n, m = igl.internal_angles(V, F), len(V), len(F)
     rim = np.unique(igl.boundary_facets(F)[0])
@@ -53,7 +53,7 @@ def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     return (a + a * (C.T @ spsolve((C @ C.T).tocsc(), right))).reshape(m, 3)
 
 
-def energy_of_the_paper(F: np.ndarray, a: np.ndarray) -> sparse.csc_array:
+def build_paper_energy(F: np.ndarray, a: np.ndarray) -> sparse.csc_array:
     """Return the matrix of section 5's conformal energy: rows z2 - z0 - c (z1 - z0), for angles `a`."""
     c = np.sin(a[:, 1]) / np.sin(a[:, 2]) * np.exp(1j * a[:, 0])
     values = np.column_stack((c - 1, -c, np.ones(len(F)))) / np.sqrt(c.imag)[:, None]
@@ -75,7 +75,7 @@ def test_the_full_system_of_the_paper_gives_the_same_map(name: str) -> None:
     V, F = mesh(name)
     options = {"iterations": 1, "safeguard": False, "layout": "least-squares"}
     exact, default = linabf(V, F, **options, rtol=1e-12), linabf(V, F, **options)
-    E = energy_of_the_paper(F, angles_of_the_paper(V, F))
+    E = build_paper_energy(F, solve_paper_angles(V, F))
     # find the two pins: the gradient of the energy vanishes at all other vertices
     pins = np.argsort(np.abs(E @ (exact @ [1, 1j])))[-2:]
     free = np.delete(np.arange(len(V)), pins)

@@ -17,7 +17,7 @@ from igl_linabf.batch.table import Row
 from igl_linabf.flattening import resolve_method
 
 
-def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
+def process_mesh(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
     """Process a mesh, and return its row of the table."""
     (folder / "out").mkdir(exist_ok=True)
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
@@ -28,10 +28,10 @@ def row_of(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> R
 
 def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
     V, F = load("bumps")
-    row = row_of(tmp_path, np.vstack((V, [9, 9, 9])), F, "flatten")
+    row = process_mesh(tmp_path, np.vstack((V, [9, 9, 9])), F, "flatten")
     assert (row.outcome, row.triangles, row.charts, row.flips) == ("valid", len(F), 1, 0)
     assert row.message == f"vertices {len(V)} belong to no face: they are left out and their uv is NaN"
-    row = row_of(tmp_path, *igl.icosahedron(), "flatten")
+    row = process_mesh(tmp_path, *igl.icosahedron(), "flatten")
     assert row.outcome == "refused"
     assert "the mesh is closed" in row.message
     assert row.charts is None
@@ -54,7 +54,7 @@ def test_flips_overlaps_and_other_troubles_have_different_outcomes(
         ("faulty", replace(atlas, report=replace(atlas.report, max_stretch=1.0)), "has an L2 stretch of"),
     ):
         monkeypatch.setattr(one_mesh, "unwrap", lambda *_, made=made, **__: made)
-        row = row_of(tmp_path, V, F)
+        row = process_mesh(tmp_path, V, F)
         assert row.outcome == outcome
         assert message in row.message
 
@@ -67,7 +67,7 @@ def test_a_full_disk_is_raised_and_other_errors_are_rows(
 
     monkeypatch.setattr(one_mesh, "write_atomically", full)
     with pytest.raises(OSError, match="No space"):
-        row_of(tmp_path, *igl.icosahedron())
+        process_mesh(tmp_path, *igl.icosahedron())
     monkeypatch.setattr(one_mesh, "unwrap", lambda *_, **__: 1 / 0)
-    row = row_of(tmp_path, *igl.icosahedron())
+    row = process_mesh(tmp_path, *igl.icosahedron())
     assert (row.outcome, row.message) == ("failed", "ZeroDivisionError: division by zero")

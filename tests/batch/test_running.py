@@ -18,7 +18,7 @@ import igl
 import numpy as np
 import psutil
 import pytest
-from commands import of_session
+from commands import list_session_processes
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
 
@@ -59,7 +59,7 @@ def scheduler() -> Iterator[str]:
         yield cluster.scheduler_address
 
 
-def disks(folder: Path, sizes: list[int]) -> list[Path]:
+def write_disks(folder: Path, sizes: list[int]) -> list[Path]:
     """Write random disks with about the given numbers of vertices."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{k}.obj" for k in range(len(sizes))]
@@ -68,7 +68,7 @@ def disks(folder: Path, sizes: list[int]) -> list[Path]:
     return paths
 
 
-def table(out: Path) -> list[dict[str, str]]:
+def read_results_table(out: Path) -> list[dict[str, str]]:
     """Read the table of results from disk, and check that it is complete."""
     with open(out / "results.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file, strict=True))
@@ -82,13 +82,13 @@ def snapshot(out: Path) -> dict[str, tuple[int, int]]:
     return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
 
 
-def written_down(out: Path) -> set[str]:
+def list_recorded_maps(out: Path) -> set[str]:
     """Return the names of the valid maps that the table or a journal lists."""
     new = ""
     for journal in out.glob(".results.journal*"):
         with suppress(FileNotFoundError):  # the run removes its journals when it ends
             new += journal.read_text()
-    rows = table(out) if (out / "results.csv").exists() else []
+    rows = read_results_table(out) if (out / "results.csv").exists() else []
     return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
 
 
@@ -138,7 +138,7 @@ def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_p
         q = atlas.quality
         measured = (row.triangles, row.charts, row.angle_distortion, row.stretch, row.flips)
         assert measured == (len(F), len(atlas.charts), q.angle_distortion, q.stretch_l2, q.flips)
-    on_disk = table(out)
+    on_disk = read_results_table(out)
     assert ",".join(on_disk[0]) == HEADER
     assert [row["input"] for row in on_disk] == [row.input for row in done.rows]
     assert [row["outcome"] for row in on_disk] == [row.outcome for row in done.rows]
@@ -146,7 +146,7 @@ def test_each_input_has_a_row_and_a_map_with_a_unique_name(scheduler: str, tmp_p
 
 def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
-    disks(tmp_path / "in", [100, 150])
+    write_disks(tmp_path / "in", [100, 150])
     (tmp_path / "in/damaged.ply").write_text("ply\n")
     done = flatten_files(tmp_path / "in", tmp_path / "out", scheduler=scheduler, progress=False)
     columns = parquet.read_table(tmp_path / "out/results.parquet").to_pydict()
@@ -156,14 +156,14 @@ def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
 
 
 def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path: Path) -> None:
-    paths, out = disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
+    paths, out = write_disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
     options = {"scheduler": scheduler, "progress": False}
     first = flatten_files(tmp_path / "in", out, **options)
     assert first.done == 5
     before = snapshot(out)
     (out / "0.obj").unlink()
     igl.write_triangle_mesh(str(paths[1]), *bumps(130))
-    disks(tmp_path / "new", [90])
+    write_disks(tmp_path / "new", [90])
     shares: list[float] = []
     second = flatten_files(
         [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: shares.append(x)
@@ -179,7 +179,7 @@ def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path:
     assert second.rows[-1].output.startswith("0-")
     assert second.rows[2:5] == first.rows[2:]
     assert flatten_files(tmp_path / "in", out, method="lscm", **options).done == 5
-    assert len(table(out)) == 6  # the row of an earlier run is kept
+    assert len(read_results_table(out)) == 6  # the row of an earlier run is kept
     (tmp_path / "other").mkdir()
     for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
         (tmp_path / "other/results.csv").write_text(foreign)
@@ -191,7 +191,7 @@ def test_a_second_run_does_only_missing_and_new_meshes(scheduler: str, tmp_path:
 
 
 def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> None:
-    disks(tmp_path / "in/deep", [100, 120])
+    write_disks(tmp_path / "in/deep", [100, 120])
     options = {"scheduler": scheduler, "progress": False}
     by_path = flatten_files(tmp_path / "in", tmp_path / "out", **options)
     for _ in range(2):
@@ -206,7 +206,7 @@ def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> 
     assert [p.name for p in (tmp_path / "far/out/deep").iterdir() if p.suffix != ".obj"] == []
 
 
-def listening() -> list[tuple[str, int]]:
+def list_listening_addresses() -> list[tuple[str, int]]:
     """Return the addresses at which this process and its children listen."""
     found = []
     for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
@@ -217,7 +217,7 @@ def listening() -> list[tuple[str, int]]:
     return found
 
 
-def workers() -> list[psutil.Process]:
+def list_workers() -> list[psutil.Process]:
     """Return the worker processes of this process's local cluster."""
     found = []
     for process in psutil.Process().children(recursive=True):
@@ -229,23 +229,25 @@ def workers() -> list[psutil.Process]:
 
 @pytest.mark.slow
 def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
-    paths, out = disks(tmp_path / "in", [200 + 10 * k for k in range(18)]), tmp_path / "out"
+    paths, out = write_disks(tmp_path / "in", [200 + 10 * k for k in range(18)]), tmp_path / "out"
     faces = [len(read_mesh(path)[1]) for path in paths]
     method = Hostile(faces[3], faces[7], faces[11], faces[15], str(tmp_path / "flag"), 0.05)
-    before, others = listening(), set(workers())
+    before, others = list_listening_addresses(), set(list_workers())
     environment = dict(os.environ)
     seen: list[tuple[str, int]] = []
     threads: set[str | None] = set()
 
     def look(_: str, share: float) -> None:
-        assert {row["outcome"] for row in table(out)} <= {"waiting", *ends}
+        assert {row["outcome"] for row in read_results_table(out)} <= {"waiting", *ends}
         if share == 1 / len(paths):
-            seen.extend(set(listening()) - set(before))
+            seen.extend(set(list_listening_addresses()) - set(before))
             threads.update(
-                w.environ().get(n) for w in workers() for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+                w.environ().get(n)
+                for w in list_workers()
+                for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
             )
         if share == 2 / len(paths):
-            (set(workers()) - others).pop().kill()
+            (set(list_workers()) - others).pop().kill()
 
     ends = {"valid", "died", "out of memory", "failed"}
     done = flatten_files(paths, out, workers=2, method=method, memory="500 MB", progress=look)
@@ -263,7 +265,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     assert {address.ip for address in seen} == {"127.0.0.1"}
     assert threads == {"1"}
     assert dict(os.environ) == environment
-    assert set(listening()) <= set(before)
+    assert set(list_listening_addresses()) <= set(before)
     assert {path.name for path in out.rglob("*")} == {
         *(f"{k}.obj" for k in by_outcome["valid"]),
         *("results.csv", ".results.lock"),
@@ -276,7 +278,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
 def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) -> None:
     # with this timeout, Dask gives up a worker that dies, and the batch has to start another worker
     monkeypatch.setitem(clusters.DASK_SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
-    paths = disks(tmp_path / "in", [200, 220, 240])
+    paths = write_disks(tmp_path / "in", [200, 220, 240])
     faces = [len(read_mesh(path)[1]) for path in paths]
     method = Hostile(aborts=faces[0], aborts_once=faces[1], flag=str(tmp_path / "flag"))
     done = flatten_files(paths, tmp_path / "out", workers=1, method=method, progress=False)
@@ -286,7 +288,7 @@ def test_a_mesh_is_not_blamed_for_a_single_death(tmp_path: Path, monkeypatch) ->
 
 def test_a_batch_warns_while_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(running, "PATIENCE", 0.2)
-    paths = disks(tmp_path / "in", [200])
+    paths = write_disks(tmp_path / "in", [200])
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(n_workers=0, threads_per_worker=1, **options) as cluster:
         late = threading.Timer(1, cluster.scale, [1])
@@ -318,7 +320,7 @@ def wait_for(condition: Callable[[], bool], seconds: float = 300) -> None:
 
 
 def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> None:
-    paths, out = disks(tmp_path / "in", [100] * 5), tmp_path / "out"
+    paths, out = write_disks(tmp_path / "in", [100] * 5), tmp_path / "out"
     settings = Settings("unwrap", resolve_method("lscm"), "obj")
     found = places.find_inputs([str(tmp_path / "in")], str(out))
 
@@ -331,7 +333,7 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
 
     killed_after(2)
     before = snapshot(out)
-    assert len(before) == len(written_down(out)) == 2
+    assert len(before) == len(list_recorded_maps(out)) == 2
     killed_after(1)  # interrupt the resumed run as well
     rest = flatten_files(tmp_path / "in", out, method="lscm", workers=1, progress=False)
     assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
@@ -347,7 +349,7 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     # files are sorted as 0, 1, 10, ..., 13, 2, ...
     sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"
     count, waiting = len(sizes), Hostile(waits=1500, flag=str(flag))
-    disks(tmp_path / "in", sizes)
+    write_disks(tmp_path / "in", sizes)
     out = tmp_path / "out"
     script = tmp_path / "waiting.py"
     script.write_text(WAITING.replace("FLAG", str(flag)))
@@ -361,16 +363,16 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
 
     def enough() -> bool:
         if (out / "results.csv").exists():
-            rows = table(out)
+            rows = read_results_table(out)
             assert len(rows) == count
             done.append(sum(row["outcome"] != "waiting" for row in rows))
             assert done[-1] >= done[-2]
-        return 3 <= len(snapshot(out)) == len(written_down(out))
+        return 3 <= len(snapshot(out)) == len(list_recorded_maps(out))
 
     wait_for(enough)
     process.send_signal(how)
     _, message = process.communicate(timeout=500)
-    wait_for(lambda: not of_session(process.pid))
+    wait_for(lambda: not list_session_processes(process.pid))
     if how == signal.SIGINT:
         assert process.returncode == 130
         assert message.splitlines()[1:] == ["igl-linabf: interrupted"]
@@ -379,8 +381,8 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
     assert 3 <= len(before) < count
     for name in before:
         read_texture(out / name)  # raises an error if the map is incomplete
-    assert len(table(out)) == count
-    known = written_down(out)
+    assert len(read_results_table(out)) == count
+    known = list_recorded_maps(out)
     assert known <= set(before)
     # each of the two workers may have been interrupted before it listed its map
     assert len(known) >= len(before) - 2
@@ -403,7 +405,7 @@ def test_an_interrupted_batch_resumes(how: int, scheduler: str, tmp_path: Path) 
 def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_path: Path) -> None:
     import resource
 
-    disks(tmp_path / "in", [100, 110, 3000, 120])
+    write_disks(tmp_path / "in", [100, 110, 3000, 120])
     out = tmp_path / "out"
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # noqa: E731
     process = command(tmp_path / "in", "-o", out, "--workers", 1, preexec_fn=limit)
@@ -412,13 +414,13 @@ def test_a_full_disk_ends_the_batch_which_can_be_resumed(scheduler: str, tmp_pat
     assert message.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
     assert len(message.splitlines()) == 2  # the first line is the address of the dashboard
     assert "2.obj" not in snapshot(out)
-    assert table(out)[2]["outcome"] == "waiting"
+    assert read_results_table(out)[2]["outcome"] == "waiting"
     assert flatten_files(tmp_path / "in", out, scheduler=scheduler, progress=False).good
     assert "2.obj" in snapshot(out)
 
 
 def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path: Path) -> None:
-    disks(tmp_path / "in", [100])
+    write_disks(tmp_path / "in", [100])
     process = command(
         tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
     )
@@ -451,7 +453,7 @@ def test_options_give_the_same_maps_as_flatten_and_unwrap(scheduler: str, tmp_pa
 
 
 def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, monkeypatch) -> None:
-    disks(tmp_path / "in", [100])
+    write_disks(tmp_path / "in", [100])
     (tmp_path / "empty").mkdir()
     out = tmp_path / "out"
     for options, message in (

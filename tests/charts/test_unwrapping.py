@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 from commands import run
-from conftest import CLOSED, ROOT, load, pixels
+from conftest import CLOSED, ROOT, load, read_pixels
 from holed_surfaces import plate_with_comb, slotted_plate
 from overlapping_surfaces import spiral
 
@@ -66,7 +66,7 @@ def surface(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def unwrapped(name: str) -> Atlas:
+def unwrap_cached(name: str) -> Atlas:
     """Return the atlas with default options, cached for several tests."""
     return unwrap(*surface(name))
 
@@ -74,7 +74,7 @@ def unwrapped(name: str) -> Atlas:
 @pytest.mark.parametrize("name", ["bunny", *CLOSED, *OTHERS])
 def test_atlases_have_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
-    atlas = unwrapped(name)
+    atlas = unwrap_cached(name)
     assert atlas.good
     is_hard = (
         atlas.quality.stretch_l2 < 1.01
@@ -96,7 +96,7 @@ def test_atlases_have_no_flips_no_overlaps_and_few_charts(name: str) -> None:
 @pytest.mark.parametrize("name", ["bunny", *CLOSED])
 def test_distortion_is_below_that_of_igl_lscm_on_the_same_cut(name: str) -> None:
     V, _ = surface(name)
-    atlas = unwrapped(name)
+    atlas = unwrap_cached(name)
     corners = np.zeros((0, 2))
     ours, theirs = [], []
     for chart in atlas.charts:
@@ -314,7 +314,7 @@ def test_other_programs_read_the_output_of_the_command(tmp_path, suffix: str) ->
     uv = np.asarray(loaded.visual.uv)[loaded.faces]
     assert np.allclose(uv, atlas.TC[atlas.FTC], atol=1e-6)
     assert np.allclose(np.asarray(loaded.vertices)[loaded.faces], V[F], atol=1e-5)
-    assert pixels(picture).shape[:2] == (700, 1400)
+    assert read_pixels(picture).shape[:2] == (700, 1400)
 
 
 def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:

@@ -17,9 +17,9 @@ from itertools import chain
 import igl
 import numpy as np
 import pytest
-from commands import run, run_apart
-from conftest import load, pixels
-from gltf_files import scene
+from commands import run, run_in_new_process
+from conftest import load, read_pixels
+from gltf_files import write_scene
 
 from igl_linabf import linabf, quality
 from igl_linabf.cli import main
@@ -38,7 +38,7 @@ def mesh(tmp_path):
 
 def test_flatten_writes_the_map_and_prints_its_quality(mesh, tmp_path) -> None:
     out, picture = tmp_path / "flat.obj", tmp_path / "flat.png"
-    process = run_apart("flatten", mesh, "-o", out, "--picture", picture)
+    process = run_in_new_process("flatten", mesh, "-o", out, "--picture", picture)
     assert process.returncode == 0, process.stderr
     assert process.stderr == ""
     V, F = igl.read_triangle_mesh(str(mesh))
@@ -53,7 +53,7 @@ def test_flatten_writes_the_map_and_prints_its_quality(mesh, tmp_path) -> None:
     measured = quality(V, F, uv)
     assert measured.flips == 0
     assert f"{measured.angle_distortion:.4g}" in process.stdout
-    assert pixels(picture).shape[:2] == (700, 1400)
+    assert read_pixels(picture).shape[:2] == (700, 1400)
 
 
 def test_units_methods_and_options_are_applied(mesh, tmp_path, capsys) -> None:
@@ -106,7 +106,7 @@ def test_errors_are_one_sentence_with_exit_code_2(name: str, mesh, tmp_path) -> 
     igl.write_triangle_mesh(str(tmp_path / "closed.off"), *igl.icosahedron())
     arguments, message = ERRORS[name]
     before = sorted(tmp_path.iterdir())
-    call = run_apart if name == "missing file" else run
+    call = run_in_new_process if name == "missing file" else run
     process = call(*(a.format(tmp=tmp_path, mesh=mesh) for a in arguments))
     assert process.returncode == 2
     assert process.stdout == ""
@@ -178,7 +178,7 @@ def test_doctor_lists_installed_packages() -> None:
         assert f" {name} {found}" in extras
 
 
-def options_of(command: str) -> set[str]:
+def list_options(command: str) -> set[str]:
     """Return the long options that the help of a command lists."""
     described = run(command, "--help").stdout.split("options:")[1].split("examples:")[0]
     return set(re.findall(r"--[a-z][a-z-]*", described))
@@ -193,7 +193,7 @@ def test_every_option_has_an_example_and_every_example_is_valid(command: str) ->
         command_parser().parse_args([command, *words])  # exits the process on an error
         shown.update(word for word in words if word.startswith("-"))
     shown = {"--output" if word == "-o" else word for word in shown}
-    missing = options_of(command) - shown - {"--help"}
+    missing = list_options(command) - shown - {"--help"}
     assert not missing, f"{command} --help has no example of {missing}"
 
 
@@ -280,7 +280,7 @@ def test_tables_are_printed_on_stderr_if_the_map_is_on_stdout(mesh, tmp_path, ca
 
 
 def test_files_left_out_on_standard_output_are_reported(tmp_path, capfdbinary) -> None:
-    scene(tmp_path / "in.glb")
+    write_scene(tmp_path / "in.glb")
     assert main(["unwrap", str(tmp_path / "in.glb"), "-o", "-", "--quiet"]) == 0
     assert b"standard output holds one file: map.mtl beside it are left out" in capfdbinary.readouterr().err
 

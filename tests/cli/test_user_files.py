@@ -9,7 +9,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from gltf_files import scene
+from gltf_files import write_scene
 
 from igl_linabf import MeshError
 from igl_linabf.batch import flatten_files
@@ -26,7 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     V, F = igl.icosahedron()
     for name in ("b.obj", "b.off", "disk.off"):
         igl.write_triangle_mesh(str(tmp_path / name), V, F[name == "disk.off" :])
-    scene(tmp_path / "b.glb")
+    write_scene(tmp_path / "b.glb")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -25,7 +25,7 @@ def subject(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made_up_subject(tmp_path_factory.mktemp("subjects") / "sub-01", 4)
 
 
-def copy_of(subject: Path, folder: Path) -> Path:
+def copy_subject(subject: Path, folder: Path) -> Path:
     return Path(shutil.copytree(subject, folder / subject.name))
 
 
@@ -56,7 +56,7 @@ def test_both_hemispheres_are_flat_upright_and_at_the_scale_of_lengths(subject: 
 
 
 def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path) -> None:
-    mine = copy_of(subject, tmp_path)
+    mine = copy_subject(subject, tmp_path)
     with pytest.raises(MeshError, match=r"lh\.cortex\.label is missing, .* medial_wall='template'"):
         flatten_hemisphere(mine, "lh", medial_wall="label")
     wall = flatten_hemisphere(mine, "lh").cuts.wall
@@ -78,7 +78,7 @@ def test_the_subjects_own_label_is_its_medial_wall(subject: Path, tmp_path: Path
 
 
 def test_foreign_and_missing_spheres_are_refused_by_name(subject: Path, tmp_path: Path) -> None:
-    mine = copy_of(subject, tmp_path)
+    mine = copy_subject(subject, tmp_path)
     sphere = mine / "surf" / "lh.sphere.reg"
     sphere.unlink()
     with pytest.raises(MeshError, match=r"lh\.sphere\.reg is missing, .* cuts='found'"):
@@ -112,7 +112,7 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     line = np.concatenate([np.linspace(a, b, 200) for a, b in ((start, bow), (bow, end))])
     for at in line / np.linalg.norm(line, axis=1)[:, None]:
         stays[np.linalg.norm(sphere - at, axis=1) < 0.05] = False
-    mine = copy_of(subject, tmp_path)
+    mine = copy_subject(subject, tmp_path)
     (mine / "label").mkdir()
     lines = "".join(f"{v} 0 0 0 0\n" for v in np.flatnonzero(stays))
     (mine / "label" / "lh.cortex.label").write_text(f"#!ascii label\n{stays.sum()}\n{lines}")

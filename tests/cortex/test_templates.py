@@ -16,7 +16,7 @@ from igl_linabf.cortex.templates import build_template, load_fsaverage_template,
 from igl_linabf.io import write_patch
 
 
-def drawn(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int = 5) -> tuple:
+def draw_template(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int = 5) -> tuple:
     """Return a ball, and a mask of a wall around its pole and of cuts, given by longitude and end."""
     V, F = ball(subdivisions)
     down = np.arccos(np.clip(V[:, 2], -1, 1))
@@ -47,7 +47,7 @@ def test_fsaverage_has_a_wall_and_five_cuts_that_end_at_it(hemisphere: str) -> N
 
 def test_a_drawn_wall_and_its_cuts_are_recovered(tmp_path: Path) -> None:
     asked = [(0.0, 1.5), (2.0, 1.0), (4.0, 2.0)]
-    V, F, out = drawn(asked)
+    V, F, out = draw_template(asked)
     template = build_template(V, F, F[~out[F].any(axis=1)])
     assert len(template.cuts) == 3
     for longitude, end in asked:
@@ -67,7 +67,7 @@ def test_a_drawn_wall_and_its_cuts_are_recovered(tmp_path: Path) -> None:
 
 
 def test_a_template_without_a_wall_is_refused() -> None:
-    V, F, out = drawn([(0.0, 1.5)], wall=0.0)
+    V, F, out = draw_template([(0.0, 1.5)], wall=0.0)
     with pytest.raises(MeshError, match="only cuts, no medial wall"):
         build_template(V, F, F[~out[F].any(axis=1)])
     with pytest.raises(MeshError, match="leaves out nothing"):

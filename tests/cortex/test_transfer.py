@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("nilearn")
 from scipy.spatial import cKDTree
 from subjects import ball
-from test_templates import drawn
+from test_templates import draw_template
 
 from igl_linabf.cortex.templates import build_template, load_fsaverage_template
 from igl_linabf.cortex.transfer import transfer_cuts, transfer_wall
@@ -50,7 +50,7 @@ def test_cuts_are_edge_paths_along_the_template_from_tip_to_wall(subdivisions: i
 
 
 def test_the_wall_is_the_templates_region() -> None:
-    V, F, out = drawn([(0.0, 1.5)])
+    V, F, out = draw_template([(0.0, 1.5)])
     template = build_template(V, F, F[~out[F].any(axis=1)])
     sphere, _ = turned(5)
     wall = transfer_wall(template, sphere)

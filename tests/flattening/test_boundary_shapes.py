@@ -9,7 +9,7 @@ from conftest import DISKS, best_fit_distance, bumps, load
 from high_curvature import rings
 from holed_surfaces import plate
 from holed_surfaces import surface as holed
-from own_measures import off_circle
+from own_measures import measure_circle_error
 from scipy.spatial import Delaunay
 
 import igl_linabf
@@ -35,7 +35,7 @@ def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
     return mesh.vertices[mesh.topology.loops[i]]
 
 
-def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:
+def measure_rectangle_error(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:
     """Return how far a loop is from the upright rectangle with the given corners, over its diagonal."""
     low, high = uv[corners].min(axis=0), uv[corners].max(axis=0)
     distance = np.minimum(np.abs(uv[loop] - low), np.abs(uv[loop] - high)).min(axis=1)
@@ -43,7 +43,7 @@ def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> floa
     return float(max(distance.max(), outside) / np.linalg.norm(high - low))
 
 
-def turns(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
+def sum_angles(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Return the angle sum of the map at each vertex."""
     angle = igl.internal_angles(np.insert(uv, 2, 0.0, axis=1), F)
     return np.bincount(F.ravel(), weights=angle.ravel(), minlength=len(uv))
@@ -60,9 +60,9 @@ def test_the_boundary_is_the_circle_or_the_rectangle_without_flips(name: str) ->
         assert quality(V, F, result.uv).flips == 0
         assert result.report.boundary == shape
         if shape == "circle":
-            assert off_circle(result.uv[loop]) < 1e-6
+            assert measure_circle_error(result.uv[loop]) < 1e-6
         else:
-            assert off_rectangle(result.uv, loop, result.report.corners) < 1e-6
+            assert measure_rectangle_error(result.uv, loop, result.report.corners) < 1e-6
             assert result.after.largest < 1e-8
             sums = np.bincount(F.ravel(), weights=result.angles.ravel(), minlength=len(V))
             assert np.abs(sums[result.report.corners] - np.pi / 2).max() < 1e-8
@@ -79,13 +79,13 @@ def test_the_boundary_is_the_circle_or_the_rectangle_without_flips(name: str) ->
 def test_gauss_bonnet_holds_for_the_angles_of_every_shape() -> None:
     V, F = bumps()
     loop = rim(V, F)
-    free = turns(linabf(V, F), F)
+    free = sum_angles(linabf(V, F), F)
     asked = np.full(len(V), np.nan)
     asked[loop] = free[loop] + 0.05 * np.sin(np.arange(len(loop)))
     asked[loop] += ((len(loop) - 2) * np.pi - asked[loop].sum()) / len(loop)
     for shape in ("circle", "rectangle", asked):
         W, G = (V, F) if shape is asked else split_chords(V, F)
-        sums = turns(linabf(W, G, boundary=shape), G)
+        sums = sum_angles(linabf(W, G, boundary=shape), G)
         assert np.abs(sums[np.setdiff1d(np.arange(len(W)), loop)] - 2 * np.pi).max() < 1e-8
         assert abs((np.pi - sums[loop]).sum() - 2 * np.pi) < 1e-8
     assert np.abs(sums[loop] - asked[loop]).max() < 1e-8
@@ -93,13 +93,13 @@ def test_gauss_bonnet_holds_for_the_angles_of_every_shape() -> None:
 
 def test_angles_can_be_prescribed_at_some_vertices_only() -> None:
     V, F = bumps()
-    loop, own = rim(V, F), turns(linabf(*bumps()), bumps()[1])
+    loop, own = rim(V, F), sum_angles(linabf(*bumps()), bumps()[1])
     asked = np.full(len(V), np.nan)
     asked[loop[:10]] = own[loop[:10]] + 0.1
     result = flatten(V, F, boundary=asked)
     assert result.report.boundary == "angles"
     assert quality(V, F, result.uv).flips == 0
-    assert np.abs(turns(result.uv, F) - asked)[loop[:10]].max() < 1e-8
+    assert np.abs(sum_angles(result.uv, F) - asked)[loop[:10]].max() < 1e-8
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf", LinABF(iterations=12), LinABF(solver="direct")])
@@ -159,7 +159,7 @@ def test_a_flat_disk_with_ears_is_reproduced_on_a_circle() -> None:
     assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-6
     pinned = linabf(V, F, [apex, 7], [[0, 0], [1, 0]], boundary="circle")
     assert np.abs(pinned[[apex, 7]] - [[0, 0], [1, 0]]).max() < 1e-12
-    assert off_circle(pinned[rim(V, F)]) < 1e-12
+    assert measure_circle_error(pinned[rim(V, F)]) < 1e-12
 
 
 @pytest.mark.parametrize("method", ["linabf", "abf"])
@@ -171,7 +171,7 @@ def test_ears_on_a_circle_do_not_flip_or_change_the_map_of_other_faces(method: s
     whole = flatten(V, F, method=method, boundary="circle")
     rest = flatten(V[used], np.searchsorted(used, F[~ears]), method=method, boundary="circle")
     assert quality(V, F, whole.uv).flips == 0
-    assert off_circle(whole.uv[rim(V, F)]) < 1e-6
+    assert measure_circle_error(whole.uv[rim(V, F)]) < 1e-6
     assert best_fit_distance(whole.uv[used], rest.uv) < 1e-9 * np.ptp(rest.uv)
     assert np.abs(whole.angles[~ears] - rest.angles).max() == 0
     assert np.abs(whole.angles.sum(axis=1) - np.pi).max() < 1e-9
@@ -200,7 +200,7 @@ def test_ragged_disks_are_mapped_to_a_circle_or_the_message_names_a_remedy() -> 
             assert "split_chords" in result.message
             V, F = split_chords(V, F)
             result = flatten(V, F, boundary="circle")
-        assert result.outcome is Outcome.CONVERGED and off_circle(result.uv[rim(V, F)]) < 1e-6
+        assert result.outcome is Outcome.CONVERGED and measure_circle_error(result.uv[rim(V, F)]) < 1e-6
     assert mapped > 15
 
 
@@ -211,7 +211,7 @@ def test_the_rectangle_has_the_given_corners() -> None:
     result = flatten(V, F, boundary="rectangle", corners=corners[[1, 3, 2, 0]])
     # in the order of the loop, from the first given corner
     assert result.report.corners.tolist() == np.roll(corners, -1).tolist()
-    assert off_rectangle(result.uv, loop, result.report.corners) < 1e-6
+    assert measure_rectangle_error(result.uv, loop, result.report.corners) < 1e-6
     low = result.uv.min(axis=0)
     assert np.abs(result.uv[result.report.corners[0]] - low).max() < 1e-9 * np.ptp(result.uv)
 
@@ -248,9 +248,9 @@ def test_converged_abf_has_the_shape_and_the_least_change_of_angles(shape: str) 
     assert least.after.largest < 1e-6
     assert quality(V, F, least.uv).angle_distortion < 1.001 * quality(V, F, linear.uv).angle_distortion
     off = (
-        off_circle(least.uv[loop])
+        measure_circle_error(least.uv[loop])
         if shape == "circle"
-        else off_rectangle(least.uv, loop, least.report.corners)
+        else measure_rectangle_error(least.uv, loop, least.report.corners)
     )
     assert off < 1e-6
 
@@ -262,7 +262,7 @@ def test_holes_can_be_mapped_to_circles_as_well(name: str) -> None:
     assert result.outcome is Outcome.CONVERGED, result.message
     assert quality(V, F, result.uv).flips == 0
     for i in range(len(result.holes) + 1):
-        assert off_circle(result.uv[rim(V, F, i)]) < 1e-6
+        assert measure_circle_error(result.uv[rim(V, F, i)]) < 1e-6
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -272,9 +272,9 @@ def test_with_holes_the_outer_loop_has_the_shape(shape: str) -> None:
     loop = rim(V, F)
     assert result.outcome is Outcome.CONVERGED and quality(V, F, result.uv).flips == 0
     off = (
-        off_circle(result.uv[loop])
+        measure_circle_error(result.uv[loop])
         if shape == "circle"
-        else off_rectangle(result.uv, loop, result.report.corners)
+        else measure_rectangle_error(result.uv, loop, result.report.corners)
     )
     assert off < 1e-6
     assert max(hole.largest for hole in result.holes) < 1e-6
@@ -292,7 +292,7 @@ def test_an_ear_on_a_straight_side_is_named_and_its_chord_can_be_split() -> None
     assert abs(igl.doublearea(W, G).sum() - igl.doublearea(V, F).sum()) < 1e-12
     result = flatten(W, G, boundary="rectangle", corners=[0, 2, 34, 4])
     assert quality(W, G, result.uv).flips == 0
-    assert off_rectangle(result.uv, rim(W, G), result.report.corners) < 1e-6
+    assert measure_rectangle_error(result.uv, rim(W, G), result.report.corners) < 1e-6
 
 
 def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
@@ -357,14 +357,14 @@ def test_the_guarantee_keeps_the_shape() -> None:
     result = flatten(V, F, method=LinABF(guarantee="injective"), boundary="circle")
     assert quality(V, F, result.uv).flips == 0
     assert result.report.layout == "embedding"
-    assert off_circle(result.uv[rim(V, F)]) < 1e-6
+    assert measure_circle_error(result.uv[rim(V, F)]) < 1e-6
 
 
 def test_compare_and_flatten_many_take_shapes() -> None:
     V, F = split_chords(*bumps())
     loop = rim(V, F)
     table = compare(V, F, ("lscm", "linabf", "abf"), repeat=1, others=False, boundary="circle")
-    assert [off_circle(uv[loop]) < 1e-6 for uv in table.maps.values()] == [False, True, True]
+    assert [measure_circle_error(uv[loop]) < 1e-6 for uv in table.maps.values()] == [False, True, True]
     many = flatten_many([(V, F), igl.icosahedron()], boundary="circle", errors="return")
     assert np.array_equal(many[0].uv, linabf(V, F, boundary="circle"))
     assert isinstance(many[1], MeshError)

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from commands import run
-from conftest import load, pixels
+from conftest import load, read_pixels
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, compare, flatten, quality
 from igl_linabf.flattening import METHODS
@@ -87,5 +87,5 @@ def test_the_command_prints_the_table_and_draws_the_maps(tmp_path) -> None:
     assert head.split("  ")[0] == ""
     assert lscm.startswith("igl.lscm ")
     assert abf.startswith("ABF ")
-    assert pixels(picture).shape[0] % 700 == 0
+    assert read_pixels(picture).shape[0] % 700 == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bumps.off", "maps.png"]

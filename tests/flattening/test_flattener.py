@@ -12,7 +12,7 @@ from conftest import load
 import igl_linabf as il
 
 
-def moved(V: np.ndarray, k: int) -> np.ndarray:
+def move_vertices(V: np.ndarray, k: int) -> np.ndarray:
     """Return the vertices after a motion and a stretch, which may make another loop the longest."""
     return V * [1, 1 + 0.5 * k, 1] + 1e-3 * k * np.ptp(V) * np.sin(7 * V / np.ptp(V))
 
@@ -31,7 +31,10 @@ def test_each_call_returns_the_result_of_flatten_to_the_bit(name: str, method: o
     V, F = load(name)
     flattener = il.Flattener(F)
     for k in (0, 1, 2):
-        assert_same(flattener.flatten(moved(V, k), method=method), il.flatten(moved(V, k), F, method=method))
+        assert_same(
+            flattener.flatten(move_vertices(V, k), method=method),
+            il.flatten(move_vertices(V, k), F, method=method),
+        )
 
 
 def test_each_call_has_its_own_method_pins_and_outer_loop() -> None:

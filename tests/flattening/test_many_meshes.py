@@ -34,7 +34,7 @@ def one_by_one(V: object, F: object, method: object = "linabf") -> il.flattening
             return error
 
 
-def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
+def remove_interior_vertex(V: np.ndarray, F: np.ndarray) -> Surface:
     """Return the mesh without an interior vertex and the faces around it."""
     inside = np.setdiff1d(np.arange(len(V)), igl.boundary_loop(F))
     kept = F[~(inside[np.argmin(np.linalg.norm(V[inside, :2], axis=1))] == F).any(axis=1)]
@@ -42,7 +42,7 @@ def with_hole(V: np.ndarray, F: np.ndarray) -> Surface:
     return V[used], index.reshape(-1, 3)
 
 
-def varied() -> dict[str, Surface]:
+def make_varied_meshes() -> dict[str, Surface]:
     """Return disks with every outcome, and surfaces that are not disks, by name."""
     sphere, faces = igl.icosahedron()
     for _ in range(3):
@@ -63,7 +63,7 @@ def varied() -> dict[str, Surface]:
     made["limb"] = tree_cut(stretched, faces, 2)
     made["folded"] = tree_cut(sphere * [0.1, 1, 3], faces, 3, seed=1)
     made["needles"] = (V * [1, 1e-7, 1], F)
-    made["hole"] = with_hole(V, F)
+    made["hole"] = remove_interior_vertex(V, F)
     made["closed"] = (sphere, faces)
     made["two"] = (np.vstack((V, V + 5)), np.vstack((F, F + len(V))))
     made["unused"] = (np.vstack((V, V[:1])), F)
@@ -80,7 +80,7 @@ def varied() -> dict[str, Surface]:
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
 def test_many_meshes_have_the_results_of_a_loop(method: object) -> None:
-    meshes = dict(reversed(varied().items()))  # start with the surfaces that are not disks
+    meshes = dict(reversed(make_varied_meshes().items()))  # start with the surfaces that are not disks
     together = il.flatten_many(list(meshes.values()), method=method, errors="return")
     assert len(together) == len(meshes)
     for (name, mesh), made in zip(meshes.items(), together, strict=True):
@@ -182,7 +182,7 @@ def test_ragged_rows_are_reduced_independently() -> None:
     np.testing.assert_array_equal(values[rows.following], turned)
 
 
-def side_by_side(bodies: list[Surface]) -> Surface:
+def place_side_by_side(bodies: list[Surface]) -> Surface:
     start = np.cumsum([0] + [len(V) for V, _ in bodies[:-1]])
     return (
         np.concatenate([V for V, _ in bodies]),
@@ -222,7 +222,7 @@ def test_charts_of_many_pieces_equal_those_of_single_pieces() -> None:
     bodies = (
         [leaf(rng) for _ in range(60)] + [box(rng) for _ in range(30)] + [body(rng, k % 4) for k in range(12)]
     )
-    V, F = side_by_side(bodies)
+    V, F = place_side_by_side(bodies)
     atlas = il.unwrap(V, F)
     assert atlas.good and np.sort(np.concatenate([chart.faces for chart in atlas.charts])).tolist() == list(
         range(len(F))
@@ -244,7 +244,7 @@ def test_charts_of_many_pieces_equal_those_of_single_pieces() -> None:
 def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     rng = np.random.default_rng(1)
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)]
-    surface = Submesh.checked_manifold(*side_by_side(bodies))
+    surface = Submesh.checked_manifold(*place_side_by_side(bodies))
     search = SeamSearch(ChartOptions.trade, il.LinABF())
     together = search.seams(surface)
     ratio = []

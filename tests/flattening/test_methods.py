@@ -7,7 +7,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 from conftest import CARRIED_DISKS, DISKS, STRESS, load
-from hostile_meshes import exactly_flipped
+from hostile_meshes import find_flipped_exactly
 
 from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import build_constraints
@@ -121,7 +121,7 @@ def test_faces_without_positive_area_count_as_flipped(method: str) -> None:
     # three collinear pins collapse a face, which igl does not count
     result = flatten(V, F, F[7], [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], method=method)
     assert 7 in result.flipped
-    assert np.array_equal(result.flipped, exactly_flipped(result.uv, F))
+    assert np.array_equal(result.flipped, find_flipped_exactly(result.uv, F))
     assert result.outcome is Outcome.FLIPPED
 
 

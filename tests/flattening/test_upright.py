@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from own_measures import exactly_flipped
+from own_measures import count_flipped_exactly
 
 from igl_linabf import Flattener, MeshWarning, flatten
 from igl_linabf.cli import main
@@ -55,7 +55,7 @@ def test_maps_are_not_moved_if_rounding_would_flip_a_triangle(asked: dict) -> No
     with pytest.warns(MeshWarning, match="the map is not (turned|scaled): faces .* at the end of double"):
         made = flatten(V, F, **asked)
     assert np.array_equal(made.uv, plain.uv)
-    assert len(made.flipped) == exactly_flipped(made.uv, F)
+    assert len(made.flipped) == count_flipped_exactly(made.uv, F)
 
 
 def test_up_is_refused_with_pins_corners_or_invalid_directions() -> None:

@@ -49,7 +49,7 @@ def test_references_outside_the_folder_are_followed_if_they_are_allowed(tmp_path
     (image,) = image_maps(read_file(obj, allow_outside=True))["baseColorTexture"]
     assert image.pixels[0, 0].tolist() == [1, 0, 0]
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    text = attacks.gltf_text(
+    text = attacks.make_gltf_text(
         images=[{"uri": "../textures/red.png"}], textures=[{"source": 0}], materials=[material]
     )
     text["meshes"][0]["primitives"][0]["material"] = 0

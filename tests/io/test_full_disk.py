@@ -48,7 +48,7 @@ def words(name: str, mesh: Path, folder: Path) -> list[str]:
 
 
 @contextmanager
-def limited(size: int) -> Iterator[None]:
+def limit_file_size(size: int) -> Iterator[None]:
     """Limit the size of all files that this process writes, in bytes."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
@@ -64,7 +64,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_old_file(name: str, mesh: Pa
     for path in old:
         path.write_text("old")
     # large enough for an OBJ file, too small for a picture
-    with limited(60_000 if "and" in name else 4096):
+    with limit_file_size(60_000 if "and" in name else 4096):
         process = run(*words(name, mesh, tmp_path))
     assert process.returncode == 2
     assert process.stdout == ""

@@ -11,8 +11,8 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
-from conftest import load, python_of_blender
-from gltf_files import OBJ, corners, scene, unwrapped
+from conftest import find_blender_python, load
+from gltf_files import OBJ, corners, unwrap_file, write_scene
 from PIL import Image
 
 from igl_linabf import MeshError, MeshWarning, flatten, unwrap
@@ -52,11 +52,11 @@ def write_painted_box(folder: Path) -> Path:
 @pytest.mark.parametrize("suffix", [".glb", ".gltf"])
 def test_materials_survive_obj_to_gltf_and_back(tmp_path: Path, suffix: str) -> None:
     source = write_painted_box(tmp_path)
-    before, after = unwrapped(source, tmp_path / f"out{suffix}")
+    before, after = unwrap_file(source, tmp_path / f"out{suffix}")
     assert len(after.polygons) == len(before.polygons)
     given, there = read_looks(source), read_looks(tmp_path / f"out{suffix}")
     assert given["blue"] == (0.1, 0.2, 0.7, 0.5, 0, 0, 0.4)
-    unwrapped(tmp_path / f"out{suffix}", tmp_path / "back.obj")
+    unwrap_file(tmp_path / f"out{suffix}", tmp_path / "back.obj")
     assert (tmp_path / "back.mtl").is_file()
     back = read_looks(tmp_path / "back.obj")
     for name, values in given.items():
@@ -79,8 +79,8 @@ def test_opacity_comes_from_d_or_tr(tmp_path: Path) -> None:
 
 def test_other_libraries_open_text_gltf(tmp_path: Path) -> None:
     pygltflib, trimesh = pytest.importorskip("pygltflib"), pytest.importorskip("trimesh")
-    scene(tmp_path / "in.glb")
-    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.gltf")
+    write_scene(tmp_path / "in.glb")
+    before, after = unwrap_file(tmp_path / "in.glb", tmp_path / "out.gltf")
     np.testing.assert_allclose(corners(after), corners(before), atol=1e-6)
     assert after.parts == before.parts
     text = json.loads((tmp_path / "out.gltf").read_text())
@@ -168,7 +168,7 @@ def test_a_warning_reports_images_for_old_texture_coordinates(tmp_path: Path) ->
 def test_3mf_has_texture_coordinates_parts_and_unit(tmp_path: Path) -> None:
     pytest.importorskip("lib3mf")
     source = write_painted_box(tmp_path)
-    before, after = unwrapped(source, tmp_path / "out.3mf")
+    before, after = unwrap_file(source, tmp_path / "out.3mf")
     assert after.parts == before.parts
     assert after.extras.units == "millimeter"
     split = before.split
@@ -183,8 +183,8 @@ def test_3mf_has_texture_coordinates_parts_and_unit(tmp_path: Path) -> None:
     pytest.importorskip("networkx")
     opened = trimesh.load_scene(tmp_path / "out.3mf", process=False)
     assert sum(len(mesh.faces) for mesh in opened.geometry.values()) == len(split.F)
-    scene(tmp_path / "in.glb")  # lengths in glTF are in metres
-    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "scene.3mf")
+    write_scene(tmp_path / "in.glb")  # lengths in glTF are in metres
+    before, after = unwrap_file(tmp_path / "in.glb", tmp_path / "scene.3mf")
     assert after.extras.units == "meter"
     assert np.ptp(after.V) == pytest.approx(np.ptp(before.V), rel=1e-6)
 
@@ -230,7 +230,7 @@ def test_flat_cortices_are_written_for_freesurfer(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".obj", ".gltf"])
 def test_blender_shows_the_texture(tmp_path: Path, suffix: str) -> None:
-    blender = python_of_blender()
+    blender = find_blender_python()
     V, F = quads()
     atlas = unwrap(V, F, progress=False)
     image = bake(V, F, atlas, np.abs(V) / np.abs(V).max(), 64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import load
-from own_measures import exactly_flipped
+from own_measures import count_flipped_exactly
 
 from igl_linabf import ABF, LinABF, flatten
 from igl_linabf.flattening import Outcome, linabf_angles
@@ -42,7 +42,7 @@ def test_least_squares_layouts_meet_pins_and_dncp_agrees_with_lscm(name: str) ->
     for result in made:
         assert np.abs(result.uv[b] - bc).max() <= 1e-10
         assert result.report.layout == "least-squares"
-        assert (result.outcome is Outcome.FLIPPED) == (exactly_flipped(result.uv, F) > 0)
+        assert (result.outcome is Outcome.FLIPPED) == (count_flipped_exactly(result.uv, F) > 0)
     dncp, by_igl = (result.uv for result in made[-2:])
     assert np.abs(by_igl - dncp).max() <= 1e-6
 
@@ -65,7 +65,7 @@ def test_pins_are_met_without_flips(name: str, method: str | LinABF) -> None:
     result = flatten(V, F, b, bc, method=method)
     assert result.outcome.good
     assert np.array_equal(result.uv[b], bc)
-    assert exactly_flipped(result.uv, F) == 0
+    assert count_flipped_exactly(result.uv, F) == 0
 
 
 def test_pins_of_an_isometric_map_reproduce_the_map_at_any_place_and_scale() -> None:
@@ -88,7 +88,7 @@ def test_unreachable_pins_are_reported() -> None:
     assert "pins may require" in held.message
     assert isometric.outcome is Outcome.NOT_CONVERGED
     assert "pins are missed by up to" in isometric.message
-    assert exactly_flipped(isometric.uv, F) == 0
+    assert count_flipped_exactly(isometric.uv, F) == 0
 
 
 @pytest.mark.parametrize("method", [LinABF(layout="boundary"), LinABF(layout="greedy"), "scp"])

@@ -14,7 +14,7 @@ KINDS = [Cholesky, *[oracle.Cholmod] * has_cholmod()]
 SIDES = [(), (0,), (1,), (2,), (3,), (7,), (20,)]
 
 
-def lower_of(A: sparse.sparray) -> sparse.csc_array:
+def get_lower_triangle(A: sparse.sparray) -> sparse.csc_array:
     lower = sparse.csc_array(sparse.tril(A))
     lower.sort_indices()
     return lower
@@ -33,7 +33,7 @@ def grid(side: int) -> sparse.csc_array:
     return sparse.csc_array(sparse.kronsum(line, line))
 
 
-def bordered(side: int) -> sparse.csc_array:
+def grid_with_dense_row(side: int) -> sparse.csc_array:
     """Return the matrix of a grid with one dense row and column."""
     A = sparse.lil_array(grid(side))
     A[side, :] = A[:, side] = 0.01
@@ -41,7 +41,7 @@ def bordered(side: int) -> sparse.csc_array:
     return sparse.csc_array(A)
 
 
-def analysed(kind, lower: sparse.csc_array, block: int = 1):
+def analyse_pattern(kind, lower: sparse.csc_array, block: int = 1):
     return kind(lower.indptr, lower.indices, block)
 
 
@@ -51,8 +51,8 @@ def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
     rng = np.random.default_rng(n)
     for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # the sparsest graphs are forests
         A = random(n, density, rng)
-        lower = lower_of(A)
-        factor = analysed(kind, lower).factor(lower.data)
+        lower = get_lower_triangle(A)
+        factor = analyse_pattern(kind, lower).factor(lower.data)
         for sides in SIDES:
             b = rng.normal(size=(n, *sides))
             x = factor.solve(b)
@@ -60,11 +60,11 @@ def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
             assert np.allclose(x, np.linalg.solve(A.toarray(), b))
 
 
-@pytest.mark.parametrize("A", [bordered(30), sparse.block_diag([grid(12)] * 30), grid(160)])
+@pytest.mark.parametrize("A", [grid_with_dense_row(30), sparse.block_diag([grid(12)] * 30), grid(160)])
 def test_large_factors_agree_with_cholmod(A) -> None:
     """The matrices have a dense row, many components, or a size that several threads share."""
-    lower, rng = lower_of(A), np.random.default_rng(0)
-    own, *other = (analysed(kind, lower).factor(lower.data) for kind in KINDS)
+    lower, rng = get_lower_triangle(A), np.random.default_rng(0)
+    own, *other = (analyse_pattern(kind, lower).factor(lower.data) for kind in KINDS)
     for sides in SIDES:
         b = rng.normal(size=(A.shape[0], *sides))
         x = own.solve(b)
@@ -73,11 +73,11 @@ def test_large_factors_agree_with_cholmod(A) -> None:
             assert np.allclose(factor.solve(b), x, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("A", [grid(30), bordered(30), sparse.block_diag([grid(12)] * 30)])
+@pytest.mark.parametrize("A", [grid(30), grid_with_dense_row(30), sparse.block_diag([grid(12)] * 30)])
 def test_sparse_right_hand_sides_give_columns_of_the_inverse(A) -> None:
     """The right-hand side is nonzero in a single entry, which can be in any column of a supernode."""
-    n, lower, by_scipy = A.shape[0], lower_of(A), linalg.splu(sparse.csc_array(A))
-    factor, rng = analysed(Cholesky, lower).factor(lower.data), np.random.default_rng(0)
+    n, lower, by_scipy = A.shape[0], get_lower_triangle(A), linalg.splu(sparse.csc_array(A))
+    factor, rng = analyse_pattern(Cholesky, lower).factor(lower.data), np.random.default_rng(0)
     for width in (1, 2, 3, 7):
         for at in [rng.choice(n, width, replace=False) for _ in range(40)]:
             sides = np.zeros((n, width))
@@ -91,16 +91,16 @@ def test_sparse_right_hand_sides_give_columns_of_the_inverse(A) -> None:
 @pytest.mark.parametrize("n", [1, 2, 3, 40, 900])
 def test_factors_of_blocks_are_right(kind, n: int) -> None:
     rng = np.random.default_rng(n)
-    lower = lower_of(random(n, 3 / n, rng))
+    lower = get_lower_triangle(random(n, 3 / n, rng))
     block = 0.1 * rng.normal(size=(lower.nnz, 2, 2))
     own = lower.indptr[:-1]
     block[own] = [[2 * n, 0.1], [0.1, 3 * n]]
     upper = sparse.bsr_array((block, lower.indices, lower.indptr), shape=(2 * n, 2 * n)).tocsr()
     A = sparse.triu(upper) + sparse.triu(upper, 1).T
     b = rng.normal(size=(2 * n, 3))
-    assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
+    assert np.allclose(A @ analyse_pattern(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
     block[own, 1, 0] = np.nan  # must not be read
-    assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
+    assert np.allclose(A @ analyse_pattern(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
 
 
 @pytest.mark.parametrize("name", ["auto", *["cholmod"] * has_cholmod()])
@@ -108,7 +108,7 @@ def test_complex_hermitian_systems_are_factored(name: str) -> None:
     rng = np.random.default_rng(0)
     A = rng.normal(size=(30, 30)) + 1j * rng.normal(size=(30, 30))
     A = A @ A.conj().T + np.eye(30)
-    factor = Solvers(name).factor(lower_of(sparse.csc_array(A)))
+    factor = Solvers(name).factor(get_lower_triangle(sparse.csc_array(A)))
     for sides in SIDES:
         b = rng.normal(size=(30, *sides)) + 1j * rng.normal(size=(30, *sides))
         assert np.allclose(A @ solve_complex(factor, b), b)
@@ -121,10 +121,10 @@ def test_indefinite_and_singular_matrices_are_rejected_with_their_row(
 ) -> None:
     if supernodal:
         monkeypatch.setattr(oracle, "SIMPLICIAL_ROWS", 0)
-    good = lower_of(sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]))
+    good = get_lower_triangle(sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]))
     row, column = good.indices, np.repeat(np.arange(50), np.diff(good.indptr))
     full, b = good + sparse.tril(good, -1).T, np.arange(100.0).reshape(50, 2)
-    analysis = analysed(kind, good)
+    analysis = analyse_pattern(kind, good)
     for bad_value in (-3.0, 0.0, np.nan, *[np.inf] * (kind is Cholesky)):  # CHOLMOD accepts infinity
         bad = np.where((row == 20) | (column == 20), 0.0, good.data)
         bad[(row == 20) & (column == 20)] = bad_value
@@ -160,7 +160,7 @@ def test_the_blocks_of_a_block_diagonal_matrix_are_factored_independently() -> N
     A = grids(sizes, rng)
     lower = sparse.tril(A).tocsc()
     lower.sort_indices()
-    made = analysed(Cholesky, lower)
+    made = analyse_pattern(Cholesky, lower)
     for b in (
         rng.normal(size=A.shape[0]),
         rng.normal(size=(A.shape[0], 2)),
@@ -181,15 +181,15 @@ def test_the_blocks_of_a_block_diagonal_matrix_are_factored_independently() -> N
 @pytest.mark.parametrize("threads", ["1", "2"])
 def test_a_bad_pivot_in_any_subtree_is_found(threads: str, monkeypatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
-    lower = lower_of(grid(150))
-    analysis = analysed(Cholesky, lower)
+    lower = get_lower_triangle(grid(150))
+    analysis = analyse_pattern(Cholesky, lower)
     for row in range(0, 22_500, 1_125):
         values = lower.data.copy()
         values[lower.indptr[row]] = -1e3
         with pytest.raises(NotPositiveDefiniteError) as caught:
             analysis.factor(values)
         assert caught.value.row == row
-    double, blocks = analysed(Cholesky, lower, 2), np.zeros((lower.nnz, 4))
+    double, blocks = analyse_pattern(Cholesky, lower, 2), np.zeros((lower.nnz, 4))
     blocks[:, 0] = blocks[:, 3] = lower.data
     blocks[lower.indptr[11_111], 3] = -1e3
     with pytest.raises(NotPositiveDefiniteError) as caught:
@@ -201,9 +201,9 @@ def test_a_bad_pivot_in_any_subtree_is_found(threads: str, monkeypatch) -> None:
 def test_a_bad_pivot_is_named_by_its_row_wherever_it_is_in_a_supernode(n: int) -> None:
     rng = np.random.default_rng(n)
     for density in (2 / n, 1.0):
-        lower = lower_of(random(n, density, rng))
+        lower = get_lower_triangle(random(n, density, rng))
         row, column, values = lower.indices, np.repeat(np.arange(n), np.diff(lower.indptr)), lower.data
-        analysis = analysed(Cholesky, lower)
+        analysis = analyse_pattern(Cholesky, lower)
         for k in range(n):
             own = (row == k) | (column == k)
             for bad in (-1.0, 0.0, np.nan, np.inf):
@@ -220,8 +220,8 @@ def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
     """All earlier pivots are positive, and the bad pivot is in the root front, above all subtrees."""
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
     least = 2 * (2.1 - 2 * np.cos(np.pi / (side + 1)))
-    lower = lower_of(grid(side))
-    own, analysis, b = lower.indptr[:-1], analysed(Cholesky, lower), np.ones(side * side)
+    lower = get_lower_triangle(grid(side))
+    own, analysis, b = lower.indptr[:-1], analyse_pattern(Cholesky, lower), np.ones(side * side)
     for share, good in ((0.999, True), (1.001, False)):
         values = lower.data.copy()
         values[own] -= share * least
@@ -236,11 +236,11 @@ def test_a_matrix_with_one_eigenvalue_below_zero_is_refused_at_its_last_pivot(
 @pytest.mark.parametrize("shape", [(150, 150), (400, 400)])
 def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], monkeypatch) -> None:
     """The largest fronts of the second matrix are shared by several threads."""
-    lower, made = lower_of(grid(shape[0])), []
+    lower, made = get_lower_triangle(grid(shape[0])), []
     b = np.random.default_rng(0).normal(size=(lower.shape[0], 3))
     for threads in ("1", "2", "3"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        made.append(analysed(Cholesky, lower).factor(lower.data).solve(b))
+        made.append(analyse_pattern(Cholesky, lower).factor(lower.data).solve(b))
     assert (made[1] == made[0]).all() and (made[2] == made[0]).all()
 
 

@@ -14,7 +14,7 @@ SIZES = (5, 40, 1, 0, 17)
 Blocks = list[np.ndarray]
 
 
-def systems(seed: int = 0) -> tuple[Blocks, Blocks, Blocks]:
+def make_systems(seed: int = 0) -> tuple[Blocks, Blocks, Blocks]:
     """Return positive definite matrices, Jacobi preconditioners, and right-hand sides."""
     rng = np.random.default_rng(seed)
     matrices = []
@@ -24,7 +24,7 @@ def systems(seed: int = 0) -> tuple[Blocks, Blocks, Blocks]:
     return matrices, [np.diag(1 / np.diag(A)) for A in matrices], [rng.normal(size=n) for n in SIZES]
 
 
-def by_definition(A: np.ndarray, M: np.ndarray, b: np.ndarray, rtol: float) -> tuple[np.ndarray, int]:
+def solve_by_definition(A: np.ndarray, M: np.ndarray, b: np.ndarray, rtol: float) -> tuple[np.ndarray, int]:
     """Solve by the algorithm of Hestenes and Stiefel (1952) with preconditioner M; also count the steps."""
     x, r, steps = np.zeros_like(b), b.copy(), 0
     p, rho = np.zeros_like(b), 1.0
@@ -53,19 +53,19 @@ def solve(
 
 @pytest.mark.parametrize("rtol", [0.3, 1e-3, 1e-8])
 def test_each_block_has_the_iterates_and_steps_of_a_separate_system(rtol: float) -> None:
-    A, M, b = systems()
+    A, M, b = make_systems()
     b[0] = np.zeros_like(b[0])  # the zero vector solves this block without a step
     found, steps, converged = solve(A, M, b, rtol)
     assert all(converged)
     for x, taken, *given in zip(found, steps, A, M, b, strict=True):
-        expected, number = by_definition(*given, rtol)
+        expected, number = solve_by_definition(*given, rtol)
         assert taken == number
         np.testing.assert_allclose(x, expected, rtol=1e-6, atol=1e-9)
     assert len(set(steps)) > 2  # the blocks converge after different numbers of steps
 
 
 def test_the_first_step_has_to_reach_first_rtol_and_later_steps_rtol() -> None:
-    A, M, b = systems()
+    A, M, b = make_systems()
     M[1] = np.linalg.inv(A[1]) * 1.01  # an exact preconditioner, up to a factor: converges in one step
     _, plain, _ = solve(A, M, b, 0.5)
     _, asked, _ = solve(A, M, b, 0.5, first_rtol=1e-11)
@@ -75,7 +75,7 @@ def test_the_first_step_has_to_reach_first_rtol_and_later_steps_rtol() -> None:
 
 
 def test_blocks_that_do_not_converge_are_reported_and_do_not_affect_other_blocks() -> None:
-    A, M, b = systems()
+    A, M, b = make_systems()
     alone, steps, _ = solve(A, M, b, 1e-9)
     _, short, converged = solve(A, M, b, 1e-9, most=3)
     assert short == [min(3, taken) for taken in steps]

@@ -26,7 +26,7 @@ def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.n
     return np.column_stack((t, h, 0 * t)), F, uv
 
 
-def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
+def find_overlaps_by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Return all pairs of triangles whose intersection has an area, by clipping polygons."""
     polygons = shapely.polygons(uv[F])
     i, j = np.triu_indices(len(F), 1)
@@ -34,7 +34,7 @@ def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
     return np.column_stack((i, j))[area > 1e-11]
 
 
-def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+def split_into_charts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the charts into which seams divide a surface."""
     V, F, _ = cut(V, F, seams)
     chart = face_components(F, len(V))
@@ -45,7 +45,7 @@ def test_pairs_of_a_spiral_agree_with_clipping() -> None:
     _, F, uv = strip()
     pairs = overlaps(uv, F)
     assert len(pairs) > 500
-    assert np.array_equal(pairs, by_clipping(uv, F))
+    assert np.array_equal(pairs, find_overlaps_by_clipping(uv, F))
 
 
 @pytest.mark.parametrize("turns", [0.98, 1.02, 1.1])
@@ -59,7 +59,7 @@ def test_pairs_where_the_ends_of_a_ring_meet_agree_with_clipping(turns: float) -
         np.column_stack((z.real, z.imag)),
     )
     assert (len(overlaps(uv, F)) > 0) == (turns > 1)
-    expected = by_clipping(uv, F)
+    expected = find_overlaps_by_clipping(uv, F)
     for scale, faces in ((1, F), (1e-9, F), (1e6, F[:, ::-1])):
         assert np.array_equal(overlaps(scale * uv, faces), expected)
 
@@ -83,7 +83,7 @@ def test_a_flipped_face_inside_a_sound_boundary_overlaps_its_neighbours() -> Non
     uv[24] += [0.4, 0.1]  # moves the vertex beyond its neighbours
     pairs = overlaps(uv, F)
     assert len(pairs)
-    assert np.array_equal(pairs, by_clipping(uv, F))
+    assert np.array_equal(pairs, find_overlaps_by_clipping(uv, F))
 
 
 def test_pairs_of_flipped_faces_agree_with_clipping() -> None:
@@ -91,7 +91,7 @@ def test_pairs_of_flipped_faces_agree_with_clipping() -> None:
     uv = uv + np.random.default_rng(0).normal(scale=0.1, size=uv.shape)
     pairs = overlaps(uv, F)
     assert (igl.doublearea(uv, F) < 0).any()
-    assert np.array_equal(pairs, by_clipping(uv, F))
+    assert np.array_equal(pairs, find_overlaps_by_clipping(uv, F))
 
 
 def test_pairs_do_not_depend_on_numbering_nor_on_a_similarity() -> None:
@@ -111,7 +111,7 @@ def test_touching_faces_do_not_overlap_and_charts_are_compared_on_request() -> N
     right = uv + np.array([1.1, 0])
     two, both = np.concatenate((uv, right)), np.concatenate((F, F + len(uv)))
     assert not len(overlaps(two, both))
-    assert np.array_equal(overlaps(two, both, between=True), by_clipping(two, both))
+    assert np.array_equal(overlaps(two, both, between=True), find_overlaps_by_clipping(two, both))
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]) / 3
     tiles = np.concatenate([square + np.array([x, y]) / 3 for x in range(5) for y in range(5)])
     pair = np.array([[0, 1, 2], [0, 2, 3]])
@@ -171,7 +171,7 @@ def test_two_sheets_through_each_other_overlap_although_their_loops_do_not_cross
     assert len(used) == 49 + 25 - 2
     pairs = overlaps(uv, F)
     assert len(pairs) >= 32  # every face of the smaller sheet overlaps the larger one
-    clipped = {tuple(pair) for pair in by_clipping(uv, F).tolist()}
+    clipped = {tuple(pair) for pair in find_overlaps_by_clipping(uv, F).tolist()}
     assert {tuple(pair) for pair in pairs.tolist()} == clipped
 
 
@@ -191,7 +191,7 @@ def test_natural_disks_do_not_overlap(name: str) -> None:
 def test_a_wound_strip_is_cut_across_once_a_turn() -> None:
     V, F, uv = strip()
     seams = separating_seams(V, F, overlaps(uv, F))
-    assert len(parts(V, F, seams)) == 3
+    assert len(split_into_charts(V, F, seams)) == 3
     assert np.allclose(np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum(), 2 * 0.4)
 
 
@@ -205,7 +205,7 @@ def test_a_cut_model_is_taken_apart_into_at_most_three_charts(name: str, leaves:
         V, F = waiting.pop()
         pairs = overlaps(flatten(V, F).uv, F)
         if len(pairs):
-            waiting += parts(V, F, separating_seams(V, F, pairs))
+            waiting += split_into_charts(V, F, separating_seams(V, F, pairs))
         else:
             done += 1
     assert 2 <= done <= 3

@@ -43,7 +43,7 @@ def plate(holes: set[tuple[int, int]], n: int = 13, m: int = 9) -> Surface:
     return V[used], F.reshape(-1, 3)
 
 
-def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
+def thicken_plate(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
     """Return a closed plate of the given height, with walls along its rim and around its holes."""
     rim = igl.boundary_facets(F)[0]
     walls = np.concatenate((rim[:, [0, 1]], rim[:, [1, 0]]))
@@ -56,7 +56,7 @@ def thick(V: np.ndarray, F: np.ndarray, height: float) -> Surface:
 
 
 def box(x: float, y: float, z: float) -> Surface:
-    return thick(
+    return thicken_plate(
         np.array([[0, 0, 0], [x, 0, 0], [x, y, 0], [0, y, 0.0]]), np.array([[0, 1, 2], [0, 2, 3]]), z
     )
 
@@ -109,7 +109,7 @@ def test_holes_of_a_plate_stay_holes(tmp_path: Path, holes: set[tuple[int, int]]
             np.linalg.norm(np.roll(line, -1, axis=0) - line, axis=1).sum() for line in pattern.outlines
         )
         assert length == pytest.approx(2 * (130 + 90) + 40 * len(holes), rel=1e-6)
-    pattern = made(tmp_path / "p.svg", thick(V, F, 2))
+    pattern = made(tmp_path / "p.svg", thicken_plate(V, F, 2))
     assert len(pattern.outlines) >= pattern.pieces + 2 * len(holes)  # both sides of the plate have the holes
     assert pattern.error < 1e-6
 

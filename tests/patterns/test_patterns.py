@@ -84,7 +84,7 @@ def read_svg(path: Path) -> tuple[ElementTree.Element, dict[str, list[np.ndarray
     return root, lines
 
 
-def made_box(path: Path) -> Pattern:
+def write_box_pattern(path: Path) -> Pattern:
     """Write the net of a box: a row of four sides, 200 mm long, with lid and bottom."""
     V, F = box()
     seams = [[0, 4], [0, 1], [0, 2], [2, 3], [4, 5], [4, 6], [6, 7]]
@@ -92,7 +92,7 @@ def made_box(path: Path) -> Pattern:
 
 
 def test_svg_has_the_outline_in_millimetres(tmp_path: Path) -> None:
-    pattern = made_box(tmp_path / "box.svg")
+    pattern = write_box_pattern(tmp_path / "box.svg")
     root, lines = read_svg(tmp_path / "box.svg")
     assert root.get("width", "").endswith("mm")
     assert root.get("viewBox") == f"0 0 {root.get('width', '')[:-2]} {root.get('height', '')[:-2]}"
@@ -150,7 +150,7 @@ def test_both_sides_of_a_seam_are_measured_separately() -> None:
 
 
 def test_dxf_is_read_by_ezdxf(tmp_path: Path) -> None:
-    pattern = made_box(tmp_path / "box.dxf")
+    pattern = write_box_pattern(tmp_path / "box.dxf")
     document = ezdxf.readfile(tmp_path / "box.dxf")
     assert document.units == ezdxf.units.MM
     assert not document.audit().errors
@@ -174,7 +174,7 @@ def test_pdf_is_tiled_at_true_scale(tmp_path: Path) -> None:
     free = (210 - 20 - 10) * (297 - 20 - 10)  # printed area of a page without its overlap
     assert len(boxes) >= pattern.size[0] * pattern.size[1] / free
     # the pattern of a small box takes one page, and its scale bar has the stated length
-    made_box(tmp_path / "small.pdf")
+    write_box_pattern(tmp_path / "small.pdf")
     pdfium = pytest.importorskip("pypdfium2")
     page = pdfium.PdfDocument(tmp_path / "small.pdf")[0]
     scale = 4.0

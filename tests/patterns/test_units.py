@@ -29,7 +29,7 @@ def icosahedron(path: Path, unit: str | None) -> Path:
     return path
 
 
-def drawn(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
+def run_pattern_command(path: Path, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
     """Run the command `pattern`, and return its JSON output."""
     pytest.importorskip("svgwrite")
     assert main(["pattern", str(path), "-o", str(path.with_suffix(".svg")), "--json", *more]) == 0
@@ -43,7 +43,7 @@ def test_a_pattern_has_the_unit_of_its_file(
     paths = {"a.3mf": 1.0, "b.glb": 1000.0}  # lengths in GLB are in metres
     for name, edge in paths.items():
         path = icosahedron(tmp_path / name, unit)
-        output = drawn(path, capsys)
+        output = run_pattern_command(path, capsys)
         edge = LENGTH[unit]
         lengths = [seam["length"] for seam in output["pattern"]["seams"]]
         assert np.allclose(np.mod(np.array(lengths) / edge + 0.5, 1), 0.5, atol=1e-3)
@@ -58,12 +58,12 @@ def test_millimetres_are_the_reported_default(tmp_path: Path, capsys: pytest.Cap
     path = tmp_path / "a.obj"
     write_mesh(path, V, F, V[:, :2])
     assert read_file(path).units is None
-    assert drawn(path, capsys)["units_given_by"] == "default"
+    assert run_pattern_command(path, capsys)["units_given_by"] == "default"
     assert main(["pattern", str(path), "-o", str(tmp_path / "a.svg"), "--force"]) == 0
     assert (
         "the surface is in mm (the default, because its file does not state a unit: see --units)"
         in capsys.readouterr().out
     )
-    asked = drawn(icosahedron(tmp_path / "b.glb", "meter"), capsys, "--units", "cm")
+    asked = run_pattern_command(icosahedron(tmp_path / "b.glb", "meter"), capsys, "--units", "cm")
     assert (asked["units_given_by"], asked["pattern"]["units"]) == ("option", "cm")
     assert min(seam["length"] for seam in asked["pattern"]["seams"]) == pytest.approx(10, rel=1e-5)

@@ -6,8 +6,8 @@ import igl
 import numpy as np
 import pytest
 import pyvista as pv
-from conftest import best_fit_distance, load, pixels
-from pixels import colours, near, squares
+from conftest import best_fit_distance, load, read_pixels
+from read_pixels import count_square_changes, find_colour, locate_in_colour_map
 
 from igl_linabf import Cones, MeshError, cut, distortion, flatten, linabf, unwrap
 from igl_linabf.plot import (
@@ -33,7 +33,7 @@ def picture(tmp_path):
         plot_compare(
             V, F, maps, off_screen=True, screenshot=str(path), window_size=(800, 400), **options
         ).close()
-        return pixels(path)
+        return read_pixels(path)
 
     return take
 
@@ -43,12 +43,12 @@ def test_compare_shows_the_checkerboard_on_surface_and_map(picture) -> None:
     image = picture({"linABF": linabf(V, F)}, V, F, frequency=10)
     surface, flat = image[:, :400], image[:, 400:]
     ours = flat[40:]  # without the caption
-    light, dark = near(ours, LIGHT).mean(), near(ours, DARK).mean()
+    light, dark = find_colour(ours, LIGHT).mean(), find_colour(ours, DARK).mean()
     assert 0.15 < light < 0.6
     assert 0.7 < light / dark < 1.4  # half of a checkerboard is light
-    assert near(flat, "black").any()  # the boundary of the map is drawn in black
-    assert not near(image, WARNING).any()
-    assert 7 <= squares(flat) <= 10
+    assert find_colour(flat, "black").any()  # the boundary of the map is drawn in black
+    assert not find_colour(image, WARNING).any()
+    assert 7 <= count_square_changes(flat) <= 10
     # the surface is shaded, and fills part of its panel
     assert 0.2 < (surface.astype(int).sum(axis=-1) < 720).mean() < 0.95
     assert np.unique(surface.reshape(-1, 3), axis=0).shape[0] > 100
@@ -57,7 +57,7 @@ def test_compare_shows_the_checkerboard_on_surface_and_map(picture) -> None:
 def test_frequency_is_the_number_of_squares(picture) -> None:
     V, F = load("bumps")
     uv = linabf(V, F)
-    few, many = (squares(picture({"": uv}, V, F, frequency=f)[:, 400:]) for f in (6, 18))
+    few, many = (count_square_changes(picture({"": uv}, V, F, frequency=f)[:, 400:]) for f in (6, 18))
     assert 2.5 < many / few < 3.5
 
 
@@ -67,7 +67,7 @@ def test_flipped_triangles_are_red(picture) -> None:
     vertex = int(np.argmin(np.linalg.norm(uv, axis=1)))
     uv[vertex] += 0.3 * np.ptp(uv)
     image = picture({"spoilt": uv}, V, F)
-    assert near(image[:, 400:], WARNING).sum() > 50
+    assert find_colour(image[:, 400:], WARNING).sum() > 50
 
 
 def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
@@ -80,7 +80,7 @@ def test_compare_has_an_aligned_row_for_each_map(picture, tmp_path) -> None:
     )
     assert plotter.shape == (3, 2)
     plotter.show(screenshot=str(path))
-    image = pixels(path).astype(int)
+    image = read_pixels(path).astype(int)
     first, second, third = np.split(image, 3)
     assert np.abs(first[80:] - second[80:]).mean() < 1  # compare the rows without their captions
     assert np.abs(first[80:] - third[80:]).mean() > 1
@@ -115,14 +115,14 @@ def test_pictures_can_be_added_to_a_given_plotter() -> None:
 def shot(plotter: pv.Plotter, path) -> np.ndarray:
     plotter.show(screenshot=str(path))
     plotter.close()
-    return pixels(path)
+    return read_pixels(path)
 
 
 def off_screen() -> pv.Plotter:
     return pv.Plotter(off_screen=True, window_size=[400, 400])
 
 
-def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def make_sheared_map() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a flat square, and a map that doubles the width of its right half."""
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)))
     V = np.column_stack((x, y, 0 * x))
@@ -131,12 +131,12 @@ def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_distortion_is_coloured_by_its_value_on_a_scale_around_zero(tmp_path) -> None:
-    V, F, uv = sheared()
+    V, F, uv = make_sheared_map()
     options = {"lighting": False, "show_scalar_bar": False}
     for measure, name in (("conformal", "viridis"), ("area", "BrBG")):
         plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), **options)
         plotter.camera.tight(view="xy", adjust_render_window=False)
-        place = colours(shot(plotter, tmp_path / "map.png"), name)
+        place = locate_in_colour_map(shot(plotter, tmp_path / "map.png"), name)
         left, right = place[150:250, 100:180], place[150:250, 220:300]
         assert np.nanstd(left) < 1e-6
         assert np.nanstd(right) < 1e-6
@@ -162,16 +162,18 @@ def test_compare_shares_one_scale_over_its_panels(tmp_path) -> None:
     assert len(ranges) == 1
     assert np.allclose(ranges.pop(), scale["clim"])
     image = shot(plotter, path)
-    low, high = (np.nanmedian(colours(part[:560, 700:], "viridis")) for part in np.split(image, 2))
+    low, high = (
+        np.nanmedian(locate_in_colour_map(part[:560, 700:], "viridis")) for part in np.split(image, 2)
+    )
     assert low < 0.2
     assert high > 0.7
 
 
 def test_scalars_colour_the_flat_map(tmp_path) -> None:
-    _, F, uv = sheared()
+    _, F, uv = make_sheared_map()
     for scalars in (uv[:, 0], uv[F, 0].mean(axis=1)):
         plotter = plot_uv(uv, F, scalars=scalars, plotter=off_screen(), cmap="viridis", show_scalar_bar=False)
-        row = colours(shot(plotter, tmp_path / "map.png"), "viridis")[200]
+        row = locate_in_colour_map(shot(plotter, tmp_path / "map.png"), "viridis")[200]
         seen = row[np.isfinite(row)]
         assert len(seen) > 200
         assert seen[0] < 0.05
@@ -188,15 +190,15 @@ def test_flipped_triangles_are_red_in_distortion_too(tmp_path) -> None:
     for measure in ("angle", "conformal", "stretch", "area"):
         plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), lighting=False)
         plotter.view_xy()
-        assert near(shot(plotter, tmp_path / "map.png"), WARNING).sum() > 10
+        assert find_colour(shot(plotter, tmp_path / "map.png"), WARNING).sum() > 10
     uv[:] = 0  # collapse all faces
     plotter = plot_distortion(V, F, uv, "angle", plotter=off_screen(), lighting=False)
     plotter.view_xy()
-    assert near(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
+    assert find_colour(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
 
 
 def test_given_seams_are_dark_lines(tmp_path) -> None:
-    V, F, _ = sheared()
+    V, F, _ = make_sheared_map()
     uv = V[:, :2].copy()
     middle = np.flatnonzero(np.abs(V[:, 0]) < 1e-9)
     middle = middle[np.argsort(V[middle, 1])]
@@ -205,7 +207,7 @@ def test_given_seams_are_dark_lines(tmp_path) -> None:
     for seams in (None, edges):
         plotter = plot_checkerboard(V, F, uv, seams=seams, plotter=off_screen(), lighting=False, frequency=7)
         plotter.camera.tight(view="xy", adjust_render_window=False)
-        images.append(near(shot(plotter, tmp_path / "board.png"), SEAM))
+        images.append(find_colour(shot(plotter, tmp_path / "board.png"), SEAM))
     assert not images[0].any()
     rows, columns = np.nonzero(images[1])
     assert len(np.unique(rows)) > 380
@@ -224,7 +226,7 @@ def test_seams_of_an_atlas_are_drawn(tmp_path) -> None:
     assert len(plot_checkerboard(V, F, atlas, seams=[], plotter=off_screen()).actors) == 1
     V_cut, F_cut, _ = cut(V, F, atlas.seams)
     compared = plot_compare(V, F, {"linABF": atlas}, off_screen=True, show=False)
-    assert near(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
+    assert find_colour(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
     with pytest.raises(MeshError, match="atlas has"):
         plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
 
@@ -247,9 +249,9 @@ def test_a_grid_has_its_cells_on_the_surface_and_in_the_plane(tmp_path) -> None:
     uv = linabf(V, F)
     grid = quad_grid(V, F, uv, np.ptp(uv[:, 0]) / 9.5)
     image = shot(plot_grid(grid, flat=True, plotter=off_screen()), tmp_path / "grid.png")
-    lines = np.count_nonzero(np.diff(near(image, "black", 60)[200].astype(int)) > 0)
+    lines = np.count_nonzero(np.diff(find_colour(image, "black", 60)[200].astype(int)) > 0)
     assert 7 <= lines <= 10
-    light, dark = near(image, LIGHT).mean(), near(image, DARK).mean()
+    light, dark = find_colour(image, LIGHT).mean(), find_colour(image, DARK).mean()
     whole = grid.whole.sum() * grid.spacing**2 / (igl.doublearea(uv, F).sum() / 2)
     assert abs(light / (light + dark) - whole) < 0.05
     surface = shot(plot_grid(grid, plotter=off_screen()), tmp_path / "surface.png")
@@ -262,10 +264,10 @@ def test_pictures_follow_the_theme(tmp_path) -> None:
     theme = pv.themes.DarkTheme()
     options = {"off_screen": True, "window_size": (800, 400), "theme": theme}
     plot_compare(V, F, {"linABF": linabf(V, F)}, screenshot=str(path), **options).close()
-    image = pixels(path)
-    assert near(image, theme.background.hex_rgb).mean() > 0.3
+    image = read_pixels(path)
+    assert find_colour(image, theme.background.hex_rgb).mean() > 0.3
     # the caption has the font colour of the theme
-    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100
+    assert find_colour(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100
 
 
 def test_pictures_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
@@ -280,7 +282,7 @@ def test_pictures_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
         (plot_grid, (quad_grid(V, F, uv),)),
     ):
         plotter = draw(*what, show=True, screenshot=str(path))
-        image = pixels(path)
+        image = read_pixels(path)
         path.unlink()
         assert 0.1 < (image[..., :3].astype(int).sum(axis=-1) < 720).mean() < 0.95
         plotter.close()

@@ -14,10 +14,10 @@ import igl
 import numpy as np
 import pytest
 import pyvista as pv
-from conftest import load, pixels
+from conftest import load, read_pixels
 from high_curvature import crown, rings
-from own_measures import off_circle
-from pixels import colours, near, squares
+from own_measures import measure_circle_error
+from read_pixels import count_square_changes, find_colour, locate_in_colour_map
 
 from igl_linabf import MeshError
 from igl_linabf.io import read_texture
@@ -142,11 +142,11 @@ def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
         window.close()
 
 
-def marks(image: np.ndarray) -> list[np.ndarray | None]:
+def find_marks(image: np.ndarray) -> list[np.ndarray | None]:
     """Return column and row of the mark on the surface (left) and on the map (right), or None."""
     found = []
     for left in (0, SIZE[0] // 2):
-        rows, columns = np.nonzero(near(image[:, left : left + SIZE[0] // 2], MARK, 30))
+        rows, columns = np.nonzero(find_colour(image[:, left : left + SIZE[0] // 2], MARK, 30))
         found.append(np.array([columns.mean() + left, rows.mean()]) if len(rows) > 20 else None)
     return found
 
@@ -155,36 +155,38 @@ def flat(image: np.ndarray) -> np.ndarray:
     return image[:SIDES, SIZE[0] // 2 :]
 
 
-def coloured(image: np.ndarray) -> bool:
+def is_coloured(image: np.ndarray) -> bool:
     """Return True if the map shows a distortion, in colours that differ from the blue of the checkerboard."""
-    return bool((colours(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
+    return bool((locate_in_colour_map(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
 
 
-def both_marked(image: np.ndarray) -> bool:
-    return all(place is not None for place in marks(image))
+def has_both_marks(image: np.ndarray) -> bool:
+    return all(place is not None for place in find_marks(image))
 
 
 @pytest.mark.slow
 def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
     window = opened(*load("bumps"))
-    before = squares(flat(window.image()))
+    before = count_square_changes(flat(window.image()))
     assert before > 20
     for _ in range(4):
         window.key("Left")
-    fewer = window.until(lambda image: squares(flat(image)) < 0.5 * before)
+    fewer = window.until(lambda image: count_square_changes(flat(image)) < 0.5 * before)
     window.key("Right")
-    window.until(lambda image: squares(flat(image)) > squares(flat(fewer)))
-    assert not coloured(fewer)
+    window.until(lambda image: count_square_changes(flat(image)) > count_square_changes(flat(fewer)))
+    assert not is_coloured(fewer)
     window.key("d")
-    window.until(coloured)
+    window.until(is_coloured)
     for _ in range(3):
         window.key("d")  # conformal, stretch, area (brown over white to green)
-    window.until(lambda image: np.isfinite(colours(flat(image)[300:400, 100:600], "BrBG")).mean() > 0.8)
+    window.until(
+        lambda image: np.isfinite(locate_in_colour_map(flat(image)[300:400, 100:600], "BrBG")).mean() > 0.8
+    )
     window.key("d")
-    before = window.until(lambda image: squares(flat(image)) > 5)
-    assert near(before[SIDES:], "black", 60).sum() > 500
+    before = window.until(lambda image: count_square_changes(flat(image)) > 5)
+    assert find_colour(before[SIDES:], "black", 60).sum() > 500
     window.key("h")
-    after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
+    after = window.until(lambda image: find_colour(image[SIDES:, 600:], "black", 60).sum() < 10)
     assert (after[:SIDES] == before[:SIDES]).all()  # hiding the help does not change the picture
     window.key("q")
     assert window.process.wait(timeout=PATIENCE) == 0
@@ -194,12 +196,12 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
 @pytest.mark.slow
 def test_keys_change_the_method_and_flips_are_shown(opened) -> None:
     window = opened(*rings(40, crown))
-    assert not near(window.image(), WARNING).any()  # the map of linABF has no flips
+    assert not find_colour(window.image(), WARNING).any()  # the map of linABF has no flips
     window.key("m")
     window.key("m")  # from linABF to ABF, then to igl.lscm, which flips triangles
-    window.until(lambda image: near(image, WARNING).sum() > 100)
+    window.until(lambda image: find_colour(image, WARNING).sum() > 100)
     window.key("bracketright")  # linABF with one iteration has no flips
-    window.until(lambda image: not near(image, WARNING).any())
+    window.until(lambda image: not find_colour(image, WARNING).any())
 
 
 @pytest.mark.slow
@@ -207,26 +209,30 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     window = opened(*load("bumps"))
     left = np.array([300, 400])
     window.drag(tuple(left))
-    first = marks(window.until(both_marked))
+    first = find_marks(window.until(has_both_marks))
     assert np.abs(first[0] - left).max() < 6
     # a click on the mark in the map marks the same point on the surface
     elsewhere = (SIZE[0] * 3 // 4 + 80, 300)
     window.drag(elsewhere)
-    second = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - elsewhere).max() < 6))
+    second = find_marks(
+        window.until(lambda im: has_both_marks(im) and np.abs(find_marks(im)[1] - elsewhere).max() < 6)
+    )
     assert np.abs(second[0] - first[0]).max() > 20
     window.drag(tuple(np.round(first[1]).astype(int)))
-    back = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - first[1]).max() < 3))
+    back = find_marks(
+        window.until(lambda im: has_both_marks(im) and np.abs(find_marks(im)[1] - first[1]).max() < 3)
+    )
     assert np.abs(back[0] - first[0]).max() < 6
     # rotating the surface neither moves the mark nor sets a new one
     before = window.image()
     window.drag((300, 400), (360, 405), (420, 410))
     turned = window.until(lambda im: (np.abs(im - before)[60:, :700].max(axis=2) > 60).mean() > 0.05)
-    assert both_marked(turned)
-    assert np.abs(marks(turned)[1] - back[1]).max() < 2
+    assert has_both_marks(turned)
+    assert np.abs(find_marks(turned)[1] - back[1]).max() < 2
     # changing the colours keeps the mark
     window.key("d")
-    window.until(coloured)
-    assert both_marked(window.image())
+    window.until(is_coloured)
+    assert has_both_marks(window.image())
 
 
 @pytest.mark.slow
@@ -234,14 +240,14 @@ def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
     window = opened(*rings(40, crown))
     y = 772
     window.drag((77, y), (55, y), (40, y))  # moves the slider of the method from linABF to igl.lscm
-    window.until(lambda image: near(image, WARNING).sum() > 100)
+    window.until(lambda image: find_colour(image, WARNING).sum() > 100)
     window.drag((189, y), (205, y))  # moves the slider of the iterations, which selects linABF
-    window.until(lambda image: not near(image, WARNING).any())
-    assert not coloured(window.image())
+    window.until(lambda image: not find_colour(image, WARNING).any())
+    assert not is_coloured(window.image())
     window.drag((469, y), (490, y))
-    window.until(coloured)
+    window.until(is_coloured)
     window.drag((334, y), (385, y))
-    window.until(lambda image: near(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
+    window.until(lambda image: find_colour(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
 
 
 @pytest.mark.slow
@@ -251,12 +257,12 @@ def test_seams_are_drawn_by_clicks_and_undone(opened) -> None:
     window.key("s")
     window.until(lambda image: (image != before)[:60].any())
     window.drag((250, 400))
-    one = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 20)
+    one = window.until(lambda image: find_colour(image[60:SIDES, :700], SEAM).sum() > 20)
     window.drag((430, 330))
-    two = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 300)
+    two = window.until(lambda image: find_colour(image[60:SIDES, :700], SEAM).sum() > 300)
     assert (flat(two) != flat(one)).any(axis=2).mean() > 0.05  # the map follows the drawn seam
     window.key("z")
-    window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() < 300)
+    window.until(lambda image: find_colour(image[60:SIDES, :700], SEAM).sum() < 300)
 
 
 def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
@@ -320,7 +326,7 @@ def test_saved_files_get_new_names(tmp_path) -> None:
     viewer = Viewer(V, F, off_screen=True, save_as=tmp_path / "bumps")
     viewer.plotter.show(auto_close=False)
     assert [viewer.save_mesh().name for _ in range(2)] == ["bumps-1.obj", "bumps-2.obj"]
-    assert pixels(viewer.save_picture()).shape[:2] == SIZE[::-1]
+    assert read_pixels(viewer.save_picture()).shape[:2] == SIZE[::-1]
     TC, FTC = read_texture(tmp_path / "bumps-1.obj")
     uv = viewer.shown.uv - viewer.shown.uv.min(axis=0)
     assert np.allclose(TC[FTC], (uv / uv.max())[F])
@@ -334,10 +340,10 @@ def test_saved_files_get_new_names(tmp_path) -> None:
 @pytest.mark.slow
 def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window = opened(*igl.upsample(*igl.icosahedron(), 3))
-    image = window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)
-    seams = near(image[60:, : SIZE[0] // 2], SEAM).sum()
+    image = window.until(lambda image: find_colour(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)
+    seams = find_colour(image[60:, : SIZE[0] // 2], SEAM).sum()
     window.key("x")
-    window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() < seams / 4)
+    window.until(lambda image: find_colour(image[60:, : SIZE[0] // 2], SEAM).sum() < seams / 4)
 
 
 @pytest.mark.parametrize(
@@ -372,10 +378,10 @@ def test_a_screenshot_needs_no_display(tmp_path) -> None:
     command = ["view", str(tmp_path / "mesh.ply"), "--screenshot", str(path), "--method", "lscm"]
     environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
     subprocess.run([sys.executable, "-m", "igl_linabf", *command], env=environment, check=True)
-    image = pixels(path)
+    image = read_pixels(path)
     assert image.shape[:2] == SIZE[::-1]
-    assert near(image[60:, : SIZE[0] // 2], SEAM).sum() > 200
-    assert max(squares(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
+    assert find_colour(image[60:, : SIZE[0] // 2], SEAM).sum() > 200
+    assert max(count_square_changes(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
 
 
 def test_maps_are_cached_and_aligned(monkeypatch) -> None:
@@ -407,7 +413,7 @@ def test_boundaries_and_cones_are_shown_for_methods_that_support_them() -> None:
     loop = igl.boundary_loop(F)
     off = {}
     for _ in range(2):
-        off[viewer.method] = off_circle(viewer.shown.uv[loop])
+        off[viewer.method] = measure_circle_error(viewer.shown.uv[loop])
         viewer.next_method()
     viewer.plotter.close()
     assert off["linabf"] < 1e-6 < off["lscm"]

@@ -13,7 +13,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from conftest import ROOT, built_wheel, python_of_blender
+from conftest import ROOT, build_wheel, find_blender_python
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -30,11 +30,11 @@ def archive(tmp_path_factory) -> Path:
     into = tmp_path_factory.mktemp("extension")
     code = "import sys; print('%d.%d' % sys.version_info[:2])"
     asked = subprocess.run(
-        [python_of_blender(), "-c", code], capture_output=True, encoding="utf-8", check=True
+        [find_blender_python(), "-c", code], capture_output=True, encoding="utf-8", check=True
     )
     options = ["--python", asked.stdout.strip(), "--into", str(into)]
     if asked.stdout.strip() == "{}.{}".format(*sys.version_info):
-        built_wheel(into)
+        build_wheel(into)
         options += ["--wheels", str(into)]
     script = ROOT / "scripts" / "blender_extension.py"
     subprocess.run([sys.executable, str(script), *options], check=True, timeout=500)
@@ -57,7 +57,7 @@ def test_the_archive_contains_all_dependencies_except_numpy(archive: Path) -> No
 def test_every_scene_in_blender(archive: Path) -> None:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     process = subprocess.run(
-        [python_of_blender(), ROOT / "tests" / "blender_scenes", archive],
+        [find_blender_python(), ROOT / "tests" / "blender_scenes", archive],
         capture_output=True,
         encoding="utf-8",
         env=environment,

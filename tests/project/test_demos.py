@@ -9,15 +9,15 @@ import igl
 import numpy as np
 import pytest
 import pyvista as pv
-from conftest import FOLDER, ROOT, load, pixels
-from pixels import colourful
+from conftest import FOLDER, ROOT, load, read_pixels
+from read_pixels import measure_colour_share
 from scripts_of_repo import run
 
 from igl_linabf.flattening import other_programs as peers
 from igl_linabf.plot import MARK, WARNING
 
 
-def row(text: str, label: str) -> list[float]:
+def read_row(text: str, label: str) -> list[float]:
     """Return the numbers of the table row that starts with `label`, without columns of other programs."""
     lines = text.splitlines()
     i = next(i for i, line in enumerate(lines) if line.startswith(label))
@@ -30,9 +30,9 @@ def row(text: str, label: str) -> list[float]:
 @pytest.mark.slow
 def test_the_cortex_demo_writes_maps_in_millimetres(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cortex.py")
-    assert row(text, "triangles") == [18654] * 4
-    assert row(text, "flipped")[:3] == [0, 0, 0]
-    lscm, ours, isometric, shipped = row(text, "angle distortion")
+    assert read_row(text, "triangles") == [18654] * 4
+    assert read_row(text, "flipped")[:3] == [0, 0, 0]
+    lscm, ours, isometric, shipped = read_row(text, "angle distortion")
     assert ours <= 2.54e-3 * 1.02
     assert ours < lscm < isometric < shipped
     V, coordinates, _, F, corners, _ = igl.readOBJ(str(tmp_path / "out" / "cortex.obj"))
@@ -42,20 +42,20 @@ def test_the_cortex_demo_writes_maps_in_millimetres(tmp_path) -> None:
     assert (igl.doublearea(np.ascontiguousarray(coordinates[:, :2]), corners) > 0).all()
     assert np.isclose(np.ptp(V, axis=0).max(), 170, atol=10)  # the size of a cortex in millimetres
     maps = 4 + len(peers.installed_programs())
-    assert pixels(tmp_path / "out" / "cortex.png").shape[:2] == (700 * maps, 1400)
+    assert read_pixels(tmp_path / "out" / "cortex.png").shape[:2] == (700 * maps, 1400)
 
 
 def test_compare_lscm_on_any_mesh(tmp_path) -> None:
     igl.write_triangle_mesh(str(tmp_path / "bumps.ply"), *load("bumps"))
     text = run(tmp_path, ROOT / "demos" / "compare_lscm.py", "bumps.ply", "pictures")
-    lscm, ours, abf = row(text, "angle distortion")
+    lscm, ours, abf = read_row(text, "angle distortion")
     assert abf <= ours <= lscm
     assert sorted(p.name for p in (tmp_path / "pictures").iterdir()) == ["bumps.obj", "bumps.png"]
 
 
-def flipped_in(picture: Path) -> list[bool]:
+def find_rows_with_flips(picture: Path) -> list[bool]:
     """Return, for each row of a comparison, whether flipped triangles are drawn in their colour."""
-    image = pixels(picture)[:, 700:, :3].astype(int)
+    image = read_pixels(picture)[:, 700:, :3].astype(int)
     red = np.abs(image - pv.Color(WARNING).int_rgb).sum(axis=2) < 12
     return [part.sum() > 200 for part in np.split(red, len(image) // 700)]
 
@@ -66,7 +66,7 @@ def test_lscm_flips_the_obtuse_disk_and_linear_abf_agrees_with_abf(tmp_path) -> 
     for method in ("lscm", "dncp", "scp"):
         assert f"{method:8} flipped triangles with each pair of pins: [1, 1, 1]" in text
     assert re.search(r"linABF +flipped triangles: 0; from ABF at most 0\.07 degrees", text)
-    assert flipped_in(tmp_path / "out" / "obtuse.png") == [True, True, True, False, False]
+    assert find_rows_with_flips(tmp_path / "out" / "obtuse.png") == [True, True, True, False, False]
 
 
 @pytest.mark.slow
@@ -75,29 +75,29 @@ def test_the_second_iteration_removes_the_flip_of_the_first(tmp_path) -> None:
     flips = [line.split()[2] for line in text.splitlines() if re.match(r" +[123] ", line)]
     assert flips == ["1", "0", "0"]
     assert "by default: 0 flipped" in text
-    assert flipped_in(tmp_path / "out" / "second_iteration.png") == [True, False, False]
+    assert find_rows_with_flips(tmp_path / "out" / "second_iteration.png") == [True, False, False]
 
 
 @pytest.mark.slow
 def test_high_curvature_flips_lscm_but_not_linear_abf(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "high_curvature.py")
     spiky, crown = text.split("crown: ")
-    assert row(spiky, "flipped") == [0, 0, 0]
-    assert row(crown, "flipped")[0] > 0
-    assert row(crown, "flipped")[1:] == [0, 0]
-    assert flipped_in(tmp_path / "out" / "spiky.png")[:3] == [False] * 3
+    assert read_row(spiky, "flipped") == [0, 0, 0]
+    assert read_row(crown, "flipped")[0] > 0
+    assert read_row(crown, "flipped")[1:] == [0, 0]
+    assert find_rows_with_flips(tmp_path / "out" / "spiky.png")[:3] == [False] * 3
 
 
 @pytest.mark.slow
 def test_holes_close_without_cuts(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "holes.py")
-    assert row(text, "flipped")[0] > 0
-    assert row(text, "flipped")[1:] == [0, 0]
+    assert read_row(text, "flipped")[0] > 0
+    assert read_row(text, "flipped")[1:] == [0, 0]
     holes = [line.split() for line in text.splitlines() if re.match(r" +\d+ +(20|24)  ", line)]
     assert len(holes) == 7
     assert all(float(value) < 1e-8 for line in holes for value in line[5:])
     assert any(float(line[4]) > 1e-2 for line in holes)  # the loops are still open after one step
-    assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
+    assert find_rows_with_flips(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
 @pytest.mark.slow
@@ -106,7 +106,7 @@ def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
     assert re.search(r"nut: \d charts, L2 stretch 1\.0", text)
     seen = [int(share) for share in re.findall(r"(\d+)% of them seen", text)]
     assert seen[1] < seen[0] / 2
-    picture = pixels(tmp_path / "out" / "hidden_seams.png").astype(int)
+    picture = read_pixels(tmp_path / "out" / "hidden_seams.png").astype(int)
     red = (picture[..., 0] > 200) & (picture[..., 1:3].max(axis=-1) < 80)
     middle = picture.shape[1] // 2
     anywhere, hidden = (red[middle:, :middle].sum(), red[middle:, middle:].sum())
@@ -137,7 +137,7 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
 def test_the_baked_texture_shows_the_details_of_the_fine_model(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "baking.py")
     assert "differ by" in text
-    picture = pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
+    picture = read_pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
     assert picture.shape[:2] == (700, 2100)
     colourful = np.ptp(picture, axis=2) > 40
     plain, texture, dressed = (part.mean() for part in np.split(colourful, 3, axis=1))
@@ -157,7 +157,7 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
         if name != "xatlas":
             assert int(charts) <= 4
             assert (float(spread) < 3) == (float(stretch) < 1.06) == (name == "isometric")
-    picture = pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
+    picture = read_pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     assert picture.shape[0] == 1000
 
@@ -169,7 +169,7 @@ def test_charts_share_no_texel_and_pages_hold_two_surfaces(tmp_path) -> None:
     assert [name for name, *_ in found][:3] == ["padding 2", "padding 12", "two surfaces"]
     near, apart = (int(share) for _, share, _ in found[:2])
     assert near > apart  # more padding leaves less space for charts
-    picture = pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
+    picture = read_pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     parts = [part for row in np.split(picture, 2) for part in np.split(row, 3, axis=1)]
     # charts are coloured, the background is not
@@ -185,7 +185,7 @@ def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_
     flips, off = ({name: float(row[k]) for name, *row in found} for k in (0, 1))
     assert flips["least squares"] > 0 == flips["free"] == flips["isometric"]
     assert off["free"] > 10 > 1e-3 > max(off["least squares"], off["isometric"])
-    image = pixels(tmp_path / "out" / "pins.png")[..., :3].astype(int)
+    image = read_pixels(tmp_path / "out" / "pins.png")[..., :3].astype(int)
     dots = np.abs(image - pv.Color(MARK).int_rgb).max(axis=2) < 60
     assert min(part.sum() for part in np.split(dots, 3, axis=1)) > 14 * 20
 
@@ -195,7 +195,7 @@ def test_the_boundaries_are_a_circle_and_a_rectangle(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "boundaries.py")
     assert len(re.findall(r", 0 flipped", text)) == 6
     for name in ("face", "sleeve"):
-        picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
+        picture = read_pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
         assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
         coloured = (picture.min(axis=2) < 200)[510:]  # the maps are in the lower row of the picture
         circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
@@ -213,7 +213,7 @@ def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_p
     flips = [int(line.split()[1]) for line in one.splitlines() if re.match(r" +\d+  ", line)]
     assert flips[0] < 0.01 * flips[-1]
     assert "greedy: F/3nt 0.000215, 0 flipped; least squares: F/3nt 0.000215, 0 flipped" in converged
-    assert pixels(tmp_path / "out" / "greedy.png").shape[:2] == (1400, 1400)
+    assert read_pixels(tmp_path / "out" / "greedy.png").shape[:2] == (1400, 1400)
 
 
 @pytest.mark.slow
@@ -227,7 +227,9 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
         assert (f"{name}: no such file" in text) == (not there)
     for name in models:
         part = text.split(f"\n{name}, ")[1]
-        lscm, one, ours, abf = (row(part, label) for label in ("igl.lscm", "linABF, one", "linABF ", "ABF"))
+        lscm, one, ours, abf = (
+            read_row(part, label) for label in ("igl.lscm", "linABF, one", "linABF ", "ABF")
+        )
         assert one[2] == ours[2] == abf[2] == 0
         assert abs(one[0] / abf[0] - 1) < 0.01
         assert abf[0] < ours[0] * 1.001 < lscm[0]
@@ -239,10 +241,10 @@ def test_the_checkerboards_have_no_flips_and_show_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "checkerboards.py")
     assert len(re.findall(r" 0 flipped", text)) == 6
     picture = tmp_path / "out" / "checkerboards.png"
-    assert min(colourful(picture, 2, 3)) > 15
+    assert min(measure_colour_share(picture, 2, 3)) > 15
     seams = [
         int((part[60:, :, :3].astype(int).max(axis=2) < 32).sum())
-        for row in np.split(pixels(picture), 2)
+        for row in np.split(read_pixels(picture), 2)
         for part in np.split(row, 3, axis=1)
     ]
     assert min(seams[4:]) > 1000  # seams are drawn on the closed surfaces
@@ -256,7 +258,7 @@ def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
     assert after < 0.01 * before
     lscm, ours = (float(m) for m in re.findall(r"F/3nt ([\d.]+),", text))
     assert ours < lscm
-    picture = pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
+    picture = read_pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
     bright = [((p[..., 1] > 150) & (p[..., 2] < 120)).mean() for p in np.split(picture, 2, axis=1)]
     assert bright[0] > 5 * bright[1]  # after flattening, only the colour bar is green and yellow
 
@@ -273,7 +275,7 @@ def test_quads_have_nearly_right_angles_and_are_written(tmp_path) -> None:
         assert corners.count(4) >= int(share) / 100 * len(corners)
         assert abs(float(mean) - 90) < 2
         assert float(off) < 6
-    assert min(colourful(tmp_path / "out" / "quads.png", 3, 2)) > 8
+    assert min(measure_colour_share(tmp_path / "out" / "quads.png", 3, 2)) > 8
 
 
 @pytest.mark.slow
@@ -282,7 +284,7 @@ def test_the_window_demo_writes_a_picture_without_a_display(tmp_path, monkeypatc
         monkeypatch.delenv(name, raising=False)
     text = run(tmp_path, ROOT / "demos" / "interactive.py")
     assert "linABF: F/3nt 0.00254" in text
-    image = pixels(tmp_path / "out" / "interactive.png")[..., :3].astype(int)
+    image = read_pixels(tmp_path / "out" / "interactive.png")[..., :3].astype(int)
     marked = np.abs(image - pv.Color(MARK).int_rgb).max(axis=2) < 12
     assert min(half.sum() for half in np.split(marked, 2, axis=1)) > 100
 
@@ -303,7 +305,7 @@ def test_a_weave_continues_across_the_seam_between_quarter_cones(tmp_path) -> No
     assert matched[0] == 0 and matched[1] < 1e-4
     assert free[0] > 1 and free[1] > 20
     assert matched[2] < 1e-3
-    image = pixels(tmp_path / "out" / "cones_bunny.png")
+    image = read_pixels(tmp_path / "out" / "cones_bunny.png")
     assert (
         np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
     )  # the two sides of each seam have colours
@@ -315,7 +317,7 @@ def test_quadrangles_survive_in_files_and_seams_are_not_diagonals(tmp_path) -> N
     assert " 0 of them diagonals" in text
     for suffix in ("obj", "ply", "glb"):
         assert f"out/polygons.{suffix}: 1,440 faces of 4 corners" in text
-    assert min(colourful(tmp_path / "out" / "polygons.png", 1, 2)) > 5
+    assert min(measure_colour_share(tmp_path / "out" / "polygons.png", 1, 2)) > 5
 
 
 @pytest.mark.slow
@@ -326,6 +328,6 @@ def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
     for name in ("lampshade", "bodice"):
         for suffix in ("svg", "dxf", "pdf"):
             assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500
-    image = pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
+    image = read_pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
     drawn = image[:, image.shape[1] // 2 :].sum(axis=2) < 720
     assert all(half.sum() > 1000 for half in np.split(drawn, 2))

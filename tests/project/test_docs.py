@@ -16,9 +16,9 @@ import igl
 import numpy as np
 import pytest
 import pyvista as pv
-from conftest import ROOT, load, pixels
+from conftest import ROOT, load, read_pixels
 from documented import read_reference, resolve
-from pixels import near, squares
+from read_pixels import count_square_changes, find_colour
 
 import igl_linabf
 from igl_linabf.plot import DARK, LIGHT
@@ -28,7 +28,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to open the pages with")
 
 
-def public() -> Iterator[tuple[str, object]]:
+def list_public_objects() -> Iterator[tuple[str, object]]:
     """Yield each public function and class of the package with its public name.
 
     Public are the names of the package, the `__all__` of each room, and the API reference.
@@ -45,14 +45,14 @@ def public() -> Iterator[tuple[str, object]]:
                 yield f"{module}.{name}", getattr(room, name)
 
 
-@pytest.mark.parametrize("name", [name for name, value in public() if inspect.isfunction(value)])
+@pytest.mark.parametrize("name", [name for name, value in list_public_objects() if inspect.isfunction(value)])
 def test_every_public_function_has_an_example(name: str) -> None:
-    text = inspect.getdoc(dict(public())[name]) or ""
+    text = inspect.getdoc(dict(list_public_objects())[name]) or ""
     assert ">>> " in text.partition("Examples\n--------\n")[2]
 
 
 def test_the_reference_has_every_public_name() -> None:
-    assert {name for name, _ in public()} <= set(read_reference())
+    assert {name for name, _ in list_public_objects()} <= set(read_reference())
 
 
 def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
@@ -118,7 +118,7 @@ def site(tmp_path_factory) -> Path:
     return folder / "html"
 
 
-def chromium(page: Path, folder: Path, *arguments: str) -> str:
+def run_chromium(page: Path, folder: Path, *arguments: str) -> str:
     """Open a page in Chromium without a display, and return the output of Chromium."""
     command = [
         CHROMIUM,
@@ -154,15 +154,15 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
         r'<iframe class="scene"[^>]* src="([^"]+)"', (site / "gallery/in_the_browser.html").read_text("utf-8")
     )
     picture = tmp_path / "scene.png"
-    chromium(site / "gallery" / frame[1], tmp_path, "--window-size=1400,700", f"--screenshot={picture}")
-    image = pixels(picture)
+    run_chromium(site / "gallery" / frame[1], tmp_path, "--window-size=1400,700", f"--screenshot={picture}")
+    image = read_pixels(picture)
     surface, flat = image[:, :700], image[:, 700:]
-    light, dark = near(flat, LIGHT).mean(), near(flat, DARK).mean()
+    light, dark = find_colour(flat, LIGHT).mean(), find_colour(flat, DARK).mean()
     assert 0.08 < light < 0.4
     assert 0.7 < light / dark < 1.4  # half of a checkerboard is light
-    assert near(flat, "black").any()  # the boundary of the map is drawn in black
-    assert 20 <= squares(flat) <= 30
-    drawn = ~near(surface, "white")
+    assert find_colour(flat, "black").any()  # the boundary of the map is drawn in black
+    assert 20 <= count_square_changes(flat) <= 30
+    drawn = ~find_colour(surface, "white")
     assert 0.15 < drawn.mean() < 0.8
     assert np.unique(surface[drawn], axis=0).shape[0] > 1000  # the surface is shaded
     blue = (
@@ -174,7 +174,7 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
 @pytest.mark.slow
 @needs_chromium
 def test_formulas_are_typeset_without_a_network(site, tmp_path) -> None:
-    text = chromium(site / "method.html", tmp_path, "--dump-dom")
+    text = run_chromium(site / "method.html", tmp_path, "--dump-dom")
     written = len(
         re.findall(r'class="math notranslate nohighlight"', (site / "method.html").read_text("utf-8"))
     )

@@ -12,15 +12,15 @@ import numpy as np
 import performance
 import pytest
 from conftest import ROOT, bumps
-from pages import put
+from pages import replace_between_marks
 
 
 def test_a_new_run_replaces_only_its_figures(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("a\n<!-- one -->\nold\n<!-- end of one -->\nb\n<!-- two -->\n<!-- end of two -->\n")
-    put(page, "two", "second")
-    put(page, "one", "first")
-    put(page, "one", "first")
+    replace_between_marks(page, "two", "second")
+    replace_between_marks(page, "one", "first")
+    replace_between_marks(page, "one", "first")
     assert page.read_text() == (
         "a\n<!-- one -->\nfirst\n\n<!-- end of one -->\nb\n<!-- two -->\nsecond\n\n<!-- end of two -->\n"
     )

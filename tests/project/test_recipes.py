@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from pixels import colourful
+from pixels import measure_colour_share
 from scripts_of_repo import run
 
 SCRIPTS = sorted(path.stem for path in (ROOT / "recipes").glob("*.py"))
@@ -40,7 +40,7 @@ WHAT = {
 def test_each_recipe_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
     (rows, columns), said = WHAT[name]
     assert re.search(said, run(tmp_path, ROOT / "recipes" / f"{name}.py"))
-    assert min(colourful(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
+    assert min(measure_colour_share(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from conftest import ROOT, built_wheel
+from conftest import ROOT, build_wheel
 from scripts_of_repo import script
 
 import igl_linabf
@@ -137,7 +137,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 @pytest.mark.slow
 def test_the_wheel_is_one_typed_module_with_a_page_whose_links_lead_somewhere(tmp_path) -> None:
-    script("release_check.py").check_wheel(built_wheel(tmp_path))
+    script("release_check.py").check_wheel(build_wheel(tmp_path))
 
 
 def test_an_editable_install_builds_the_core_again_where_a_source_has_changed(tmp_path, monkeypatch) -> None:

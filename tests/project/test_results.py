@@ -45,11 +45,11 @@ def test_a_run_with_fewer_meshes_does_not_change_the_page(tmp_path, monkeypatch,
     monkeypatch.setattr(results, "PAGE", page)
     monkeypatch.setattr(results, "SECTIONS", [("One", "one.py"), ("Two", "two.py")])
     sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
-    monkeypatch.setattr(results, "section", lambda title, _: sections[title].replace("| cow | 2 |\n", ""))
+    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title].replace("| cow | 2 |\n", ""))
     assert results.main([]) == 1
     assert page.read_text("utf-8") == PAGE
     assert "would lose One: cow" in capsys.readouterr().err
-    monkeypatch.setattr(results, "section", lambda title, _: sections[title])
+    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title])
     assert results.main([]) == 0
     assert results.rows(page.read_text("utf-8")) == results.rows(PAGE)
 
@@ -76,6 +76,6 @@ def test_only_requested_sections_are_replaced(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(results, "PAGE", page)
     monkeypatch.setattr(results, "SECTIONS", [("One", "one.py"), ("Two", "two.py")])
     sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
-    monkeypatch.setattr(results, "section", lambda title, _: sections[title].replace(" 1 ", " 5 "))
+    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title].replace(" 1 ", " 5 "))
     assert results.main(["--only", "two"]) == 0
     assert "| lion | 1 |" in page.read_text() and "| lion | 5 | 3 |" in page.read_text()

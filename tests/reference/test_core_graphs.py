@@ -94,7 +94,7 @@ def cases():
             (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
             (t.edges, faces, reference.spanning_forest(t.edges, half, t.n)[::2], 3, t.n, m),  # no cycle
             (t.edges, faces, NONE, 3, t.n, m),
-            (*around_a_torus(), 0, 36, 72),  # a cycle that does not divide the surface
+            (*make_loop_around_torus(), 0, 36, 72),  # a cycle that does not divide the surface
         ],
         "minimum_cut_side": [
             (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
@@ -103,7 +103,7 @@ def cases():
     }
 
 
-def around_a_torus():
+def make_loop_around_torus():
     """Return the edges of a torus, the faces beside each edge, and the edges of a loop around the torus."""
     i, j = np.divmod(np.arange(36), 6)
     a, b, c, d = 6 * i + j, (i + 1) % 6 * 6 + j, (i + 1) % 6 * 6 + (j + 1) % 6, 6 * i + (j + 1) % 6

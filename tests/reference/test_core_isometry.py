@@ -34,7 +34,7 @@ def same(made, expected):
     np.testing.assert_allclose(made, expected, rtol=1e-11, atol=1e-11 * largest)
 
 
-def upright_only(g, weight):
+def select_unflipped(g, weight):
     """Restrict the arguments to triangles that are not flipped, whose energy is finite."""
     corner, gradient, share, z, _ = g.arguments(weight)
     p, q = reference.derivatives(corner, gradient, z)
@@ -54,13 +54,13 @@ def test_the_energy_agrees_with_singular_values(weight, given):
     made = core.isometric_energy(*given.arguments(weight))
     expected = reference.isometric_energy(*given.arguments(weight))
     assert np.array_equal(np.isinf(made), np.isinf(expected)) and np.isinf(made).any()
-    args = upright_only(given, weight)
+    args = select_unflipped(given, weight)
     same(core.isometric_energy(*args), reference.isometric_energy(*args))
 
 
 @pytest.mark.parametrize("weight", [0.0, 1.0, 1.5, 4.0])
 def test_gradients_and_convex_parts_agree_with_the_hessian_by_p_and_q(weight, given):
-    args = upright_only(given, weight)
+    args = select_unflipped(given, weight)
     slope, rows = core.isometric_rows(*args)
     rows = rows.reshape(4, 6, -1)
     expected, convex = reference.slope_and_hessian(*args)
@@ -83,7 +83,7 @@ def test_a_similarity_has_no_direction_of_q(weight):
 
 
 def test_the_gradient_is_the_derivative_of_the_energy(given):
-    args = upright_only(given, 1.5)
+    args = select_unflipped(given, 1.5)
     slope, _ = core.isometric_rows(*args)
     step = 1e-6 * given.direction
     along = (slope * np.concatenate((step.real[args[0]], step.imag[args[0]]))).sum(axis=0)

@@ -94,7 +94,7 @@ def test_lie_over_agrees_with_overlapping_pairs(kind) -> None:
     assert not _core.has_overlap(nothing, triangle) and not _core.has_overlap(nothing, nothing)
 
 
-def faces_beside(edges, m):
+def list_adjacent_faces(edges, m):
     """Return the adjacent faces of each face, in CSR format."""
     i, j = np.unique(np.concatenate((edges, edges[:, ::-1])), axis=0).T
     return np.searchsorted(i, np.arange(m + 1)), j
@@ -121,16 +121,16 @@ def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
             continue
         upper, lower = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0).T
         for most in (1, 2, 6):
-            faces, start = _core.overlap_sheets(upper, lower, *faces_beside(edges, m), most)
+            faces, start = _core.overlap_sheets(upper, lower, *list_adjacent_faces(edges, m), most)
             expected = reference.overlap_sheets(pairs, edges.tolist(), m, most)
             assert [faces[i:j].tolist() for i, j in pairwise(start.tolist())] == expected
             number += len(expected)
     assert number > 300
-    faces, start = _core.overlap_sheets(upper[:0], lower[:0], *faces_beside(edges, m), 2)
+    faces, start = _core.overlap_sheets(upper[:0], lower[:0], *list_adjacent_faces(edges, m), 2)
     assert not len(faces) and start.tolist() == [0]
 
 
-def a_region(rng, kind):
+def make_region(rng, kind):
     """Return the counter-clockwise triangles of a square, a disk of slivers, a long strip, or random ones."""
     if kind == 0:
         return np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
@@ -149,7 +149,7 @@ def test_regions_are_joined_if_they_fit_and_are_worth_it(kind) -> None:
     rng, apart, joined = np.random.default_rng(8), 0, 0
     for _ in range(6):
         n, number = int(rng.integers(2, 8)), 30
-        regions = [a_region(rng, kind) for _ in range(n)]
+        regions = [make_region(rng, kind) for _ in range(n)]
         start = np.cumsum([0, *map(len, regions)])
         depth = np.where(rng.random(start[-1]) < 0.1, -1.0, rng.choice([1e-6, 1e-3, 0.05], size=start[-1]))
         pairs = rng.integers(n, size=(number, 2))

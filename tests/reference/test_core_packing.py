@@ -35,7 +35,7 @@ def outlines():
     return start, end, weight, sides
 
 
-def masks_in_turn(scale):
+def make_masks(scale):
     """Return masks of rings and of small stars in several directions, and the range of masks of each."""
     sizes = (1.5, 1.1, 0.8, 1.3, 0.5, 0.4)
     each = [sides_of(*(star(s, 40), 0.6 * star(s, 40)[::-1])[: 1 + (s > 1)]) for s in sizes]
@@ -94,7 +94,7 @@ def test_an_outline_too_large_for_a_grid_is_rejected(corner):
 
 @pytest.mark.parametrize(("scale", "side", "most"), [(4, 22, 3), (4, 22, 1), (5, 70, 9), (30, 40, 2)])
 def test_masks_are_placed_where_the_bounding_square_grows_least(scale, side, most):
-    spans, shapes, blocks, begin = masks_in_turn(scale)
+    spans, shapes, blocks, begin = make_masks(scale)
     made = _core.place_masks(side, most, spans, shapes, blocks, begin)
     expected = reference.place_masks(side, most, spans, cells_of(shapes, blocks, begin))
     for a, b in zip(made, expected, strict=True):
@@ -103,7 +103,7 @@ def test_masks_are_placed_where_the_bounding_square_grows_least(scale, side, mos
 
 @pytest.mark.parametrize("side", [48, 144])
 def test_placed_charts_occupy_disjoint_cells(side):
-    spans, shapes, blocks, begin = masks_in_turn(side * 3 / 16)
+    spans, shapes, blocks, begin = make_masks(side * 3 / 16)
     places, extents = _core.place_masks(side, 3, spans, shapes, blocks, begin)
     cells, expected = cells_of(shapes, blocks, begin), np.zeros((len(extents), side, side), dtype=np.int64)
     for k, page, x, y in places:
@@ -115,7 +115,7 @@ def test_placed_charts_occupy_disjoint_cells(side):
 
 @pytest.mark.parametrize("widest", [6, 60, 200])  # the widest rectangles are wider than a page
 def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
-    spans, shapes, blocks, begin = masks_in_turn(9)
+    spans, shapes, blocks, begin = make_masks(9)
     places, _ = _core.place_masks(48, 3, spans, shapes, blocks, begin)
     sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
     sizes = sizes[np.argsort(-sizes[:, 1])]
@@ -125,7 +125,7 @@ def test_rectangles_are_placed_on_shelves_around_occupied_cells(widest):
         np.testing.assert_allclose(made, expected, atol=1e-11)
 
 
-def groups_of_points():
+def make_point_groups():
     """Return four groups of points: a rotated grid, a pentagon, a random cloud, and repeated points."""
     x, y = np.divmod(np.arange(12), 4)
     five, rng = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2)
@@ -134,7 +134,7 @@ def groups_of_points():
 
 
 def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
-    groups = groups_of_points()
+    groups = make_point_groups()
     turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     np.testing.assert_allclose(np.abs(turns), 1, rtol=1e-11)
     for z, turn in zip(groups, turns, strict=True):
@@ -142,7 +142,7 @@ def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
 
 
 def test_the_first_of_equivalent_sides_is_chosen():
-    grid, five = groups_of_points()[:2]
+    grid, five = make_point_groups()[:2]
     turns = _core.narrowest_turns(np.concatenate((grid, five)), np.array([0, len(grid), len(grid) + 5]))
     # the first of equivalent sides, clockwise from the lowest corner
     for z, turn in zip((grid, five), turns, strict=True):

@@ -18,7 +18,7 @@ from igl_linabf.surface import planar_mesh, sound_disks
 Surface = tuple[np.ndarray, np.ndarray]
 
 
-def beside(*parts: Surface) -> Surface:
+def place_beside(*parts: Surface) -> Surface:
     start = np.cumsum([0, *(len(V) for V, _ in parts)])
     return np.concatenate([V for V, _ in parts]), np.concatenate(
         [F + k for (_, F), k in zip(parts, start, strict=False)]
@@ -35,9 +35,9 @@ def meshes() -> dict[str, Surface]:
         "strip": (POINTS, STRIP),
         "triangle": (np.eye(3), np.array([[0, 1, 2]])),
         "handle": torus(1),
-        "disk beside a torus": beside((V, F), torus(0)),
-        "disk beside a ball": beside((V, F), igl.icosahedron()),
-        "two disks": beside((V, F), (V, F)),
+        "disk beside a torus": place_beside((V, F), torus(0)),
+        "disk beside a ball": place_beside((V, F), igl.icosahedron()),
+        "two disks": place_beside((V, F), (V, F)),
         "hole": (V[used], index.reshape(-1, 3)),
         "unused": (np.vstack((V, V[:1])), F),
         "not a number": (np.where(np.arange(len(V))[:, None] == 7, np.nan, V), F),

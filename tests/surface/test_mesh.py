@@ -23,7 +23,7 @@ def test_each_defect_is_rejected_with_its_location(name: str) -> None:
     assert ": " in str(caught.value)  # a remedy follows the colon
 
 
-def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def make_concentric_circles(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Return triangles between concentric circles with the given radii and numbers of vertices."""
     V = [r * np.exp(2j * np.pi * np.arange(n) / n) for r, n in zip(radii, around, strict=True)]
     F, first = [], 0
@@ -44,7 +44,7 @@ def rounds(radii: list[float], around: list[int]) -> tuple[np.ndarray, np.ndarra
 
 @pytest.mark.parametrize("around", [[40, 20, 12], [12, 20, 40], [12, 12, 12]])
 def test_the_outer_loop_is_the_longest_regardless_of_its_number_of_edges(around: list[int]) -> None:
-    V, F = rounds([1.0, 2.0, 3.0], around)
+    V, F = make_concentric_circles([1.0, 2.0, 3.0], around)
     for scale in (1.0, 1e-3):
         outer, hole = planar_mesh(scale * V, F).topology.loops
         np.testing.assert_allclose(np.linalg.norm(V[outer], axis=1), 3)

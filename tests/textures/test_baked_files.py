@@ -9,7 +9,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from gltf_files import glb
+from gltf_files import write_glb
 from PIL import Image
 
 from igl_linabf.cli import main
@@ -40,10 +40,10 @@ def scene(path: Path, node: dict, materials: list[dict], colours: np.ndarray | N
         "materials": materials,
         "accessors": accessors,
     }
-    glb(path, text, parts)
+    write_glb(path, text, parts)
 
 
-def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np.ndarray]:
+def bake_file(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np.ndarray]:
     """Unwrap and bake a file; return the written mesh, and its image (0 to 1, lower row first)."""
     out = tmp_path / f"out{suffix}"
     words = ["--bake", kind, "--resolution", str(RESOLUTION), "--quiet"]
@@ -58,7 +58,7 @@ def baked(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile, np
     return mesh, np.asarray(Image.open(BytesIO(data)), dtype=float)[::-1] / 255
 
 
-def at_centres(mesh: MeshFile, image: np.ndarray) -> np.ndarray:
+def sample_at_centres(mesh: MeshFile, image: np.ndarray) -> np.ndarray:
     """Return the colour of an image at the centre of each face."""
     x, y = (mesh.TC[mesh.FTC].mean(axis=1) * RESOLUTION).astype(int).T
     return image[y, x]
@@ -73,13 +73,13 @@ def test_baked_colours_are_vertex_colours_times_material_colours(tmp_path: Path)
     given = np.random.default_rng(0).random((12, 4))
     factors = [[0.5, 1.0, 0.25, 0.5], [1.0, 0.2, 1.0, 1.0]]
     scene(tmp_path / "in.glb", {}, [shade(factors[0], "BLEND"), shade(factors[1], "BLEND")], given)
-    mesh, image = baked(tmp_path, "colors")
+    mesh, image = bake_file(tmp_path, "colors")
     _, F = igl.icosahedron()
     factor = np.repeat(factors, 10, axis=0)[:, None]
     wanted = given[F] * factor
     wanted[..., :3] = encode_srgb(wanted[..., :3])
     assert image.shape == (RESOLUTION, RESOLUTION, 4)
-    assert np.abs(at_centres(mesh, image) - wanted.mean(axis=1)).max() < 0.02
+    assert np.abs(sample_at_centres(mesh, image) - wanted.mean(axis=1)).max() < 0.02
     text = mesh.extras.source.gltf.text
     for material in text["materials"]:  # the image includes the colour factors of the materials
         assert "baseColorFactor" not in material["pbrMetallicRoughness"]
@@ -90,9 +90,9 @@ def test_baked_colours_are_vertex_colours_times_material_colours(tmp_path: Path)
 @pytest.mark.parametrize("suffix", [".glb", ".obj"])
 def test_colours_of_materials_alone_are_baked(suffix: str, tmp_path: Path) -> None:
     scene(tmp_path / "in.glb", {}, [shade([1, 0, 0, 1]), shade([0, 0, 1, 1])], None)
-    mesh, image = baked(tmp_path, "colors", suffix)
+    mesh, image = bake_file(tmp_path, "colors", suffix)
     wanted = np.repeat([[1, 0, 0], [0, 0, 1]], 10, axis=0)
-    assert np.abs(at_centres(mesh, image) - wanted).max() < 0.01
+    assert np.abs(sample_at_centres(mesh, image) - wanted).max() < 0.01
 
 
 @pytest.mark.parametrize(
@@ -107,16 +107,16 @@ def test_colours_of_materials_alone_are_baked(suffix: str, tmp_path: Path) -> No
 )
 def test_baked_normals_do_not_depend_on_the_transform_of_the_node(node: dict, tmp_path: Path) -> None:
     scene(tmp_path / "in.glb", node, [{}], None)
-    mesh, image = baked(tmp_path, "normals")
+    mesh, image = bake_file(tmp_path, "normals")
     V, F = igl.icosahedron()
     outwards = V[F].mean(axis=1)
     outwards /= np.linalg.norm(outwards, axis=1)[:, None]
-    found = 2 * at_centres(mesh, image) - 1
+    found = 2 * sample_at_centres(mesh, image) - 1
     limit = 0.99 if "scale" not in node else 0.9  # vertex normals deviate slightly after a stretch
     assert ((found * outwards).sum(axis=1) > limit).all()
     # a format without nodes stores the transformed object
-    other, image = baked(tmp_path, "normals", ".obj")
-    found = 2 * at_centres(other, image) - 1
+    other, image = bake_file(tmp_path, "normals", ".obj")
+    found = 2 * sample_at_centres(other, image) - 1
     a, b, c = other.V[other.triangles].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1)[:, None]

@@ -25,7 +25,7 @@ Surface = tuple[np.ndarray, np.ndarray, Atlas]
 RESOLUTION = 256
 
 
-def several() -> Surface:
+def make_several_bodies() -> Surface:
     """Return a ball beside 40 small boxes, many of which are smaller than a texel."""
     V, F = ball()
     cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
@@ -45,13 +45,13 @@ def cortex() -> Surface:
     return V, F, unwrap(V, F, packing=Packing(resolution=RESOLUTION))
 
 
-@pytest.fixture(scope="module", params=[several, cortex], ids=["several", "cortex"])
+@pytest.fixture(scope="module", params=[make_several_bodies, cortex], ids=["several", "cortex"])
 def surface(request: pytest.FixtureRequest) -> Surface:
     made: Surface = request.param()
     return made
 
 
-def looked_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
+def look_up(image: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Interpolate an image bilinearly at texture coordinates."""
     n = len(image)
     at = np.array([(1 - uv[:, 1]) * n - 0.5, uv[:, 0] * n - 0.5])
@@ -72,7 +72,7 @@ def random_points(V: np.ndarray, F: np.ndarray, atlas: Atlas, count: int) -> tup
 def test_a_lookup_of_baked_positions_returns_the_point(surface: Surface) -> None:
     V, F, atlas = surface
     points, uv = random_points(V, F, atlas, 20_000)
-    away = np.linalg.norm(looked_up(bake(V, F, atlas, V, RESOLUTION), uv) - points, axis=1)
+    away = np.linalg.norm(look_up(bake(V, F, atlas, V, RESOLUTION), uv) - points, axis=1)
     corner = V[F]
     edges = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max()
     scale = np.sqrt(np.abs(signed_double_areas(complex_positions(atlas.TC), atlas.FTC.T)).sum() / 2)
@@ -85,13 +85,13 @@ def test_a_lookup_of_baked_positions_returns_the_point(surface: Surface) -> None
 def test_lookups_do_not_mix_charts_or_background(surface: Surface) -> None:
     V, F, atlas = surface
     _, uv = random_points(V, F, atlas, 20_000)
-    assert np.ptp(looked_up(bake(V, F, atlas, np.ones(len(V)), RESOLUTION, background=9), uv)) < 1e-12
+    assert np.ptp(look_up(bake(V, F, atlas, np.ones(len(V)), RESOLUTION, background=9), uv)) < 1e-12
     colour = np.repeat(atlas.chart[:, None, None], 3, axis=1).astype(float)
     rng = np.random.default_rng(0)
     face = rng.integers(len(F), size=20_000)
     weights = rng.dirichlet(np.ones(3), size=20_000)
     uv = np.einsum("pk,pkd->pd", weights, atlas.TC[atlas.FTC[face]])
-    shown = looked_up(bake(V, F, atlas, colour, RESOLUTION, background=-5), uv)[:, 0]
+    shown = look_up(bake(V, F, atlas, colour, RESOLUTION, background=-5), uv)[:, 0]
     np.testing.assert_allclose(shown, atlas.chart[face], atol=1e-9)
 
 
@@ -132,13 +132,13 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     images = bake(V, F, shared[2], V, 128)
     assert images.shape == (3, 128, 128, 3)
     assert not images[:2].any()
-    near = np.linalg.norm(looked_up(images[2], uv - [2, 0]) - points, axis=1)
+    near = np.linalg.norm(look_up(images[2], uv - [2, 0]) - points, axis=1)
     assert np.median(near) < 0.01 * np.ptp(V)
     V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     F = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
     atlas = unwrap(V, F, packing=Packing(resolution=64))
     image = bake(V, F, atlas, V, 64)
-    np.testing.assert_allclose(looked_up(image, atlas.TC), V[atlas.origin], atol=0.1)
+    np.testing.assert_allclose(look_up(image, atlas.TC), V[atlas.origin], atol=0.1)
 
 
 def test_an_image_does_not_depend_on_the_strips_in_which_it_is_painted(
@@ -243,7 +243,7 @@ def test_the_command_writes_baked_textures(
         return np.frombuffer(glb.binary_blob(), "<f4", at.count * width, first).reshape(-1, width)
 
     attributes = glb.meshes[0].primitives[0].attributes
-    shown = looked_up(image, rows(attributes.TEXCOORD_0) * [1, -1] + [0, 1])
+    shown = look_up(image, rows(attributes.TEXCOORD_0) * [1, -1] + [0, 1])
     points = rows(attributes.POSITION).astype(float)
     vertex = np.linalg.norm(V[:, None] - points, axis=2).argmin(axis=0)
     normals = igl.per_vertex_normals(V, F)

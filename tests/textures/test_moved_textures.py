@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gltf_files import glb
+from gltf_files import write_glb
 from PIL import Image
 from scipy.ndimage import map_coordinates
 
@@ -99,10 +99,10 @@ def scene(
         "images": [{"bufferView": 5 + i, "mimeType": "image/png"} for i in range(len(images))],
         "accessors": accessors,
     }
-    glb(path, text, blocks)
+    write_glb(path, text, blocks)
 
 
-def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def sample_image(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Interpolate the image of a material at points of faces; NaN without an image."""
     source = mesh.extras.source.gltf
     uv = np.einsum("pk,pkd->pd", weights, mesh.TC[mesh.FTC[face]])
@@ -129,7 +129,7 @@ def shown(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarray) -> n
     return found
 
 
-def both(path: Path, out: Path, *words: str) -> tuple[MeshFile, MeshFile, np.ndarray, np.ndarray]:
+def bake_and_sample(path: Path, out: Path, *words: str) -> tuple[MeshFile, MeshFile, np.ndarray, np.ndarray]:
     """Return a file before and after baking, and random points of its faces."""
     assert main(["unwrap", str(path), "-o", str(out), "--bake", "texture", "--quiet", *words]) == 0
     rng = np.random.default_rng(0)
@@ -169,9 +169,9 @@ def test_all_images_look_the_same_after_the_transfer(words: list[str], tmp_path:
     images = [png(picture(i, size, 4 if i == 0 else 3)) for i, size in enumerate(sizes)]
     samplers = [{}, {"wrapS": 33648, "wrapT": 33648}, {}, {"wrapS": 10497, "wrapT": 10497}, {}]
     scene(tmp_path / "in.glb", [first, second], images, samplers)
-    before, after, face, weights = both(tmp_path / "in.glb", tmp_path / "out.glb", *words)
+    before, after, face, weights = bake_and_sample(tmp_path / "in.glb", tmp_path / "out.glb", *words)
     for kind in KINDS:
-        old, new = (shown(m, kind, face[:, i], weights[i]) for i, m in enumerate((before, after)))
+        old, new = (sample_image(m, kind, face[:, i], weights[i]) for i, m in enumerate((before, after)))
         known = np.isfinite(old[:, 0])
         assert (np.isfinite(new[:, 0]) == known).all()
         off = np.abs(new - old)[known][:, :3]
@@ -189,9 +189,9 @@ def test_all_images_look_the_same_after_the_transfer(words: list[str], tmp_path:
             assert material["occlusionTexture"]["strength"] == 0.5
 
 
-def directions(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
+def sample_normals(mesh: MeshFile, face: np.ndarray, weights: np.ndarray, scale: list[float]) -> np.ndarray:
     """Return the object-space normals of a normal map on planar faces."""
-    local = 2 * shown(mesh, "normalTexture", face, weights)[:, :3] - 1
+    local = 2 * sample_image(mesh, "normalTexture", face, weights)[:, :3] - 1
     a, b, c = (mesh.V / scale)[mesh.triangles[face]].transpose(1, 0, 2)
     p, q, r = mesh.TC[mesh.FTC[face]].transpose(1, 0, 2)
     d = np.stack((q - p, r - p), axis=1)
@@ -211,13 +211,15 @@ def test_normal_maps_keep_their_directions_in_space(scale: list[float], tmp_path
     normals = np.dstack((slopes, np.sqrt(1 - (slopes**2).sum(axis=2)))) / 2 + 0.5
     material = {"name": "bumpy", "normalTexture": {"index": 0, "scale": 1.0}}
     scene(tmp_path / "in.glb", [material], [png(normals)], node={"scale": scale})
-    before, after, face, weights = both(tmp_path / "in.glb", tmp_path / "out.glb", "--resolution", "512")
-    old, new = (directions(m, face[:, i], weights[i], scale) for i, m in enumerate((before, after)))
+    before, after, face, weights = bake_and_sample(
+        tmp_path / "in.glb", tmp_path / "out.glb", "--resolution", "512"
+    )
+    old, new = (sample_normals(m, face[:, i], weights[i], scale) for i, m in enumerate((before, after)))
     angle = np.degrees(np.arccos(np.clip((old * new).sum(axis=1), -1, 1)))
     assert np.median(angle) < 1.5
     assert np.quantile(angle, 0.99) < 5
     # the normals of the map deviate from the surface; otherwise, the test would be trivial
-    plain = np.abs(shown(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
+    plain = np.abs(sample_image(before, "normalTexture", face[:, 0], weights[0])[:, :2] - 0.5)
     assert plain.max() > 0.2
 
 

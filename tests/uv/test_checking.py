@@ -9,7 +9,7 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
-from gltf_files import glb
+from gltf_files import write_glb
 
 from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
@@ -36,7 +36,7 @@ def plane(n: int = 6) -> Map:
     return V, F, 0.1 * V[:, :2] + 0.05, F
 
 
-def several(*maps: Map) -> Map:
+def place_side_by_side(*maps: Map) -> Map:
     """Concatenate surfaces side by side in space; their maps do not move."""
     V, F, TC, FTC = ([m[k] for m in maps] for k in range(4))
     n, t = (np.cumsum([0, *map(len, arrays)]) for arrays in (V, TC))
@@ -48,7 +48,7 @@ def several(*maps: Map) -> Map:
     )
 
 
-def moved(given: Map, by: tuple[float, float] = (0, 0), mirrored: bool = False, size: float = 1.0) -> Map:
+def move_map(given: Map, by: tuple[float, float] = (0, 0), mirrored: bool = False, size: float = 1.0) -> Map:
     V, F, TC, FTC = given
     TC = TC * [-1, 1] + [0.3, 0] if mirrored else TC
     return V, F, TC * size + by, FTC
@@ -60,7 +60,7 @@ def write_given(path: Path, given: Map) -> None:
 
 
 def test_figures_of_a_plane_are_correct() -> None:
-    found = check_uv(*several(plane(), moved(plane(), (0.3, 0), size=0.5)), resolution=1000)
+    found = check_uv(*place_side_by_side(plane(), move_map(plane(), (0.3, 0), size=0.5)), resolution=1000)
     assert (found.charts, found.report.mirrored, found.report.stacked, found.flips, found.overlaps) == (
         2,
         0,
@@ -85,7 +85,7 @@ def test_figures_on_wide_pages_are_correct() -> None:
     wide = TC * [1, 2]
     # the gap above is smaller: 0.04 of 500 texels
     beside, above = ((V, F, wide + by, FTC) for by in ((0.3, 0), (0, 0.44)))
-    found = check_uv(*several((V, F, wide, FTC), beside, above), resolution=(1000, 500))
+    found = check_uv(*place_side_by_side((V, F, wide, FTC), beside, above), resolution=(1000, 500))
     assert (
         found.report.texel_density.least,
         found.report.texel_density.most,
@@ -126,7 +126,9 @@ def test_equal_coordinates_are_merged() -> None:
 @pytest.mark.parametrize("cells", [6, 9])
 def test_charts_on_each_other_are_stacked_and_good(mirrored: bool, cells: int) -> None:
     """Charts can be stacked although their triangles differ."""
-    found = check_uv(*several(plane(), moved(plane(cells), mirrored=mirrored), moved(plane(), (0.4, 0))))
+    found = check_uv(
+        *place_side_by_side(plane(), move_map(plane(cells), mirrored=mirrored), move_map(plane(), (0.4, 0)))
+    )
     assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, int(mirrored))
     assert (found.flips, found.overlaps) == (0, 0)
     assert found.good
@@ -173,9 +175,11 @@ def test_flipped_and_collapsed_faces_are_named() -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        several(plane(), moved(plane(), (0.1, 0))),
-        several(plane(), moved(plane(), (0.1, 0), mirrored=True)),
-        several(plane(), moved(plane(), (0.05, 0.05), size=0.4)),  # a small chart inside another chart
+        place_side_by_side(plane(), move_map(plane(), (0.1, 0))),
+        place_side_by_side(plane(), move_map(plane(), (0.1, 0), mirrored=True)),
+        place_side_by_side(
+            plane(), move_map(plane(), (0.05, 0.05), size=0.4)
+        ),  # a small chart inside another chart
     ],
 )
 def test_other_overlapping_charts_are_accidents(given: Map) -> None:
@@ -191,7 +195,7 @@ def test_other_overlapping_charts_are_accidents(given: Map) -> None:
 def test_more_overlaps_than_are_listed_are_reported_as_more(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (overlapping, uv_charts):
         monkeypatch.setattr(module, "MAX_PAIRS", 20)
-    found = check_uv(*several(plane(), moved(plane(), (0.1, 0))))
+    found = check_uv(*place_side_by_side(plane(), move_map(plane(), (0.1, 0))))
     assert found.overlaps == 21
     assert all("more than 20" in text for text in (found.troubles[0], repr(found), str(found)))
 
@@ -201,31 +205,35 @@ def test_a_pile_with_more_overlaps_than_are_listed_is_stacked(monkeypatch: pytes
     rng = np.random.default_rng(0)
     V, F, TC, FTC = plane(2)
     pile = [(V, F, TC + 1e-4 * rng.normal(size=TC.shape), FTC) for _ in range(20)]
-    expected = check_uv(*several(*pile, moved(plane(), (0.4, 0))))
+    expected = check_uv(*place_side_by_side(*pile, move_map(plane(), (0.4, 0))))
     monkeypatch.setattr(uv_charts, "MAX_PAIRS", 500)
     monkeypatch.setattr(uv_charts, "PAIRS_AT_ONCE", 300)
-    found = check_uv(*several(*pile, moved(plane(), (0.4, 0))))
+    found = check_uv(*place_side_by_side(*pile, move_map(plane(), (0.4, 0))))
     assert found.good
     assert found.report.stacked == expected.report.stacked == len(pile) - 1
-    beside = check_uv(*several(*pile, moved(plane(2), (0.05, 0))))
+    beside = check_uv(*place_side_by_side(*pile, move_map(plane(2), (0.05, 0))))
     assert (beside.report.stacked, beside.charts) == (len(pile) - 1, len(pile) + 1)
     assert 0 < beside.overlaps < 500
 
 
 def test_a_chart_is_stacked_on_the_first_chart_only() -> None:
     """Of three charts in a row, the first and the last share less than nine tenths of their area."""
-    found = check_uv(*several(plane(2), moved(plane(2), (0.015, 0)), moved(plane(2), (0.03, 0))))
+    found = check_uv(
+        *place_side_by_side(plane(2), move_map(plane(2), (0.015, 0)), move_map(plane(2), (0.03, 0)))
+    )
     assert found.report.stacked == 1
     assert {*map(tuple, np.unique(found.report.chart[found.overlapping], axis=0).tolist())} == {(0, 2)}
 
 
 def test_charts_on_different_images_do_not_overlap() -> None:
     """Three of four surfaces lie on one part of a page and on two images; the fourth lies on another page."""
-    given = several(plane(), moved(plane(), (0.1, 0)), moved(plane(), (0.1, 0)), moved(plane(), (1.0, 0)))
+    given = place_side_by_side(
+        plane(), move_map(plane(), (0.1, 0)), move_map(plane(), (0.1, 0)), move_map(plane(), (1.0, 0))
+    )
     n = len(plane()[1])
     assert check_uv(*given).overlaps > 0
     found = check_uv(*given, labels=np.repeat(["skin", "skin", "coat", "skin"], n))
-    alone = check_uv(*several(plane(), moved(plane(), (0.1, 0))))
+    alone = check_uv(*place_side_by_side(plane(), move_map(plane(), (0.1, 0))))
     assert found.overlaps == alone.overlaps > 0
     assert (found.report.stacked, found.pages) == (0, 3)
     assert [(one.image, one.page, one.charts, one.overlaps > 0) for one in found.report.sheets] == [
@@ -251,7 +259,7 @@ def test_a_connected_map_on_two_images_has_a_chart_on_each() -> None:
 def test_the_command_compares_charts_of_materials_that_share_an_image(
     shared: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write_given(tmp_path / "body.obj", several(plane(2), moved(plane(2), (0.1, 0))))
+    write_given(tmp_path / "body.obj", place_side_by_side(plane(2), move_map(plane(2), (0.1, 0))))
     lines = (tmp_path / "body.obj").read_text().splitlines()
     faces = [line for line in lines if line.startswith("f ")]
     rest = [line for line in lines if not line.startswith("f ")]
@@ -283,23 +291,23 @@ def test_a_chart_over_itself_is_an_accident() -> None:
 
 @pytest.mark.parametrize("gap", [1e-4, 3e-3, 0.02, 0.4])
 def test_the_margin_is_the_least_distance(gap: float) -> None:
-    corner = moved(plane(), (0.2 + gap, 0.2 + gap))  # corner to corner
-    found = check_uv(*several(plane(), corner, moved(plane(), (1.2, 0))), resolution=1)
+    corner = move_map(plane(), (0.2 + gap, 0.2 + gap))  # corner to corner
+    found = check_uv(*place_side_by_side(plane(), corner, move_map(plane(), (1.2, 0))), resolution=1)
     assert found.margin == pytest.approx(gap * np.sqrt(2))
     assert found.pages == 2
     assert check_uv(*plane(), resolution=1).margin == np.inf
-    assert check_uv(*moved(plane(), (-0.1, 0)), resolution=1).report.border == pytest.approx(-0.05)
+    assert check_uv(*move_map(plane(), (-0.1, 0)), resolution=1).report.border == pytest.approx(-0.05)
 
 
 def test_charts_beside_each_other_on_two_pages_have_no_margin_between_them() -> None:
     # two charts, 0.06 apart on opposite sides of a page border
-    across = moved(plane(), (0.7, 0)), moved(plane(), (0.96, 0))
-    above = moved(plane(), (0.7, 0.4))
-    assert check_uv(*several(*across, above), resolution=1).margin == pytest.approx(0.2)
+    across = move_map(plane(), (0.7, 0)), move_map(plane(), (0.96, 0))
+    above = move_map(plane(), (0.7, 0.4))
+    assert check_uv(*place_side_by_side(*across, above), resolution=1).margin == pytest.approx(0.2)
 
 
 def test_exceeded_limits_are_reported() -> None:
-    V, F, TC, FTC = several(plane(), moved(plane(), (0.3, 0.1), size=0.5))
+    V, F, TC, FTC = place_side_by_side(plane(), move_map(plane(), (0.3, 0.1), size=0.5))
     within = {"max_stretch": 1.26, "max_spread": 4, "min_margin": 7.5}
     assert check_uv(V, F, TC, FTC, resolution=100, **within).good
     for name, value, message in (
@@ -355,8 +363,8 @@ def test_stretch_agrees_with_quality_for_mirrored_charts() -> None:
 
 def test_the_exit_code_reports_troubles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad = tmp_path / "good.obj", tmp_path / "bad.obj"
-    write_given(good, several(plane(), moved(plane(), (0.3, 0))))
-    write_given(bad, several(plane(), moved(plane(), (0.1, 0))))
+    write_given(good, place_side_by_side(plane(), move_map(plane(), (0.3, 0))))
+    write_given(bad, place_side_by_side(plane(), move_map(plane(), (0.1, 0))))
     assert main(["check", str(good), "--resolution", "512", "--quiet"]) == 0
     assert main(["check", str(bad), "--quiet"]) == 1
     assert "overlap by accident" in capsys.readouterr().err
@@ -389,7 +397,7 @@ def test_the_command_counts_faces_without_coordinates(
         "meshes": [{"primitives": [with_map, without]}],
         "accessors": accessors,
     }
-    glb(
+    write_glb(
         tmp_path / "a.glb",
         text,
         [V.astype("<f4").tobytes(), TC.astype("<f4").tobytes(), F.astype("<u4").tobytes()],

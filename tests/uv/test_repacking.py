@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
-from test_checking import Map, grid, moved, plane, several, write_given
+from test_checking import Map, grid, move_map, place_side_by_side, plane, write_given
 
 from igl_linabf import MeshError, MeshWarning, Packing, check_uv, unwrap
 from igl_linabf.cli import main
@@ -22,7 +22,7 @@ def triangular(n: int = 5) -> Map:
     return V, F, 0.1 * V[:, :2] + 0.05, F
 
 
-def motions(given: Map, packed: object) -> dict[int, np.ndarray]:
+def fit_motions(given: Map, packed: object) -> dict[int, np.ndarray]:
     """Return the linear part of the affine motion of each chart."""
     _, _, TC, FTC = given
     found = {}
@@ -35,8 +35,8 @@ def motions(given: Map, packed: object) -> dict[int, np.ndarray]:
     return found
 
 
-MAPS = several(
-    triangular(), moved(triangular(), (0.1, 0)), moved(plane(), (0.0, 0.1), mirrored=True, size=0.3)
+MAPS = place_side_by_side(
+    triangular(), move_map(triangular(), (0.1, 0)), move_map(plane(), (0.0, 0.1), mirrored=True, size=0.3)
 )
 
 
@@ -50,7 +50,7 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
     assert found.fill == pytest.approx(packed.fill)
     assert found.report.texel_density.mean == pytest.approx(256 * packed.scale)
     sizes = []
-    for linear in motions(MAPS, packed).values():
+    for linear in fit_motions(MAPS, packed).values():
         size = np.sqrt(np.linalg.det(linear))  # the determinant is positive, so the chart is not mirrored
         assert np.allclose(linear.T @ linear, size**2 * np.eye(2))
         assert rotate or np.allclose(linear, size * np.eye(2))
@@ -59,7 +59,7 @@ def test_charts_keep_their_shapes_and_sizes_and_none_overlaps(rotate: bool) -> N
 
 
 def test_rotated_charts_fill_more() -> None:
-    V, F, TC, FTC = several(triangular(), triangular())
+    V, F, TC, FTC = place_side_by_side(triangular(), triangular())
     free, fixed = (pack(V, F, TC + 0.0 * FTC.max(), FTC, rotate=turns) for turns in (True, False))
     assert free.fill >= fixed.fill
 
@@ -80,8 +80,8 @@ def test_stacks_are_kept_and_shared_rows_are_separated() -> None:
     TC = np.column_stack(
         (0.1 + 0.2 * np.abs(V[:, 0] - 1), 0.1 + 0.2 * V[:, 1])
     )  # the map folds one half onto the other
-    alone = moved(plane(), (0.1, 0))
-    given = several((V, F, TC, F), alone)
+    alone = move_map(plane(), (0.1, 0))
+    given = place_side_by_side((V, F, TC, F), alone)
     packed = pack(*given)
     found = check_uv(*given[:2], packed.TC, packed.FTC)
     assert (found.charts, found.report.stacked, found.report.mirrored) == (3, 1, 1)
@@ -105,7 +105,9 @@ def test_repacked_polygons_remain_polygons() -> None:
 
 
 def test_a_density_uses_as_many_pages_as_needed() -> None:
-    given = several(*[plane()] * 3, *[moved(plane(), (0.3, 0))] * 2, moved(plane(), (0, 0.3)))
+    given = place_side_by_side(
+        *[plane()] * 3, *[move_map(plane(), (0.3, 0))] * 2, move_map(plane(), (0, 0.3))
+    )
     packed = pack(*given, Packing(resolution=128, texel_density=40, padding=2))
     found = check_uv(*given[:2], packed.TC, packed.FTC, resolution=128, min_margin=2)
     assert found.good, found.troubles

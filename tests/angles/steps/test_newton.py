@@ -32,14 +32,16 @@ BENIGN = {  # bound in per cent of the difference between F/3nt of one linear st
 }
 
 
-def cone(height: float, radius: float = 0.25, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
+def make_cone_on_plate(
+    height: float, radius: float = 0.25, around: int = 20
+) -> tuple[np.ndarray, np.ndarray]:
     """Return a cone on a round plate of `around` rings; the angle deficit at its tip is about 5 radians."""
     from high_curvature import rings, spike
 
     return rings(around, lambda z: spike(np.abs(z), height, radius))
 
 
-def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
+def measure_stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
     """Return how far angles are from a stationary point of ABF, 0 (stationary) to 1.
 
     This is the share of the objective's gradient outside the span of the constraint gradients, in the metric
@@ -69,7 +71,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
 def test_abf_converges_to_a_flat_mesh_at_a_stationary_point(name: str) -> None:
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
-    V, F = cone(1.0) if name == "cone" else load(name)
+    V, F = make_cone_on_plate(1.0) if name == "cone" else load(name)
     result = flatten(V, F, method=ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
     assert result.report.iterations <= (60 if name == "cone" or name in STRESS else 16)
@@ -78,7 +80,7 @@ def test_abf_converges_to_a_flat_mesh_at_a_stationary_point(name: str) -> None:
     )
     assert np.abs(vertex_and_wheel).max() <= 1e-9
     assert np.abs(triangle).max() <= 1e-9
-    assert stationarity(V, F, result.angles) <= 1e-6
+    assert measure_stationarity(V, F, result.angles) <= 1e-6
     assert quality(V, F, result.uv).flips == 0
 
 
@@ -125,7 +127,7 @@ def test_the_default_tolerance_of_abf_keeps_five_digits_of_the_distortion(name: 
 
 
 def test_the_feasible_form_reports_the_angles_held_at_their_bounds() -> None:
-    V, F = cone(2.0)
+    V, F = make_cone_on_plate(2.0)
     result = flatten(V, F, method="abf")
     assert [step.kind for step in result.report.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
@@ -136,7 +138,7 @@ def test_the_feasible_form_reports_the_angles_held_at_their_bounds() -> None:
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
 def test_active_set_steps_end_at_the_minimum_within_the_bounds(height: float) -> None:
-    V, F = cone(height)
+    V, F = make_cone_on_plate(height)
     result = flatten(V, F, method=ABF(tol=1e-5))
     kinds = [step.kind for step in result.report.steps]
     assert result.outcome is Outcome.CONVERGED
@@ -144,7 +146,7 @@ def test_active_set_steps_end_at_the_minimum_within_the_bounds(height: float) ->
     assert 1 <= kinds.count("feasible") <= 20
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert (result.angles / estimate).min() >= ANGLE_BOUND * (1 - 1e-6)
-    assert stationarity(V, F, result.angles) <= 1e-6
+    assert measure_stationarity(V, F, result.angles) <= 1e-6
 
 
 def test_the_feasible_form_converges_where_active_set_steps_do_not() -> None:
@@ -155,7 +157,7 @@ def test_the_feasible_form_converges_where_active_set_steps_do_not() -> None:
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" in [step.kind for step in result.report.steps]
     assert result.report.steps[-1].residual <= 1e-8
-    assert stationarity(V, F, result.angles) <= 1e-3
+    assert measure_stationarity(V, F, result.angles) <= 1e-3
 
 
 def test_the_feasible_form_ends_after_a_fixed_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ def build_topology(F: np.ndarray) -> Topology:
     return manifold_topology(np.asarray(F, dtype=np.int64), np.arange(F.max() + 1))
 
 
-def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
+def make_prescribed_sums(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
     """Return connectivity, angles (3, #F), and sums close to the surface's that obey Gauss-Bonnet."""
     if kind == "closed":  # a sphere with cones at the corners of an inscribed cube
         V, F = igl.upsample(*igl.icosahedron(), 3)
@@ -78,15 +78,15 @@ def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
     return topology, alpha, sums
 
 
-def state_of(kind: str, solver: str = "auto") -> State:
-    topology, alpha, sums = posed(kind)
+def make_state(kind: str, solver: str = "auto") -> State:
+    topology, alpha, sums = make_prescribed_sums(kind)
     constraints = build_constraints(topology, sums)
     estimate = initial_estimate(topology, alpha, sums=constraints.sums)
     problem = AngleProblem(constraints, estimate, Solvers(solver))
     return State(problem, problem.start)
 
 
-def dense(constraints: Constraints, system: System) -> np.ndarray:
+def stack_constraint_rows(constraints: Constraints, system: System) -> np.ndarray:
     """Return the constraint rows, (2 #rows, 3 #F); angle k of face t is column k #F + t."""
     unit = np.eye(system.w.size).reshape(-1, *system.w.shape)
     return np.array([system.rows(e).ravel() for e in unit]).T
@@ -94,7 +94,7 @@ def dense(constraints: Constraints, system: System) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["disk, all", "disk, some", "closed"])
 def test_the_remaining_rows_are_independent_and_the_omitted_sums_hold(kind: str) -> None:
-    state = state_of(kind)
+    state = make_state(kind)
     constraints = state.problem.constraints
     system = System(constraints, state.at.alpha)
     S = system.matrix().whole().toarray()
@@ -109,10 +109,10 @@ def test_the_remaining_rows_are_independent_and_the_omitted_sums_hold(kind: str)
 
 @pytest.mark.parametrize("kind", ["disk, all", "disk, some", "closed"])
 def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: str) -> None:
-    state = state_of(kind)
+    state = make_state(kind)
     constraints = state.problem.constraints
     system = System(constraints, state.at.alpha)
-    M, m = dense(constraints, system), system.w.shape[1]
+    M, m = stack_constraint_rows(constraints, system), system.w.shape[1]
     K = np.zeros((3 * m, 3 * m))
     scale = 2 * np.sqrt(system.w.prod(axis=0) / system.d)
     for t, block in enumerate(system.conformal(np.arange(m)) / scale[:, None, None]):
@@ -127,7 +127,7 @@ def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: 
 
 @pytest.mark.parametrize("kind", ["disk, all", "disk, some"])
 def test_the_reduced_step_equals_the_step_of_the_full_system(kind: str) -> None:
-    state = state_of(kind, "direct")
+    state = make_state(kind, "direct")
     step = linear_step(state, 1e-12)
     expected = full_step(state.problem.constraints, state.at.alpha)
     assert not step.steps[0].limited
@@ -136,12 +136,12 @@ def test_the_reduced_step_equals_the_step_of_the_full_system(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
-    state = state_of(kind)
+    state = make_state(kind)
     end = active_set(state, 1e-2, 1e-10, 12)
     assert end.at.residual.largest <= 1e-10 and len(end.steps) <= 8
     # few inner steps, because two Laplacians precondition the system
     assert np.mean([step.inner_steps for step in end.steps]) <= 12
-    direct = active_set(state_of(kind, "direct"), 1e-2, 1e-10, 12)
+    direct = active_set(make_state(kind, "direct"), 1e-2, 1e-10, 12)
     # conjugate gradients solve each step only to 1e-2
     assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3
     for loop in end.problem.constraints.topology.holes:
@@ -156,14 +156,14 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_steps_to_prescribed_sums_converge_quadratically(kind: str) -> None:
     """Convergence is quadratic, because the rows are the derivatives of all residuals."""
-    left = [step.residual for step in active_set(state_of(kind, "direct"), 1e-2, 1e-12, 12).steps]
+    left = [step.residual for step in active_set(make_state(kind, "direct"), 1e-2, 1e-12, 12).steps]
     last = [(before, after) for before, after in pairwise(left[1:]) if before < 1e-2]
     assert last and all(after < max(30 * before**2, 1e-11) for before, after in last)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_initial_multipliers_change_only_the_number_of_inner_steps(kind: str) -> None:
-    state = linear_step(state_of(kind), 1e-3)
+    state = linear_step(make_state(kind), 1e-3)
     lin = linearise(state.problem, state.at, reuse=state.lin)
     plain = solve(lin, state.at, 1e-12)
     near = plain.x * (1 + 1e-3 * np.random.default_rng(0).normal(size=len(plain.x)))
@@ -175,7 +175,7 @@ def test_initial_multipliers_change_only_the_number_of_inner_steps(kind: str) ->
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kind: str, monkeypatch) -> None:
     monkeypatch.setattr(preconditioner, "SLIVER_OF_SMALL_SYSTEM", 1.1)
-    state = linear_step(state_of(kind), 1e-3, close=False)
+    state = linear_step(make_state(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at)
     assert lin.slivers.rows is not None and lin.precondition is not None
     n, wheels = state.problem.constraints.n, state.problem.constraints.wheels
@@ -187,9 +187,9 @@ def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kin
     assert abs(u @ Mv - v @ Mu) < 1e-9 * np.sqrt((u @ Mu) * (v @ Mv))
 
 
-def with_free_loops(turning: float) -> State:
+def make_state_with_free_loops(turning: float) -> State:
     """Return a state with free loops and a path around a hole; if `turning` is NaN, it is free, too."""
-    topology, alpha, sums = posed("part of a hole")
+    topology, alpha, sums = make_prescribed_sums("part of a hole")
     (path,) = build_constraints(topology, sums).paths
     free = replace(topology, n_outer=len(topology.loops))
     constraints = build_constraints(free, None, [replace(path, turning=turning)])
@@ -199,7 +199,9 @@ def with_free_loops(turning: float) -> State:
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop", -2 * np.pi, -6.0, np.nan])
 def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> None:
-    state = linear_step(state_of(kind) if isinstance(kind, str) else with_free_loops(kind), 1e-3, close=False)
+    state = linear_step(
+        make_state(kind) if isinstance(kind, str) else make_state_with_free_loops(kind), 1e-3, close=False
+    )
     constraints = state.problem.constraints
     system = System(constraints, state.at.alpha, scaled=False)
     border = HolonomyConstraints(system, state.at.residual.holonomy, conformal=True)
@@ -215,7 +217,7 @@ def test_in_the_conformal_metric_paths_are_closed_exactly(kind: str | float) -> 
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole"])
 def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
-    state = linear_step(state_of(kind), 1e-3, close=False)
+    state = linear_step(make_state(kind), 1e-3, close=False)
     problem, alpha = state.problem, state.at.alpha
     b = state.at.residual
     border = HolonomyConstraints(System(problem.constraints, alpha), b.holonomy.of_paths(1))
@@ -230,7 +232,7 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop"])
 def test_the_bordered_system_agrees_with_its_definition(kind: str) -> None:
-    state = linear_step(state_of(kind), 1e-3, close=False)
+    state = linear_step(make_state(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at, reuse=state.lin)
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * state.problem.constraints.n + border.rows.size)
@@ -241,7 +243,7 @@ def test_the_bordered_system_agrees_with_its_definition(kind: str) -> None:
 
 
 def test_the_estimate_is_scaled_to_prescribed_sums_that_differ_much() -> None:
-    topology, alpha, sums = posed("disk, some")
+    topology, alpha, sums = make_prescribed_sums("disk, some")
     v = topology.loops[0][1]
     sums[v] = topology.sum_at_vertices(alpha)[v] + 1.2
     bare = initial_estimate(topology, alpha, 1.0, False, sums)

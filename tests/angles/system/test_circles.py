@@ -8,7 +8,7 @@ import pytest
 from igl_linabf.angles.system.circles import central_angles, inscribed_sums, predict_change
 
 
-def inscribed(seed: int, largest: float) -> tuple[np.ndarray, np.ndarray]:
+def make_inscribed_polygon(seed: int, largest: float) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices on a circle, and the angles subtended by the sides; `largest` is the largest angle."""
     rng = np.random.default_rng(seed)
     others = rng.uniform(0.1, 1, 3 + seed)
@@ -16,7 +16,7 @@ def inscribed(seed: int, largest: float) -> tuple[np.ndarray, np.ndarray]:
     return 3 * np.exp(1j * np.append(0, np.cumsum(centre)[:-1])), centre
 
 
-def ratios(z: np.ndarray) -> np.ndarray:
+def compute_log_ratios(z: np.ndarray) -> np.ndarray:
     """Return the logarithm of the ratio of the next side to the previous side at each vertex."""
     length = np.log(np.abs(np.roll(z, -1) - z))
     return length - np.roll(length, 1)
@@ -26,14 +26,14 @@ def ratios(z: np.ndarray) -> np.ndarray:
 # above pi, the centre is outside of the polygon
 @pytest.mark.parametrize("largest", [1.5, 3.0, 3.3, 4.5, 6.0])
 def test_the_angles_of_an_inscribed_polygon_follow_from_its_sides(seed: int, largest: float) -> None:
-    z, centre = inscribed(seed, largest)
-    np.testing.assert_allclose(central_angles(ratios(z)), centre, rtol=1e-9, atol=1e-9)
+    z, centre = make_inscribed_polygon(seed, largest)
+    np.testing.assert_allclose(central_angles(compute_log_ratios(z)), centre, rtol=1e-9, atol=1e-9)
     inside = np.angle((np.roll(z, 1) - z) / (np.roll(z, -1) - z)) % (2 * np.pi)
-    np.testing.assert_allclose(inscribed_sums(ratios(z), False), inside, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(inscribed_sums(compute_log_ratios(z), False), inside, rtol=1e-9, atol=1e-9)
     # the loop of a hole is clockwise, because the mesh lies to its left
     back = np.conj(z)
     outside = np.angle((np.roll(back, 1) - back) / (np.roll(back, -1) - back)) % (2 * np.pi)
-    np.testing.assert_allclose(inscribed_sums(ratios(back), True), outside, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(inscribed_sums(compute_log_ratios(back), True), outside, rtol=1e-9, atol=1e-9)
 
 
 def test_sides_that_form_no_polygon_get_arcs_proportional_to_their_lengths() -> None:

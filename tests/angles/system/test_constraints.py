@@ -29,7 +29,7 @@ from igl_linabf.surface import Mesh, build_topology, measure, planar_mesh
 SURFACES = ("bumps", "cortex", *DISKS)
 
 
-def step_from(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
+def compute_step(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
     """Return the changes of the angles in one step of the reduced system without safeguard."""
     problem = AngleProblem(build_constraints(mesh.topology), alpha, Solvers(solver), safeguard=False)
     return linear_step(State(problem, problem.start), 1e-12, close=False).at.alpha - alpha
@@ -43,7 +43,7 @@ def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
     alpha = initial_estimate(mesh.topology, corner_angles(mesh))
     expected = full_step(build_constraints(mesh.topology), alpha)
     for solver in ("direct", "auto"):
-        assert np.abs(step_from(mesh, alpha, solver) - expected).max() <= 1e-9
+        assert np.abs(compute_step(mesh, alpha, solver) - expected).max() <= 1e-9
 
 
 def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() -> None:
@@ -52,7 +52,7 @@ def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() 
     alpha = corner_angles(mesh)
     alpha *= rng.uniform(0.9, 1.1, alpha.shape)
     expected = full_step(build_constraints(mesh.topology), alpha)
-    assert np.abs(step_from(mesh, alpha, "direct") - expected).max() <= 1e-9
+    assert np.abs(compute_step(mesh, alpha, "direct") - expected).max() <= 1e-9
 
 
 @pytest.mark.parametrize("name", [*CARRIED_HOLES, *HOLES])

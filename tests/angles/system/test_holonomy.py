@@ -34,7 +34,7 @@ CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 
 @cache
-def converged(name: str) -> Flattening:
+def flatten_converged(name: str) -> Flattening:
     """Return the map after at most twelve iterations, cached for several tests."""
     return flatten(*surface(name), method=LinABF(iterations=12))
 
@@ -51,7 +51,7 @@ def test_a_flat_plate_with_holes_is_reproduced(name: str, method: str) -> None:
 @pytest.mark.parametrize("name", CURVED)
 def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> None:
     V, F = surface(name)
-    result = converged(name)
+    result = flatten_converged(name)
     assert result.outcome is Outcome.CONVERGED
     assert result.report.iterations <= 12
     assert result.holes
@@ -63,7 +63,7 @@ def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> 
 @pytest.mark.parametrize("name", CURVED)
 def test_converged_angles_make_a_single_valued_map_around_every_hole(name: str) -> None:
     V, F = surface(name)
-    for angles in (converged(name).angles, flatten(V, F, method=ABF(tol=1e-9)).angles):
+    for angles in (flatten_converged(name).angles, flatten(V, F, method=ABF(tol=1e-9)).angles):
         least, greedy, drawn = (layout(F, angles, method=m) for m in ("least-squares", "greedy", "auto"))
         assert max(best_fit_distance(uv, least) for uv in (greedy, drawn)) < 1e-5
         assert np.abs(igl.internal_angles(least, F) - angles).max() < 1e-5
@@ -113,7 +113,7 @@ def test_developed_loops_do_not_depend_on_their_starting_vertex() -> None:
     assert np.allclose(np.abs(again.gap), np.abs(missing.holonomy.gap), atol=1e-12)
 
 
-def bordered() -> Linearisation:
+def build_bordered_system() -> Linearisation:
     """Return the linear system of a plate with holes after the first step, with the rows of the loops."""
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
@@ -123,7 +123,7 @@ def bordered() -> Linearisation:
 
 
 def test_the_bordered_system_agrees_with_its_definition() -> None:
-    lin = bordered()
+    lin = build_bordered_system()
     system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
     e = system.project(system.at_corners(lin.at_corners(z)))
@@ -132,7 +132,7 @@ def test_the_bordered_system_agrees_with_its_definition() -> None:
 
 
 def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None:
-    lin = bordered()
+    lin = build_bordered_system()
     constraints, alpha = lin.problem.constraints, np.sqrt(lin.system.w)
     system = System(constraints, alpha, scaled=False)
     border = HolonomyConstraints(system, residual(constraints, alpha).holonomy, conformal=True)
@@ -169,7 +169,7 @@ def test_the_outer_loop_is_the_longest_or_the_requested_one() -> None:
     found = igl.boundary_loop_all(F)
     length = [np.linalg.norm(V[loop] - V[np.roll(loop, 1)], axis=1).sum() for loop in found]
     loops = [found[i] for i in np.argsort(length)]
-    default = converged("crown")
+    default = flatten_converged("crown")
     assert {hole.vertex in loops[-1] for hole in default.holes} == {False}
     small = int(loops[0][1])
     other = flatten(V, F, method=LinABF(iterations=12), outer=small)

@@ -19,7 +19,7 @@ from igl_linabf.io import read_file, write_file, write_mesh
 from igl_linabf.surface import Polygons
 
 
-def edges_of(F: object) -> set[tuple[int, int]]:
+def list_edges(F: object) -> set[tuple[int, int]]:
     polygons = Polygons.of(F)
     pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))
     return set(map(tuple, np.sort(pairs, axis=1).tolist()))
@@ -88,7 +88,7 @@ def test_no_diagonal_is_an_edge_or_a_diagonal_of_another_polygon(F: list[list[in
     diagonals = np.sort(np.column_stack((made.F[t, k], made.F[t, (k + 1) % 3])), axis=1)
     assert len(diagonals) == 2 * sum(len(row) - 3 for row in F)
     assert all(len(owners[pair]) == 1 for pair in map(tuple, diagonals.tolist()))
-    assert not set(map(tuple, diagonals.tolist())) & edges_of(F)
+    assert not set(map(tuple, diagonals.tolist())) & list_edges(F)
 
 
 @pytest.mark.parametrize("name", ["rough cube", "torus", "dual"])
@@ -98,7 +98,7 @@ def test_seams_follow_edges_of_polygons(name: str) -> None:
     assert atlas.good
     assert not atlas.report.repairs
     assert len(atlas.seams)
-    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= list_edges(F)
     assert [len(row) for row in atlas.FTC] == [len(row) for row in F]
     assert (atlas.origin[flat(atlas.FTC)] == flat(F)).all()
     assert len(atlas.chart) == len(F)
@@ -120,7 +120,7 @@ def test_overlaps_are_split_along_edges_of_polygons() -> None:
     atlas = unwrap(V, F, progress=False)
     assert atlas.good
     assert atlas.report.n_splits
-    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= list_edges(F)
 
 
 def test_stretch_is_bounded_by_cuts_along_edges_of_polygons() -> None:
@@ -128,7 +128,7 @@ def test_stretch_is_bounded_by_cuts_along_edges_of_polygons() -> None:
     atlas = unwrap(V, F, charts=ChartOptions(max_stretch=1.005), progress=False)
     assert atlas.good
     assert len(atlas.charts) > 1
-    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= list_edges(F)
 
 
 def test_given_seams_are_edges_of_polygons() -> None:

@@ -12,7 +12,7 @@ import pytest
 import pyvista as pv
 from conftest import load
 from hard_surfaces import plate_with_holes
-from nasty_meshes import NASTY, joined, voxels
+from nasty_meshes import NASTY, concatenate_surfaces, voxels
 from scipy.spatial import cKDTree
 
 from igl_linabf import (
@@ -70,7 +70,7 @@ def corners_of(V: np.ndarray) -> np.ndarray:
     return np.flatnonzero((np.abs(V) == np.abs(V).max(axis=0)).all(axis=1))
 
 
-def angles_of(atlas: Atlas) -> np.ndarray:
+def collect_angles(atlas: Atlas) -> np.ndarray:
     """Return the target angles of all faces of an atlas."""
     angles = np.empty(atlas.FTC.shape)
     for chart in atlas.charts:
@@ -78,7 +78,7 @@ def angles_of(atlas: Atlas) -> np.ndarray:
     return angles
 
 
-def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
+def collect_seam_sides(atlas: Atlas, F: np.ndarray) -> np.ndarray:
     """Return the two sides of each seam edge in the map as complex vectors, (2, #E)."""
     side = {}
     for t in range(len(F)):
@@ -99,12 +99,12 @@ def test_angle_sums_are_reached_and_seams_match(name: str, how: str | None) -> N
     V, F = load(name)
     atlas = unwrap(V, F, cones=Cones(find_cones(V, F), angles=how))
     assert not atlas.quality.flips
-    total = np.bincount(F.ravel(), weights=angles_of(atlas).ravel(), minlength=len(V))
+    total = np.bincount(F.ravel(), weights=collect_angles(atlas).ravel(), minlength=len(V))
     asked = np.full(len(V), 2 * np.pi)
     asked[atlas.report.cones] = atlas.report.cone_angles
     inside = np.setdiff1d(F, igl.boundary_facets(F)[0])
     assert np.abs(total - asked)[inside].max() <= 1e-8
-    a, b = sides_of(atlas, F)
+    a, b = collect_seam_sides(atlas, F)
     assert np.abs(np.log(np.abs(a) / np.abs(b))).max(initial=0) <= 1e-6
     assert atlas.report.seam_mismatch == pytest.approx(
         np.abs(np.log(np.abs(a) / np.abs(b))).max(initial=0), abs=1e-9
@@ -188,7 +188,7 @@ def test_components_do_not_affect_each_others_period() -> None:
     sheet = np.array([[9.0, 0, 0], [10, 0, 0], [9, 1, 0]]), np.array([[0, 1, 2]])
     given = Cones("auto", angles="quarter", period=1 / 500)
     assert unwrap(*sheet, cones=given).good
-    atlas = unwrap(*joined((V, F), sheet, (V + np.array([0, 5, 0]), F)), cones=given)
+    atlas = unwrap(*concatenate_surfaces((V, F), sheet, (V + np.array([0, 5, 0]), F)), cones=given)
     assert atlas.good and atlas.report.seam_mismatch < 1e-8
     assert (
         atlas.report.cones[: len(atlas.report.cones) // 2] + len(V) + 3
@@ -198,7 +198,7 @@ def test_components_do_not_affect_each_others_period() -> None:
 
 def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
-    surface = joined(*((V + 3 * k, F) for k in range(8)))
+    surface = concatenate_surfaces(*((V + 3 * k, F) for k in range(8)))
     given = Cones("auto", angles="quarter", period=1 / 50)
     asked: list[float] = []
     wider = Spacing.widen
@@ -292,7 +292,7 @@ def test_a_sphere_with_the_cones_of_a_cube_keeps_its_symmetry() -> None:
     V /= np.linalg.norm(V, axis=1)[:, None]
     assert np.allclose(unwrap(V, F, cones=corners).report.cone_angles, 3 * np.pi / 2)
     exact = unwrap(V, F, method=LinABF(rtol=1e-12), cones=Cones(corners, angles=np.full(8, 1.5 * np.pi)))
-    angles, middle, corner = angles_of(exact), V[F].mean(axis=1), V[F]
+    angles, middle, corner = collect_angles(exact), V[F].mean(axis=1), V[F]
     turns = [
         np.eye(3)[list(order)] * signs
         for order in permutations(range(3))
@@ -346,7 +346,7 @@ def test_maps_with_cones_do_not_depend_on_position_scale_or_numbering(name: str)
     a = unwrap(V, F, method=exact, cones=cones)
     b = unwrap(moved, new[F][order], method=exact, cones=new[cones])
     assert np.abs(a.report.cone_angles - b.report.cone_angles).max(initial=0) <= 1e-8
-    assert np.abs(angles_of(b) - angles_of(a)[order]).max() <= 1e-7
+    assert np.abs(collect_angles(b) - collect_angles(a)[order]).max() <= 1e-7
 
 
 @pytest.mark.parametrize("name", ["pial", "double_torus", "closed__igl_3holes.off", "crown"])
@@ -522,7 +522,7 @@ def test_invalid_cones_are_refused_with_valid_numbers() -> None:
     with pytest.raises(MeshError, match=r"sum to 2160 rad.*from degrees to radians"):
         unwrap(V, F, cones=Cones(corners, angles=np.full(8, 270)))
     with pytest.raises(MeshError, match=r"no cones are too few .* give at least 3"):
-        unwrap(*joined((V, F), (V + 5, F)), cones=corners)
+        unwrap(*concatenate_surfaces((V, F), (V + 5, F)), cones=corners)
     with pytest.raises(ValueError, match="at most a half"):
         unwrap(V, F, cones=Cones(8, angles="quarter", period=0.9))
     with pytest.raises(ValueError, match="not positive"):

@@ -34,7 +34,7 @@ def surface(name: str) -> Submesh:
     return max(Submesh.checked_manifold(*load(name)).components(), key=lambda part: len(part.F))
 
 
-def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
+def subdivide_beyond_clusters(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a mesh, subdivided until its seams are found on clusters of vertices."""
     V, F = load(name)
     while len(V) <= clusters.MAX_CLUSTERS:
@@ -88,7 +88,7 @@ def test_the_scale_of_clusters_approximates_that_of_their_nodes() -> None:
 
 @pytest.mark.parametrize("name", ["double_torus", "closed__igl_cow.off"])
 def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(name: str) -> None:
-    V, F = fine(name)
+    V, F = subdivide_beyond_clusters(name)
     found = find_seams(V, F)
     F_cut = cut(V, F, found)[1]
     assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
@@ -102,7 +102,7 @@ def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(n
 
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
 def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, monkeypatch) -> None:
-    part = Submesh.checked_manifold(*fine(name))
+    part = Submesh.checked_manifold(*subdivide_beyond_clusters(name))
     piece, costs = ClosedSurface.of(part), []
     node = np.full(len(part.V), -1)
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
@@ -147,13 +147,15 @@ def schwarz(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.cos(x) + np.cos(y) + np.cos(z)
 
 
-def bored(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+def drilled_plate(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Return values that are negative inside a plate with nine bores."""
     bores = (0.12 - np.hypot(x - a, y - b) for a in (-0.5, 0, 0.5) for b in (-0.45, 0.05, 0.5))
     return np.maximum.reduce([np.abs(x) - 0.9, np.abs(y) - 0.8, np.abs(z) - 0.13, *bores])
 
 
-@pytest.mark.parametrize(("body", "reach", "points", "handles"), [(schwarz, 6.0, 40, 5), (bored, 1.0, 68, 9)])
+@pytest.mark.parametrize(
+    ("body", "reach", "points", "handles"), [(schwarz, 6.0, 40, 5), (drilled_plate, 1.0, 68, 9)]
+)
 def test_large_bodies_with_many_handles_become_good_charts(
     body: Callable[..., np.ndarray], reach: float, points: int, handles: int
 ) -> None:

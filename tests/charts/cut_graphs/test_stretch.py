@@ -62,7 +62,7 @@ def test_seams_for_the_isometric_method_lower_the_cost_of_its_map(name: str) -> 
     assert len(igl.boundary_loop_all(F_cut)) == 1
 
 
-def bumpy(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
+def bumpy_square(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
     """Return a square with bumps as high as a sixth of its side."""
     x, y = (p.ravel() for p in np.meshgrid(*[np.linspace(0, 1, n)] * 2, indexing="ij"))
     height = np.random.default_rng(3).standard_normal((6, 6))
@@ -71,7 +71,7 @@ def bumpy(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
-    closed = ClosedSurface.of(Submesh.checked_manifold(*bumpy()), isometric=True)
+    closed = ClosedSurface.of(Submesh.checked_manifold(*bumpy_square()), isometric=True)
     boundary = np.array([0])
     far, before, _ = closed.graph.shortest_paths(boundary)
     whole, scale = predict_stretch(closed, boundary)

@@ -25,7 +25,7 @@ def together(*surfaces: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.n
     )
 
 
-def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
+def measure_chart_scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
     """Return the scale of the charts of the first and the last face, after checking all texel densities."""
     atlas = unwrap(V, F, packing=Packing(unseen=0.25, **options))
     TC = atlas.flat
@@ -41,16 +41,16 @@ def scales(V: np.ndarray, F: np.ndarray, **options) -> np.ndarray:
 @pytest.mark.parametrize("options", [{}, {"resolution": 512}, {"resolution": 256, "texel_density": 60}])
 def test_cavities_share_less_of_the_page(options) -> None:
     body = together(sphere(1.0), sphere(0.4, inward=True))
-    assert scales(*body, **options).tolist() == [1.0, 0.25]
+    assert measure_chart_scales(*body, **options).tolist() == [1.0, 0.25]
     # the surface turned inside out
-    assert scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]
+    assert measure_chart_scales(body[0], body[1][:, ::-1], **options).tolist() == [1.0, 0.25]
 
 
 def test_visible_charts_keep_their_texels() -> None:
-    assert scales(*together(sphere(1.0), sphere(0.4, 3.0))).tolist() == [1.0, 1.0]
+    assert measure_chart_scales(*together(sphere(1.0), sphere(0.4, 3.0))).tolist() == [1.0, 1.0]
     V, F = sphere(1.0)
     bowl = V, F[V[F].mean(axis=1)[:, 2] < 0.7]  # the inner ball is visible through the opening of the bowl
-    assert scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
+    assert measure_chart_scales(*together(bowl, sphere(0.2))).tolist() == [1.0, 1.0]
 
 
 def test_a_chart_that_fits_at_its_share_is_not_cut() -> None:

@@ -18,7 +18,7 @@ from igl_linabf.io import read_texture, write_mesh
 FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
 
 
-def seen_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
+def measure_visible_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
     """Return the length of the seams on the side that faces away from direction `hide`."""
     a, b = V[seams.T]
     facing = igl.per_vertex_normals(V, F)[seams].mean(axis=1) @ hide
@@ -32,7 +32,7 @@ def test_seams_move_to_the_hidden_side(name: str) -> None:
     for hide in (axes[0], -axes[0]):
         plain, hidden = (unwrap(V, F, charts=ChartOptions(hide=side)) for side in (None, hide))
         assert hidden.good
-        before, after = (seen_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
+        before, after = (measure_visible_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
         assert after < 0.7 * before
         assert hidden.quality.stretch_l2 < plain.quality.stretch_l2 + 0.15
 
@@ -53,8 +53,8 @@ def test_weights_of_faces_hide_seams_like_a_direction() -> None:
         unwrap(V, F, charts=ChartOptions(hide=h)) for h in ([0, 0, 1.0], 5 + 2 * cosine)
     )
     up = np.array([0, 0, 1.0])
-    lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
-    assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
+    lengths = [measure_visible_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
+    assert max(lengths) < 0.7 * measure_visible_length(V, F, unwrap(V, F).seams, up)
     same = find_seams(V, F, hide=np.full(len(F), 7.0))
     assert (same == find_seams(V, F)).all()
 
@@ -87,7 +87,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
         found = unwrap(V @ turn, F, charts=ChartOptions(hide="back"))
         assert found.good
-        seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
+        seen, before = (measure_visible_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.72 * before
         # add the seam length in units of L2 stretch, because a longer seam may reduce the stretch
         longer = (found.seam_length - anywhere.seam_length) / size / TRADE
@@ -118,7 +118,7 @@ def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:
     up = np.array([0, 0, 1.0])
     for faces in (F, F[:, ::-1]):
         seams = find_seams(V, faces, hide=up)
-        assert seen_length(V, F, seams, up) < 0.5 * seen_length(V, F, seams, -up)
+        assert measure_visible_length(V, F, seams, up) < 0.5 * measure_visible_length(V, F, seams, -up)
 
 
 @pytest.mark.parametrize(

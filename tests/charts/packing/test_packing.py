@@ -63,7 +63,7 @@ def boundary_samples(chart: Chart, step: float) -> np.ndarray:
     )
 
 
-def inside(chart: Chart, point: np.ndarray) -> bool:
+def contains_point(chart: Chart, point: np.ndarray) -> bool:
     """Return True if a triangle of the chart contains the point."""
     a, b, c = (chart[0][chart[1][:, k]] @ [1, 1j] for k in range(3))
     p = complex(*point)
@@ -98,7 +98,7 @@ def test_packed_charts_are_apart_at_one_scale_and_not_mirrored(name: str, margin
         near, _ = cKDTree(mine).query(np.concatenate(samples[:i]), distance_upper_bound=max(margin - step, 0))
         assert np.isinf(near).all()
     for i, chart in enumerate(new_charts):
-        assert not any(inside(chart, samples[j][0]) for j in range(len(samples)) if j != i)
+        assert not any(contains_point(chart, samples[j][0]) for j in range(len(samples)) if j != i)
     if margin == MARGIN:
         least = {"one": 0.39, "six": 0.5, "lognormal": 0.64, "tiny": 0.38, "thin": 0.17, "equal": 0.42}[name]
         assert sum(new.area for new in placed) > least
@@ -143,7 +143,7 @@ def test_the_scale_is_searched_finely() -> None:
     assert fill([box(side, side) for side in sides]) > 0.85
 
 
-def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) -> np.ndarray:
+def count_charts_per_texel(placed: list[PackedChart], charts: list[Chart], resolution: int) -> np.ndarray:
     """Return, for each page and texel, the number of charts that meet the bilinear kernel of the texel."""
     count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
     for new, (_, F) in zip(placed, charts, strict=True):
@@ -165,16 +165,20 @@ def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) 
 @pytest.mark.parametrize("resolution", [128, 300])
 def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> None:
     charts = SETS["lognormal"]
-    once = footprints(pack_charts(charts, Packing(resolution=resolution)), charts, resolution)
+    once = count_charts_per_texel(pack_charts(charts, Packing(resolution=resolution)), charts, resolution)
     assert once.max() == 1
     assert once.sum() > 0.6 * once.size
     assert (
-        footprints(pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max()
+        count_charts_per_texel(
+            pack_charts(charts, Packing(resolution=resolution, padding=0)), charts, resolution
+        ).max()
         > 1
     )
     # only the two stars are not placed on shelves
     many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])
-    assert footprints(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
+    assert (
+        count_charts_per_texel(pack_charts(many, Packing(resolution=resolution)), many, resolution).max() == 1
+    )
 
 
 def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
@@ -184,7 +188,7 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
     assert {new.page for new in placed} == set(range(pages))
     assert pages > 1
-    assert footprints(placed, charts, 256).max() == 1
+    assert count_charts_per_texel(placed, charts, 256).max() == 1
     with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
         pack_charts(charts, Packing(resolution=256, texel_density=40, pages=1))
     with pytest.raises(MeshError, match=r"chart \d takes \d+ x \d+\): use a smaller density or a larger"):
@@ -214,7 +218,7 @@ def test_charts_are_not_turned_without_rotate(number: int) -> None:
     charts = (SETS["six"] * number)[:number]
     placed = pack_charts(charts, Packing(resolution=512), rotate=False)
     assert all(new.ratio.imag == 0 < new.ratio.real for new in placed)
-    assert footprints(placed, charts, 512).max() == 1
+    assert count_charts_per_texel(placed, charts, 512).max() == 1
 
 
 def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
@@ -228,7 +232,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
     charts = [(atlas.TC, atlas.FTC[atlas.chart == k]) for k in range(len(atlas.charts))]
     parts = [igl.remove_unreferenced(np.insert(uv, 2, 0.0, axis=1), F)[:2] for uv, F in charts]
     placed = [PackedChart(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
-    assert footprints(placed, parts, 128).max() == 1
+    assert count_charts_per_texel(placed, parts, 128).max() == 1
     with pytest.raises(MeshError, match="fit on 2 pages"):
         unwrap(V, F, packing=Packing(resolution=128, texel_density=density, pages=2))
 
@@ -244,7 +248,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
             inside = new.uv - corner
             assert inside.min() > 1 / 256 - 1e-9
             assert inside.max() < 1 - 1 / 256 + 1e-9
-        assert footprints(placed, charts, 256).max() == 1
+        assert count_charts_per_texel(placed, charts, 256).max() == 1
     assert sizes[1] > 2 * sizes[0]
 
 

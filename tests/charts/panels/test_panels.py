@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import load
 from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
-from nasty_meshes import joined
+from nasty_meshes import concatenate_surfaces
 
 from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, cut, find_seams, unwrap
 from igl_linabf.charts.seams import SeamSearch
@@ -82,7 +82,7 @@ def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
     searches = []
     found = SeamSearch.seams
     monkeypatch.setattr(SeamSearch, "seams", lambda *a: searches.append(a) or found(*a))
-    atlas = unwrap(*joined(*parts))
+    atlas = unwrap(*concatenate_surfaces(*parts))
     assert atlas.good
     assert len(searches) == 1
     assert atlas.quality.stretch_l2 < 1.001
@@ -118,7 +118,7 @@ def test_planes_keep_their_holes(keep_holes: bool) -> None:
     assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
 
 
-def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
+def make_similar_surfaces(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
     """Return a surface moved and scaled, renumbered, and in single precision, each with its scale."""
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
@@ -135,7 +135,7 @@ def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray,
 def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
     V, F = box(1, 1.3, 2, 2)
     length = unwrap(V, F).seam_length
-    for V_other, F_other, scale in likes_of(V, F):
+    for V_other, F_other, scale in make_similar_surfaces(V, F):
         atlas = unwrap(V_other, F_other)
         assert atlas.quality.stretch_l2 < 1.001
         assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
@@ -180,7 +180,7 @@ def test_a_body_is_cut_along_its_fillets_and_flattened_nearly_exactly(
 def test_a_rounded_box_becomes_the_net_of_the_box_in_any_position() -> None:
     V, F = rounded_box(3, 2, 1, 0.1)
     shortest = 4 * 1 + 2 * 2 + 3  # seven edges of the box
-    for V_other, F_other, scale in [(V, F, 1), *likes_of(V, F)]:
+    for V_other, F_other, scale in [(V, F, 1), *make_similar_surfaces(V, F)]:
         atlas = unwrap(V_other, F_other)
         assert len(atlas.charts) == 1
         assert atlas.quality.stretch_l2 < 1.005

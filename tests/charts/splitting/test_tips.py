@@ -16,7 +16,7 @@ LIMBS = np.array([[1, 0, 0], [0, 1, 0], [0, 0.3, 1.0], -np.ones(3) / np.sqrt(3)]
 LIMBS /= np.linalg.norm(LIMBS, axis=1)[:, None]
 
 
-def limbed(height: float) -> Submesh:
+def ball_with_limbs(height: float) -> Submesh:
     """Return a ball with four limbs, open at the bottom."""
     V, F = sphere(5)
     out = 1 + height * np.exp((V @ LIMBS.T - 1) / 0.03).max(axis=1)
@@ -25,7 +25,7 @@ def limbed(height: float) -> Submesh:
 
 
 def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
-    piece = limbed(2.0)
+    piece = ball_with_limbs(2.0)
     seam = find_seams_to_tips(piece, measure_change(piece, flatten(piece.V, piece.F).uv), 10.0, None)
     nodes, times = np.unique(seam, return_counts=True)
     ends = piece.V[nodes[times == 1]]
@@ -36,7 +36,7 @@ def test_a_seam_ends_at_the_tip_of_each_limb() -> None:
 
 
 def test_a_ball_without_limbs_gets_no_seam() -> None:
-    piece = limbed(0.0)
+    piece = ball_with_limbs(0.0)
     uv = flatten(piece.V, piece.F).uv
     assert not len(find_seams_to_tips(piece, measure_change(piece, uv), 1.0, None))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from gltf_files import glb
+from gltf_files import write_glb
 
 from igl_linabf import MeshWarning, unwrap
 from igl_linabf.io import read_file, write_file, write_mesh
@@ -17,7 +17,7 @@ from igl_linabf.io import read_file, write_file, write_mesh
 V, F = igl.upsample(*igl.icosahedron(), 4)
 
 
-def shared_buffer(path: Path, primitives: int) -> None:
+def write_shared_buffer(path: Path, primitives: int) -> None:
     """Write a sphere whose primitives share one vertex buffer, like the files of CAD exporters."""
     parts = np.array_split(F.astype("<u4"), primitives)
     accessors = [{"bufferView": 0, "componentType": 5126, "count": len(V), "type": "VEC3"}]
@@ -27,11 +27,11 @@ def shared_buffer(path: Path, primitives: int) -> None:
     ]
     entries = [{"attributes": {"POSITION": 0}, "indices": i} for i in range(1, primitives + 1)]
     text = {"asset": {"version": "2.0"}, "meshes": [{"primitives": entries}], "accessors": accessors}
-    glb(path, text, [V.astype("<f4").tobytes(), *(part.tobytes() for part in parts)])
+    write_glb(path, text, [V.astype("<f4").tobytes(), *(part.tobytes() for part in parts)])
 
 
 def test_primitives_of_a_shared_buffer_have_their_own_vertices(tmp_path: Path) -> None:
-    shared_buffer(tmp_path / "in.glb", 320)
+    write_shared_buffer(tmp_path / "in.glb", 320)
     tracemalloc.start()
     mesh = read_file(tmp_path / "in.glb")
     write_file(tmp_path / "out.glb", mesh, mesh.V[:, :2])
@@ -68,7 +68,7 @@ def test_materials_that_look_the_same_share_a_primitive_if_there_are_many(faces:
 
 def test_rounding_is_reported_once_where_a_texel_could_move(tmp_path: Path) -> None:
     """The small parts of a large map are rounded no more than the whole map."""
-    shared_buffer(tmp_path / "in.glb", 100)
+    write_shared_buffer(tmp_path / "in.glb", 100)
     mesh = read_file(tmp_path / "in.glb")
     atlas = unwrap(mesh.V, mesh.F)
     with warnings.catch_warnings():

@@ -13,8 +13,8 @@ import igl
 import numpy as np
 import pytest
 from carried import dual, hemisphere, quads
-from conftest import load, python_of_blender
-from gltf_files import OBJ, corners, glb, scene, unwrapped
+from conftest import find_blender_python, load
+from gltf_files import OBJ, corners, unwrap_file, write_glb, write_scene
 
 from igl_linabf import MeshError, MeshWarning, flatten, linabf, unwrap
 from igl_linabf.cli import main
@@ -26,7 +26,7 @@ def test_an_obj_keeps_its_lines(tmp_path: Path) -> None:
     (tmp_path / "in" / "box.mtl").write_text("newmtl red\nnewmtl blue\n")
     (tmp_path / "in" / "box.obj").write_text(OBJ)
     with pytest.warns(MeshWarning, match=r"texture coordinates of polylines \(l\)"):
-        before, after = unwrapped(tmp_path / "in" / "box.obj", tmp_path / "out.obj")
+        before, after = unwrap_file(tmp_path / "in" / "box.obj", tmp_path / "out.obj")
     text = (tmp_path / "out.obj").read_text().splitlines()
     kept = [line for line in OBJ.splitlines() if line.split()[0] not in ("vt", "f", "l", "mtllib")]
     assert [line for line in text if line.split()[0] not in ("vt", "f", "l", "mtllib")] == kept
@@ -61,7 +61,7 @@ def test_a_ply_keeps_its_properties_and_elements(tmp_path: Path) -> None:
     ]
     lines += [f"{len(row)} {' '.join(map(str, row))} {i}" for i, row in enumerate(F)]
     (tmp_path / "in.ply").write_text("\n".join([*lines, "0.5", ""]))
-    before, after = unwrapped(tmp_path / "in.ply", tmp_path / "out.ply")
+    before, after = unwrap_file(tmp_path / "in.ply", tmp_path / "out.ply")
     tables = after.extras.source.tables
     assert after.extras.source.comments == ["comment of a scanner"]
     assert (tables["face"]["label"].values == np.arange(len(F))).all()
@@ -78,17 +78,17 @@ def test_unusable_gltf_files_are_refused_with_a_reason(tmp_path: Path) -> None:
     text = {"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
             "nodes": [{"mesh": 0, "scale": [2] * 3}],
             "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]}  # fmt: skip
-    glb(path, text, [V.tobytes()])
+    write_glb(path, text, [V.tobytes()])
     with pytest.raises(MeshError, match="in V of vertices 2 are NaN or infinite"):
         unwrap(*read_mesh(path))
-    glb(path, text | {"asset": {"version": "1.0"}}, [V.tobytes()])
+    write_glb(path, text | {"asset": {"version": "1.0"}}, [V.tobytes()])
     with pytest.raises(MeshError, match=r"a glTF of version 1\.0: write it as glTF 2\.0"):
         read_mesh(path)
 
 
 def test_a_gltf_scene_survives_a_round_trip(tmp_path: Path) -> None:
-    scene(tmp_path / "in.glb")
-    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    write_scene(tmp_path / "in.glb")
+    before, after = unwrap_file(tmp_path / "in.glb", tmp_path / "out.glb")
     V, F = igl.icosahedron()
     assert len(before.polygons) == 20 + 9
     turned = V[F] + [1, 2, 3]
@@ -117,8 +117,8 @@ def test_a_gltf_scene_survives_a_round_trip(tmp_path: Path) -> None:
 
 def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
     pygltflib, trimesh = pytest.importorskip("pygltflib"), pytest.importorskip("trimesh")
-    scene(tmp_path / "in.glb")
-    unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    write_scene(tmp_path / "in.glb")
+    unwrap_file(tmp_path / "in.glb", tmp_path / "out.glb")
     assert [node.name for node in pygltflib.GLTF2().load(str(tmp_path / "out.glb")).nodes][1:] == [
         "here",
         "there",
@@ -132,7 +132,7 @@ def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
 def test_blender_opens_written_files(tmp_path: Path, suffix: str) -> None:
-    blender = python_of_blender()
+    blender = find_blender_python()
     V, F = quads()
     atlas = unwrap(V, F, progress=False)
     write_mesh(tmp_path / f"mesh{suffix}", V, F, atlas.TC, atlas.FTC)
@@ -211,7 +211,7 @@ def test_freesurfer_3mf_and_vtp_are_read(tmp_path: Path) -> None:
     poly.point_data["height"] = V[:, 2]
     poly.cell_data["label"] = np.arange(len(F))
     poly.save(tmp_path / "in.vtp")
-    before, after = unwrapped(tmp_path / "in.vtp", tmp_path / "out.vtp")
+    before, after = unwrap_file(tmp_path / "in.vtp", tmp_path / "out.vtp")
     assert np.allclose(corners(after), corners(before), atol=1e-6)
     again = pyvista.read(tmp_path / "out.vtp")
     assert np.allclose(again.point_data["height"], again.points[:, 2], atol=1e-6)
@@ -223,7 +223,7 @@ def test_vtp_colours_and_normals_are_read_and_warnings_point_at_the_caller(tmp_p
     ball = pyvista.Icosphere(nsub=1).compute_normals(cell_normals=False, split_vertices=False)
     ball.point_data["shade"] = (np.arange(ball.n_points * 3) % 256).reshape(-1, 3).astype(np.uint8)
     ball.save(tmp_path / "ball.vtp")
-    before, after = unwrapped(tmp_path / "ball.vtp", tmp_path / "ball.glb")
+    before, after = unwrap_file(tmp_path / "ball.vtp", tmp_path / "ball.glb")
     for mesh in (before, after):
         assert mesh.colours is not None
         corners = mesh.V[mesh.polygons.corners]
@@ -259,7 +259,7 @@ def test_damaged_files_are_refused_in_one_sentence(tmp_path: Path, name: str) ->
     V, F = igl.icosahedron()
     path = tmp_path / name
     if name == "scene.glb":
-        scene(path)
+        write_scene(path)
     elif name == "box.vtp":
         pytest.importorskip("pyvista").Box().save(path)
     elif name == "two.3mf":
@@ -306,8 +306,8 @@ def test_a_mirrored_mesh_keeps_its_orientation(scale: list[float], tmp_path: Pat
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
         "accessors": accessors,
     }
-    glb(tmp_path / "in.glb", text, [V.astype("<f4").tobytes(), F.astype("<u4").tobytes()])
-    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    write_glb(tmp_path / "in.glb", text, [V.astype("<f4").tobytes(), F.astype("<u4").tobytes()])
+    before, after = unwrap_file(tmp_path / "in.glb", tmp_path / "out.glb")
     for mesh in (before, after):
         np.testing.assert_allclose(mesh.V.mean(axis=0), np.array([3, 0, 0]) * scale, atol=1e-6)
         a, b, c = (mesh.V[mesh.triangles] - mesh.V.mean(axis=0)).transpose(1, 0, 2)
@@ -319,7 +319,7 @@ def test_units_scale_the_node_of_a_glb(tmp_path: Path) -> None:
     pytest.importorskip("networkx")
     trimesh = pytest.importorskip("trimesh")
     trimesh.creation.box(extents=[200, 100, 50]).export(tmp_path / "box.3mf")
-    before, after = unwrapped(tmp_path / "box.3mf", tmp_path / "box.glb")
+    before, after = unwrap_file(tmp_path / "box.3mf", tmp_path / "box.glb")
     assert before.extras.units == "millimeter"
     assert np.allclose(np.ptp(after.V, axis=0), [0.2, 0.1, 0.05])
 

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import best_fit_distance, bumps, load
-from own_measures import exactly_flipped
+from own_measures import count_flipped_exactly
 
 from igl_linabf import ChartOptions, Isometric, flatten, flatten_many, isometric, quality, unwrap
 from igl_linabf.cli import main
@@ -28,7 +28,7 @@ def symmetric_dirichlet(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> float:
     return float(np.sqrt(large * small) / 2)
 
 
-def by_slim(V: np.ndarray, F: np.ndarray, start: np.ndarray, iterations: int) -> np.ndarray:
+def flatten_with_slim(V: np.ndarray, F: np.ndarray, start: np.ndarray, iterations: int) -> np.ndarray:
     """Return the map of igl's SLIM for the symmetric Dirichlet energy."""
     arrays = [np.asfortranarray(a) for a in (V, F.astype(np.int32), start)]
     nothing = np.zeros(0, dtype=np.int32), np.zeros((0, 2), order="F")
@@ -41,7 +41,7 @@ def edge_lengths(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     return np.linalg.norm(V[a] - V[b], axis=1)
 
 
-def stretched_start(mesh: Mesh) -> np.ndarray:
+def embed_in_circle(mesh: Mesh) -> np.ndarray:
     """Return an embedding in a circle, a valid start far from an isometry."""
     return next(on_circle(mesh.topology, Solvers()))
 
@@ -53,7 +53,7 @@ def test_isometric_maps_have_no_flips_and_less_stretch(name: str) -> None:
     assert result.outcome.good, result.message
     assert result.report.layout == "isometric"
     assert str(result.report.attempts[-1]) == "isometric (no flips)"
-    assert len(result.flipped) == exactly_flipped(result.uv, F) == 0
+    assert len(result.flipped) == count_flipped_exactly(result.uv, F) == 0
     ours, theirs = quality(V, F, result.uv), quality(V, F, angles.uv)
     assert ours.stretch_l2 < theirs.stretch_l2
     assert ours.area_distortion < theirs.area_distortion
@@ -69,7 +69,7 @@ def test_the_symmetric_dirichlet_energy_is_below_that_of_slim(name: str) -> None
     energy = symmetric_dirichlet(V, F, coordinates(made.z))
     assert made.stalled
     assert energy == pytest.approx(made.energy, rel=1e-6)
-    assert energy <= symmetric_dirichlet(V, F, by_slim(V, F, coordinates(start), 30)) * (1 + 1e-5)
+    assert energy <= symmetric_dirichlet(V, F, flatten_with_slim(V, F, coordinates(start), 30)) * (1 + 1e-5)
 
 
 @pytest.mark.parametrize("weight", [0.5, 1, 1.5, 4])
@@ -78,7 +78,7 @@ def test_a_flat_mesh_is_reproduced_from_a_distant_start(weight: float) -> None:
     V = V * [1, 1, 0]
     assert best_fit_distance(flatten(V, F, method=Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
     mesh = planar_mesh(V, F)
-    made = make_isometric(mesh, stretched_start(mesh), weight, None, Solvers())
+    made = make_isometric(mesh, embed_in_circle(mesh), weight, None, Solvers())
     assert best_fit_distance(coordinates(made.z), V[:, :2]) < 1e-4
 
 
@@ -87,7 +87,7 @@ def test_a_developable_surface_is_mapped_isometrically_from_a_distant_start() ->
     _, F = igl.triangulated_grid(41, 11)
     V = np.column_stack((np.cos(x.ravel()), np.sin(x.ravel()), y.ravel()))
     mesh = planar_mesh(V, F)
-    made = make_isometric(mesh, stretched_start(mesh), 1.0, None, Solvers())
+    made = make_isometric(mesh, embed_in_circle(mesh), 1.0, None, Solvers())
     assert np.allclose(edge_lengths(coordinates(made.z), F), edge_lengths(V, F), rtol=1e-4)
 
 
@@ -161,7 +161,7 @@ def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
 def test_the_energy_is_within_the_tolerance_of_its_minimum(name: str, weight: float) -> None:
     V, F = load(name)
     mesh = planar_mesh(V, F)
-    for start in (complex_positions(flatten(V, F).uv), stretched_start(mesh)):
+    for start in (complex_positions(flatten(V, F).uv), embed_in_circle(mesh)):
         least = make_isometric(mesh, start, weight, None, Solvers()).energy
         for tol in (0.02, 0.005, 0.001):
             made = make_isometric(mesh, start, weight, None, Solvers(), tol)

@@ -12,7 +12,7 @@ from commands import run
 from conftest import load
 from hard_surfaces import box
 from hostile_meshes import check_any, check_atlas
-from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
+from nasty_meshes import NASTY, band, concatenate_surfaces, merge_equal_vertices, sheet, soup, sphere
 
 from igl_linabf import (
     ChartOptions,
@@ -126,7 +126,7 @@ def test_separate_sides_of_a_closed_surface_are_welded_on_default() -> None:
     normal = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     side = np.round(normal) @ [1, 2, 3]
-    apart = joined(*(igl.remove_unreferenced(V, F[side == k])[:2] for k in np.unique(side)))
+    apart = concatenate_surfaces(*(igl.remove_unreferenced(V, F[side == k])[:2] for k in np.unique(side)))
     atlas = unwrapped(*apart)
     assert [repair.kind for repair in atlas.report.repairs] == ["welded"]
     assert len(atlas.charts) == 1
@@ -136,10 +136,10 @@ def test_separate_sides_of_a_closed_surface_are_welded_on_default() -> None:
     assert len(unwrapped(apart[0], turned).charts) == 1
     V, F = sphere()
     octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
-    apart = joined(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
+    apart = concatenate_surfaces(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
     assert len(unwrapped(*apart).charts) == 1
     assert len(unwrap(*apart, weld=False).charts) == 8
-    beside = joined(*((box(1, 1, 1)[0] + [k, 0, 0], box(1, 1, 1)[1]) for k in range(5)))
+    beside = concatenate_surfaces(*((box(1, 1, 1)[0] + [k, 0, 0], box(1, 1, 1)[1]) for k in range(5)))
     assert len(unwrap(*beside).charts) == 5
 
 
@@ -173,7 +173,7 @@ def test_equal_positions_are_welded_where_most_of_the_boundary_coincides(loose: 
     V, F = sphere()
     body, faces = igl.triangulated_grid(20, 20)
     body = np.column_stack((body + 3, np.zeros(len(body))))
-    both = joined((body, faces), soup(V, F[:loose]))
+    both = concatenate_surfaces((body, faces), soup(V, F[:loose]))
     cleaned = clean(*both)
     assert ("welded" in [repair.kind for repair in cleaned.repairs]) == welded
     places = len(np.unique(F[:loose])) if welded else 3 * loose
@@ -344,7 +344,9 @@ def test_randomly_damaged_meshes_are_repaired() -> None:
 def test_the_command_repairs_a_soup_unless_it_is_strict(tmp_path) -> None:
     V, F = sphere()
     mesh, out = tmp_path / "in.obj", tmp_path / "out.obj"
-    igl.write_triangle_mesh(str(mesh), *merged(*joined((V, F), (V + np.array([3, 0, 0]), F))))
+    igl.write_triangle_mesh(
+        str(mesh), *merge_equal_vertices(*concatenate_surfaces((V, F), (V + np.array([3, 0, 0]), F)))
+    )
     V, F = igl.read_triangle_mesh(str(mesh))
     F[7] = F[7, ::-1]
     igl.write_triangle_mesh(str(mesh), V, F)

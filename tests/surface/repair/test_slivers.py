@@ -18,7 +18,7 @@ from igl_linabf.flattening import Outcome
 from igl_linabf.surface import planar_topology
 
 
-def with_points(kind: str, eps: float, count: int) -> Surface:
+def insert_points(kind: str, eps: float, count: int) -> Surface:
     """Split random faces at a point that is `eps` from an edge ("caps") or from a corner ("needles")."""
     V, F = load("bumps")
     chosen = np.random.default_rng(0).choice(len(F), count, replace=False)
@@ -38,7 +38,7 @@ def test_thin_triangles_are_flattened_as_well_as_others(
     kind: str, eps: float, count: int, method: str
 ) -> None:
     plain = flatten(*load("bumps"), method=method)
-    V, F = with_points(kind, eps, count)
+    V, F = insert_points(kind, eps, count)
     assert igl.internal_angles(V, F).min() < eps
     result = flatten(V, F, method=method)
     assert result.outcome.good
@@ -50,7 +50,7 @@ def test_thin_triangles_are_flattened_as_well_as_others(
 @pytest.mark.parametrize("method", ["linabf", "abf"])
 @pytest.mark.parametrize("eps", [1e-8, 1e-10, 1e-12])
 def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> None:
-    V, F = with_points("caps", eps, 40)
+    V, F = insert_points("caps", eps, 40)
     with pytest.warns(MeshWarning, match="rad of pi"):
         result = flatten(V, F, method=method)
     assert result.outcome.good
@@ -71,7 +71,7 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
 
 @pytest.mark.parametrize("eps", [1e-12, 1e-9])
 def test_needles_of_any_length_are_flattened(eps: float) -> None:
-    V, F = with_points("needles", eps, 40)
+    V, F = insert_points("needles", eps, 40)
     for method in ("linabf", "abf"):
         result = flatten(V, F, method=method)
         assert result.outcome.good
@@ -80,7 +80,7 @@ def test_needles_of_any_length_are_flattened(eps: float) -> None:
 
 def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
     """The diagonal of S is compared with rational arithmetic, where P = diag(w) - w w^T / d."""
-    V, F = with_points("caps", 1e-7, 40)
+    V, F = insert_points("caps", 1e-7, 40)
     topology = planar_topology(F, np.arange(len(V)))
     alpha = igl.internal_angles(V, F).T
     constraints = build_constraints(topology)
@@ -114,7 +114,7 @@ def test_faces_of_zero_area_are_rejected_and_named() -> None:
 
 @pytest.mark.parametrize("name", ["lscm", "scp"])
 def test_other_methods_report_caps_that_they_cannot_flatten(name: str) -> None:
-    V, F = with_points("caps", 1e-10, 40)
+    V, F = insert_points("caps", 1e-10, 40)
     with pytest.raises(MeshError, match="double precision"):
         flatten(V, F, method=name)
 
@@ -123,14 +123,14 @@ def test_other_methods_report_caps_that_they_cannot_flatten(name: str) -> None:
 def test_caps_do_not_hold_the_isometric_map_back(eps: float) -> None:
     V, F = load("bumps")
     expected = quality(V, F, flatten(V, F, method="isometric").uv).stretch_l2
-    V, F = with_points("caps", eps, 40)
+    V, F = insert_points("caps", eps, 40)
     with pytest.warns(MeshWarning, match="rad of pi"):
         result = flatten(V, F, method="isometric")
     assert result.outcome.good
     assert quality(V, F, result.uv).stretch_l2 < expected + 1e-3
 
 
-def lone(height: float, kind: str, centre: float) -> Surface:
+def add_thin_triangle(height: float, kind: str, centre: float) -> Surface:
     """Return a disk and a separate thin triangle with a side of length 1, which is rotated at random."""
     V, F = load("bumps")
     foot = 0.4 if kind == "cap" else 0.0
@@ -144,7 +144,7 @@ def lone(height: float, kind: str, centre: float) -> Surface:
 def test_a_separate_thin_triangle_becomes_a_chart_of_its_shape(kind: str, method: str) -> None:
     for height in (1e-6, 1e-9, 1e-12, 1e-14, 3e-15):
         for centre in (0.0, 1e5):
-            V, F = lone(height, kind, centre)
+            V, F = add_thin_triangle(height, kind, centre)
             with warnings.catch_warnings():
                 # warnings of repairs far from the origin, and of the fallback of SCP
                 warnings.simplefilter("ignore")
