@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import best_fit_distance, load, read_pixels
-from read_pixels import count_square_changes, find_colour, locate_in_colour_map
+from pixels import count_square_changes, find_colour, locate_in_colour_map
 
 from igl_linabf import Cones, MeshError, cut, distortion, flatten, linabf, unwrap
 from igl_linabf.plot import (

@@ -17,7 +17,7 @@ import pyvista as pv
 from conftest import load, read_pixels
 from high_curvature import crown, rings
 from own_measures import measure_circle_error
-from read_pixels import count_square_changes, find_colour, locate_in_colour_map
+from pixels import count_square_changes, find_colour, locate_in_colour_map
 
 from igl_linabf import MeshError
 from igl_linabf.io import read_texture

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import FOLDER, ROOT, load, read_pixels
-from read_pixels import measure_colour_share
+from pixels import measure_colour_share
 from scripts_of_repo import run
 
 from igl_linabf.flattening import other_programs as peers

@@ -18,7 +18,7 @@ import pytest
 import pyvista as pv
 from conftest import ROOT, load, read_pixels
 from documented import read_reference, resolve
-from read_pixels import count_square_changes, find_colour
+from pixels import count_square_changes, find_colour
 
 import igl_linabf
 from igl_linabf.plot import DARK, LIGHT
