@@ -19,7 +19,7 @@ from meshes import brain, load_shared_meshes
 
 from igl_linabf import FallbackWarning, LinABF, MeshWarning, flatten, quality
 from igl_linabf.flattening import Flattening
-from igl_linabf.layouts import injective
+from igl_linabf.layouts import make_injective
 from igl_linabf.linalg import Solvers
 from igl_linabf.plot import fit
 from igl_linabf.surface import complex_positions, normalize_placement, planar_mesh
@@ -77,7 +77,7 @@ def print_starts() -> None:
         maps += [rng.normal(size=maps[0].shape) for _ in range(5)]
         distortion, flips = [], 0
         for uv in maps:
-            result = injective(
+            result = make_injective(
                 mesh,
                 complex_positions(uv),
                 lambda z, m=mesh: normalize_placement(m.topology, z, m.area),

@@ -49,11 +49,11 @@ NEVER = 10**9
 Patch = tuple[Any, str, Any]  # (module, name in the module, replacement)
 MECHANISMS: dict[str, tuple[Patch, ...]] = {
     "slivers corrected": (
-        (preconditioner, "SLIVER", np.inf),
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", np.inf),
+        (preconditioner, "MIN_SLIVER_RATIO", np.inf),
+        (preconditioner, "MIN_SLIVER_RATIO_OF_SMALL_SYSTEM", np.inf),
     ),
     "another ratio of slivers for small systems": (
-        (preconditioner, "SLIVER_OF_SMALL_SYSTEM", preconditioner.SLIVER),
+        (preconditioner, "MIN_SLIVER_RATIO_OF_SMALL_SYSTEM", preconditioner.MIN_SLIVER_RATIO),
     ),
     "conformal corrections": (
         (conformal_corrections, "correct_conformally", lambda state, *_: state),

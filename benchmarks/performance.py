@@ -40,7 +40,7 @@ from scipy.stats import bootstrap
 
 import igl_linabf as il
 from igl_linabf._core import BUILD
-from igl_linabf.flattening import bare_lscm, other_programs
+from igl_linabf.flattening import make_lscm_call, other_programs
 from igl_linabf.linalg import has_cholmod
 from igl_linabf.surface import planar_mesh
 
@@ -78,7 +78,7 @@ def make_calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
     """Return the calls to be timed, by the name of the method."""
     flattener = il.Flattener(F)
     methods: dict[str, Call] = {
-        "igl.lscm": bare_lscm(planar_mesh(V, F)),
+        "igl.lscm": make_lscm_call(planar_mesh(V, F)),
         "linabf": partial(il.flatten, V, F),
         "abf": partial(il.flatten, V, F, method="abf"),
         "the next of a Flattener": partial(flattener.flatten, V),
@@ -137,7 +137,9 @@ def print_growth(name: str, what: str) -> None:
         (mesh,) = (mesh for mesh in load_shared_meshes("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = split_triangles(mesh, isqrt(pieces))
         small = disk(4_000, 0)
-        call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, method=what)
+        call = {"igl.lscm": make_lscm_call(planar_mesh(V, F))}.get(what) or partial(
+            il.flatten, V, F, method=what
+        )
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method=method)  # warm-up, which includes lazy imports
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # reset the peak memory of the process

@@ -21,7 +21,7 @@ from obtuse import F as OBTUSE_F
 from obtuse import obtuse
 
 from igl_linabf import LinABF, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
-from igl_linabf.flattening import bare_lscm, medians
+from igl_linabf.flattening import make_lscm_call, median_times
 from igl_linabf.flattening import other_programs as peers
 from igl_linabf.surface import planar_mesh
 
@@ -108,9 +108,9 @@ def make_row(name: str, mesh: Mesh, repeat: int, programs: list[str]) -> tuple[f
     """Return the time ratio of ABF to linear ABF, the deviation of F/3nt, and the row of the table."""
     _, V, F = mesh
     checked = planar_mesh(V, F)
-    calls = [bare_lscm(checked), partial(abf, V, F), partial(linabf, V, F, iterations=1)]
-    medians(calls, 1)  # warm-up: not timed
-    lscm, converged, linear = medians(calls, repeat)
+    calls = [make_lscm_call(checked), partial(abf, V, F), partial(linabf, V, F, iterations=1)]
+    median_times(calls, 1)  # warm-up: not timed
+    lscm, converged, linear = median_times(calls, repeat)
     exact, one = (quality(V, F, uv).angle_distortion for uv in (abf(V, F), linabf(V, F, iterations=1)))
     cells = [
         name,

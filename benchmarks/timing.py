@@ -17,9 +17,9 @@ from pathlib import Path
 from meshes import Mesh, brain, load_shared_meshes, subdivide
 
 from igl_linabf import LinABF, flatten, linabf
-from igl_linabf.flattening import bare_lscm, medians
+from igl_linabf.flattening import make_lscm_call, median_times
 from igl_linabf.io import read_mesh
-from igl_linabf.linalg import blas_of_cholmod
+from igl_linabf.linalg import find_cholmod_blas
 from igl_linabf.surface import planar_mesh
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -50,17 +50,17 @@ def main() -> None:
     options = parser.parse_args()
     by_cholmod = options.solver == "cholmod"
     print(
-        f"CHOLMOD uses the BLAS library {blas_of_cholmod() or '(unknown)'}.\n"
+        f"CHOLMOD uses the BLAS library {find_cholmod_blas() or '(unknown)'}.\n"
         if by_cholmod
         else "The times of this section are measured without CHOLMOD.\n"
     )
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in choose_meshes(options):
-        bare = bare_lscm(planar_mesh(V, F))
+        bare = make_lscm_call(planar_mesh(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
-        medians(calls, 1)  # warm-up: not timed
-        ours, theirs = medians(calls, options.repeat)
+        median_times(calls, 1)  # warm-up: not timed
+        ours, theirs = median_times(calls, options.repeat)
         results = [flatten(V, F, method=LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())

@@ -14,7 +14,7 @@ from functools import partial
 from meshes import crown, load_shared_meshes
 
 from igl_linabf import LinABF, OutcomeWarning, abf, flatten, linabf, quality
-from igl_linabf.flattening import bare_lscm, medians
+from igl_linabf.flattening import make_lscm_call, median_times
 from igl_linabf.surface import planar_mesh
 
 
@@ -36,9 +36,9 @@ def main() -> None:
             partial(linabf, V, F, iterations=12),
             partial(abf, V, F),
         ]
-        calls = [bare_lscm(planar_mesh(V, F)), *runs]
-        medians(calls, 1)  # warm-up: not timed
-        lscm, *times = medians(calls, options.repeat)
+        calls = [make_lscm_call(planar_mesh(V, F)), *runs]
+        median_times(calls, 1)  # warm-up: not timed
+        lscm, *times = median_times(calls, options.repeat)
         results = [flatten(V, F, method="lscm")]
         results += [flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
         results += [flatten(V, F, method="abf")]

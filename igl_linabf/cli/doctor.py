@@ -4,7 +4,7 @@ import platform
 from importlib import metadata
 
 from .._core import BUILD
-from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
+from ..linalg import HOW_TO_GET, find_cholmod_blas, has_cholmod
 from .jobs import ExitCode
 
 NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
@@ -28,7 +28,7 @@ def print_versions() -> ExitCode:
     for extra, packages in EXTRAS.items():
         print(f"  {extra}: {', '.join(f'{name} {version(name)}' for name in packages)}")
     if has_cholmod():
-        print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
+        print(f"CHOLMOD: yes, with {find_cholmod_blas() or 'an unknown BLAS'}")
     else:
         print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {HOW_TO_GET}")
     print(f"Core: built for {BUILD}")

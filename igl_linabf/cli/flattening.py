@@ -26,7 +26,7 @@ from ..io import (
     writing_tifxyz,
 )
 from ..layouts import LayoutName
-from ..linalg import SolverName, gigabytes
+from ..linalg import SolverName, format_gigabytes
 from ..measures import RINGS, format_pair_count, quality, table
 from ..scrolls import FlatSegment, flatten_segment, memory_needed
 from .arguments import (
@@ -265,7 +265,7 @@ def flatten_scroll(
         with progress_part("reading", PROGRESS["reading"]):
             segment = read_tifxyz(job.mesh)
         if not silent:
-            needed = gigabytes(memory_needed(segment))
+            needed = format_gigabytes(memory_needed(segment))
             print(f"{segment.valid.sum():,} points, which take about {needed} of memory", file=sys.stderr)
         with progress_part("flattening", PROGRESS["computing"]):
             flat = flatten_segment(segment, method=method, up=up, pieces=pieces)

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from ..measures import distortion
-from ..surface import Submesh, sum_by
+from ..surface import Submesh, sum_by_index
 from ..textures import find_covered_texels
 from .flat_hemispheres import FlatHemisphere
 
@@ -30,9 +30,9 @@ def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
         distortion(surface.V, surface.F, flat.uv[surface.vertices], "area"), neginf=-20.0
     )
     n = len(V)
-    around = sum_by(F.ravel(), np.ones(F.size), n)
+    around = sum_by_index(F.ravel(), np.ones(F.size), n)
     with np.errstate(invalid="ignore"):
-        return np.asarray(sum_by(F.ravel(), np.repeat(of_faces, 3), n) / around)
+        return np.asarray(sum_by_index(F.ravel(), np.repeat(of_faces, 3), n) / around)
 
 
 def compute_mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:

@@ -5,9 +5,9 @@ Linear ABF follows Zayer, Levy, Seidel 2007. ABF, LSCM, SCP, DNCP and one step o
 comparison.
 """
 
-from .baselines import bare_lscm, far_pins
+from .baselines import find_far_pins, make_lscm_call
 from .boundary_shapes import BoundaryName
-from .comparison import Comparison, Entry, compare, medians
+from .comparison import Comparison, Entry, compare, median_times
 from .flattener import Flattener
 from .functions import Fit, abf, flatten, isometric, linabf, linabf_angles, lscm
 from .many_meshes import flatten_batch, flatten_many

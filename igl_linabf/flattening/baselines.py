@@ -45,7 +45,7 @@ SCP_SIZE = 1 / 32  # square root of the area to which a surface is scaled for th
 def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """Run `igl.lscm`, with two distant boundary vertices as the default pins."""
     start = perf_counter()
-    b, bc = pinned or far_pins(mesh)
+    b, bc = pinned or find_far_pins(mesh)
     try:
         uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
     except RuntimeError:
@@ -83,7 +83,7 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
     It equals the least-squares layout of the angles of the surface, and has the energy and minimiser of LSCM.
     """
     start = perf_counter()
-    b, bc = pinned or far_pins(mesh)
+    b, bc = pinned or find_far_pins(mesh)
     cot = mesh.dot / mesh.double_area
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
@@ -92,7 +92,7 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
     return _result_of_map("dncp", mesh, z, name, start, pinned)
 
 
-def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
+def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     """Take a single Newton step of ABF++ (Sheffer et al. 2005), the nonlinear problem in angles.
 
     At zero multipliers, the Hessian is diag(2 / alpha_0^2). Therefore, the step is the least-norm solution of
@@ -119,16 +119,16 @@ def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     return add_layout(problem, StageResult("linear step", state))
 
 
-def far_pins(mesh: Mesh) -> Pins:
+def find_far_pins(mesh: Mesh) -> Pins:
     """Return the default pins: the most distant pair of vertices that halve the length of the outer loop."""
     loop = mesh.topology.loops[0]
     return loop[find_far_points(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
 
 
-def bare_lscm(mesh: Mesh) -> Callable[[], object]:
+def make_lscm_call(mesh: Mesh) -> Callable[[], object]:
     """Return a function that calls `igl.lscm` with given pins; its time is the unit of reported times."""
     faces = mesh.faces
-    b, bc = far_pins(mesh)
+    b, bc = find_far_pins(mesh)
     return lambda: igl.lscm(mesh.V, faces, b, bc)
 
 

@@ -19,7 +19,7 @@ from ..angles import (
     limit_obtuse_angles,
     step_and_chord,
 )
-from ..layouts import GAP, develop_boundary, flatten_isometrically, harmonic
+from ..layouts import MAX_BOUNDARY_GAP, develop_boundary, flatten_isometrically, harmonic_map
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
     Disks,
@@ -32,7 +32,7 @@ from ..surface import (
 )
 from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton
 from .methods import Isometric, LinABF
-from .result import Attempt, Findings, Flattening, Residuals, Status, judge
+from .result import Attempt, Findings, Flattening, Residuals, Status, determine_outcome
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +87,12 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         np.errstate(divide="ignore", invalid="ignore"),
     ):  # disks that are not solved well have invalid angles; their maps are discarded
         boundary = develop_boundary(constraints, at.residual)
-        z, solver = harmonic(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
+        z, solver = harmonic_map(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
         areas = signed_double_areas(z, topology.corner)
         scale = np.abs(areas)
         z = normalize_maps(z, topology.corner, scale, disks.area, vertices.start, faces.start)
         scale /= disks.double_area
-    good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= GAP)
+    good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= MAX_BOUNDARY_GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # `flatten` warns of caps
     return LinearBatch(
         disks=disks,
@@ -137,7 +137,7 @@ def isometric_maps(
         first = linear.report.attempts[-1].name
         how = describe_newton(int(steps[k]), f"the map of the {first}", float(energy[k]))
         residuals = Residuals(*after[k].tolist())
-        outcome, message = judge(
+        outcome, message = determine_outcome(
             Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)
         )
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])

@@ -17,7 +17,7 @@ BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
 CORNER_WINDOW = 0.02  # half width of the window in which a corner turns, relative to the boundary length
 
-HELP = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
+SPLIT_CHORDS_HINT = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,14 +175,14 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
             f"the angles at vertices {some(vertices[bad])} cannot be so large (at vertex {vertices[first]} "
             f"{sums[first]:.4f} rad, and each of its {faces[first]} faces has less than pi)"
             + (": they are ears, with one face" if (faces[bad] == 1).all() else "")
-            + f"; make them corners, or split the edges opposite to them: {HELP}"
+            + f"; make them corners, or split the edges opposite to them: {SPLIT_CHORDS_HINT}"
         )
     parts = list(_chords_without_area(topology, sums))
     if parts:
         where = [vertices[[a, b]].tolist() for a, b in parts]
         raise MeshError(
             f"the edges between boundary vertices {some(where)} cut off parts of the mesh that would have no "
-            f"area, as the boundary does not turn around them: choose other corners; {HELP}"
+            f"area, as the boundary does not turn around them: choose other corners; {SPLIT_CHORDS_HINT}"
         )
 
 

@@ -19,7 +19,7 @@ from ..errors import FallbackWarning, is_number, stack_level
 from ..measures import Quality, quality
 from ..surface import planar_mesh, scatter
 from . import other_programs
-from .baselines import bare_lscm
+from .baselines import make_lscm_call
 from .boundary_shapes import BoundaryName
 from .functions import flatten
 from .methods import Method, resolve_method
@@ -162,13 +162,13 @@ def compare(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the first runs have already issued all warnings
         mesh = planar_mesh(V, F, outer)
-        calls: list[Callable[[], object]] = [bare_lscm(mesh)]
+        calls: list[Callable[[], object]] = [make_lscm_call(mesh)]
         calls += [
             partial(flatten, V, F, method=method, progress=False, **given)
             for method, given in zip(chosen, options, strict=True)
         ]
         calls[0]()
-        base, *seconds = medians(calls, repeat)
+        base, *seconds = median_times(calls, repeat)
     entries = {}
     for method, result, taken in zip(chosen, first, seconds, strict=True):
         taken = base if method.name == "lscm" else taken
@@ -187,7 +187,7 @@ def compare(
     return Comparison(entries, first[0].F)
 
 
-def medians(
+def median_times(
     calls: Sequence[Callable[[], object]], repeat: int, clock: Callable[[], float] = perf_counter
 ) -> list[float]:
     """Return the median time of each call in seconds. The calls run in turn, `repeat` times each."""

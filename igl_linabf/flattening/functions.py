@@ -44,8 +44,8 @@ from .result import Flattening, Guarantee, Outcome
 Fit = Literal["area", "lengths"]
 
 FIT_SOURCES = 250  # number of vertices from which distances are measured for fit="lengths"
-LEAST_UP = 0.01  # smallest length of the mean image of the unit direction `up` that can turn the map
-MIRRORED = 0.9  # pins are mirrored if this share of their triangles has reversed orientation
+MIN_UP_LENGTH = 0.01  # smallest length of the mean image of the unit direction `up` that can turn the map
+MIRRORED_SHARE = 0.9  # pins are mirrored if this share of their triangles has reversed orientation
 MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins whose orientation is checked
 
 
@@ -540,7 +540,7 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
         for z in (complex_positions(LinABF().run(mesh, None).uv)[index], complex_positions(positions))
     )
     turned, size = np.count_nonzero(of_map * of_pins < 0), np.count_nonzero(of_map * of_pins)
-    if size and turned >= MIRRORED * size:
+    if size and turned >= MIRRORED_SHARE * size:
         raise MeshError(
             f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
             "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "
@@ -602,7 +602,7 @@ def _turn_upright(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:
     along, area = mapped_direction(mesh.V, z, mesh.topology.corner.T, up)
     mean = complex(along @ area / area.sum())
     size = np.sqrt(np.abs(signed_double_areas(z, mesh.topology.corner)).sum() / area.sum() / 2)
-    if not abs(mean) > LEAST_UP * size:
+    if not abs(mean) > MIN_UP_LENGTH * size:
         said = f"up is {up.tolist()}, which points nowhere on this surface: the map is not turned"
         warnings.warn(f"{said}; give another direction", MeshWarning, stacklevel=stack_level())
         return uv

@@ -23,10 +23,19 @@ from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
 from .functions import flatten, least_stretch
 from .methods import STAGES, Isometric, LinABF, Method, resolve_method
-from .result import NO_INDICES, Attempt, Findings, Flattening, FlatteningReport, Residuals, Status, judge
+from .result import (
+    NO_INDICES,
+    Attempt,
+    Findings,
+    Flattening,
+    FlatteningReport,
+    Residuals,
+    Status,
+    determine_outcome,
+)
 
-LARGEST_TOGETHER = 10_000  # number of triangles of the largest mesh that shares its linear system
-TOGETHER = 4 * LARGEST_TOGETHER  # number of triangles at which a shared linear system is complete
+MAX_SHARED_FACES = 10_000  # number of triangles of the largest mesh that shares its linear system
+FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # number of triangles at which a shared linear system is complete
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -115,7 +124,7 @@ def flatten_many(
         raise ValueError(f"errors is {errors!r}: use 'raise' or 'return'")
     with show_progress(progress):
         made: list[Flattening | MeshError | None] = [None] * len(given)
-        arrays = [_arrays(mesh) for mesh in given]
+        arrays = [_check_arrays(mesh) for mesh in given]
         sound = [i for i, array in enumerate(arrays) if array is not None and boundary == "free"]
         together = flatten_batch([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
@@ -156,7 +165,7 @@ def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening 
         )
 
 
-def _arrays(mesh: object) -> Arrays | None:
+def _check_arrays(mesh: object) -> Arrays | None:
     """Return V and F as arrays that can be concatenated, or None if they are malformed."""
     try:
         V, F = cast(Arrays, mesh)
@@ -182,7 +191,7 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_batch(meshes, LinABF(solver=method.solver))
-        for group in _groups(meshes):
+        for group in _group_small_meshes(meshes):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
             for k, result in isometric_maps(chosen, [result for _, result in found], method):
@@ -191,22 +200,22 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    for results in map_in_threads(partial(_flatten_group, meshes, method=method), _groups(meshes)):
+    for results in map_in_threads(partial(_flatten_group, meshes, method=method), _group_small_meshes(meshes)):
         for place, result in results:
             made[place] = result
         advance("layout", 0.1)
     return made
 
 
-def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
+def _group_small_meshes(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
     """Yield the indices of small meshes in groups that share a linear system."""
     group: list[int] = []
     faces = 0
     for i, (_, F) in enumerate(meshes):
-        if len(F) <= LARGEST_TOGETHER:
+        if len(F) <= MAX_SHARED_FACES:
             group.append(i)
             faces += len(F)
-            if faces >= TOGETHER:
+            if faces >= FACES_PER_SYSTEM:
                 yield group
                 group, faces = [], 0
     if group:
@@ -252,7 +261,9 @@ def _results_of_batch(
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
         solver, reached = batch.solver if rows[k] else "none", last <= method.tol
-        outcome, message = judge(Findings("boundary", solver, ratio[k], NO_INDICES, last, converged=reached))
+        outcome, message = determine_outcome(
+            Findings("boundary", solver, ratio[k], NO_INDICES, last, converged=reached)
+        )
         share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
             uv=batch.uv[own],

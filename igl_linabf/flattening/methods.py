@@ -264,7 +264,9 @@ class OneStepABFpp(Method):
         with stopwatch(*STAGES) as seconds:
             options = ProblemOptions(self.layout, self.threshold, self.solver, safeguard=False)
             problem = initial_problem(mesh, options, pinned)
-            return build_result(problem, self.name, run_stages(problem, [baselines.newton_step]), seconds)
+            return build_result(
+                problem, self.name, run_stages(problem, [baselines.take_newton_step]), seconds
+            )
 
 
 @dataclass(frozen=True)

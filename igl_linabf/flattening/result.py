@@ -74,7 +74,7 @@ class Findings:
     pins: int = 0
 
 
-def judge(found: Findings) -> tuple[Outcome, str]:
+def determine_outcome(found: Findings) -> tuple[Outcome, str]:
     """Return the outcome and a sentence that explains it."""
     flipped, note = found.flipped, found.note
     fit = f"largest angle residual {found.residual:.1e}"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime import replacing
 from .._types import FloatArray
 from ..errors import MemoryLimitError, MeshError
-from ..linalg import fits
+from ..linalg import has_free_memory
 
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
 PIXEL_BYTES = 40  # memory per pixel while an image is read
@@ -49,7 +49,9 @@ def decode_image(data: bytes, name: str) -> FloatArray:
 
     try:
         with Image.open(BytesIO(data)) as file:
-            if not fits(PIXEL_BYTES * file.width * file.height):  # a small file may announce many pixels
+            if not has_free_memory(
+                PIXEL_BYTES * file.width * file.height
+            ):  # a small file may announce many pixels
                 raise MemoryLimitError(
                     f"{name} has {file.width} x {file.height} pixels, too many for the memory: scale it down"
                 )

@@ -5,9 +5,9 @@ Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); R
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
-from .boundary import Boundary, develop_boundary, harmonic
+from .boundary import Boundary, develop_boundary, harmonic_map
 from .choice import (
-    GAP,
+    MAX_BOUNDARY_GAP,
     Layout,
     LayoutName,
     LayoutOptions,
@@ -18,6 +18,6 @@ from .choice import (
     place_map,
 )
 from .conformal_energy import find_far_points, least_squares
-from .convex import on_circle
-from .greedy import greedy
-from .isometry import draw_to_pins, embed_in_boundary, flatten_isometrically, injective, make_isometric
+from .convex import embed_in_circle
+from .greedy import lay_out_greedily
+from .isometry import draw_to_pins, embed_in_boundary, flatten_isometrically, make_injective, make_isometric

@@ -49,7 +49,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     return Boundary(vertices, z, gaps)
 
 
-def harmonic(
+def harmonic_map(
     boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
     """Compute a map with harmonic coordinates inside the drawn boundaries.
@@ -71,7 +71,7 @@ def harmonic(
     # boundary vertices with a prescribed sum also have rows, which are not part of the Laplacian
     lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
-    rhs = pattern.pull(weight, z)
+    rhs = pattern.fixed_vertex_terms(weight, z)
     rhs[n:] = 0.0
     z[topology.interior] = complex_positions(factored.solve(rhs)[:n])
     return z, factored.name

@@ -31,13 +31,13 @@ from ..surface import (
     vertex_array,
     with_outer_loop,
 )
-from .boundary import Boundary, develop_boundary, harmonic
+from .boundary import Boundary, develop_boundary, harmonic_map
 from .conformal_energy import find_far_points, least_squares
-from .greedy import greedy
+from .greedy import lay_out_greedily
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
-GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "auto" accepts
+MAX_BOUNDARY_GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "auto" accepts
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
@@ -97,7 +97,7 @@ def lay_out(
     prescribed = not np.isnan(constraints.sums[rim]).all()
     solver = "none"
     if method == "auto":
-        draws = (gap <= GAP or prescribed) and not holes and not shape_is_pinned(pinned)
+        draws = (gap <= MAX_BOUNDARY_GAP or prescribed) and not holes and not shape_is_pinned(pinned)
         method = "boundary" if draws else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
@@ -106,7 +106,7 @@ def lay_out(
         )
     try:
         if method == "boundary":
-            z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
+            z, solver = harmonic_map(boundary, at, constraints, laplacian, solvers)
         elif method == "least-squares":
             ends = slice(None) if prescribed else find_far_points(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
@@ -114,7 +114,7 @@ def lay_out(
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
         else:
-            z = greedy(topology, at.alpha)
+            z = lay_out_greedily(topology, at.alpha)
     except NotPositiveDefiniteError:
         raise SingularSystemError(_describe_thinnest(method, at.alpha)) from None
     if pinned is None or method != "least-squares" or prescribed:

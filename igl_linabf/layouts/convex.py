@@ -15,7 +15,7 @@ MAX_EXPONENT = 600.0  # largest x in a weight exp(-x); double precision underflo
 PATCH_WIDTHS = (1, 2, 4, 8, 16, 32)  # numbers of rings of triangles around flipped triangles, tried in turn
 
 
-def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
+def embed_in_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
     """Embed the surface with its outer loop on a circle and its holes filled, one map for each decay rate.
 
     No triangle of the maps is flipped in exact arithmetic.
@@ -78,7 +78,7 @@ def _convex_combination(
     errors of the elimination. Return None if the system is singular in double precision.
     """
     a, b = topology.edges.T
-    depth = _depth(topology, np.flatnonzero(~free))
+    depth = _count_edges(topology, np.flatnonzero(~free))
     rate = min(decay, MAX_EXPONENT / max(2 * float(depth.max()), 1.0))
     weight = np.exp(-rate * (depth[a] + depth[b]))
     row = np.full(topology.n, -1)
@@ -91,11 +91,11 @@ def _convex_combination(
         factored = solvers.factor(lower)
     except NotPositiveDefiniteError:
         return None
-    x = factored.solve(pattern.pull(weight, held))
+    x = factored.solve(pattern.fixed_vertex_terms(weight, held))
     return np.where(free, np.append(x @ [1, 1j], 0)[row], z)
 
 
-def _depth(topology: Topology, sources: IntArray) -> np.ndarray:
+def _count_edges(topology: Topology, sources: IntArray) -> np.ndarray:
     """Return the number of edges from each vertex to the nearest of `sources`."""
     a, b = topology.edges.T
     ones = np.ones(len(a))

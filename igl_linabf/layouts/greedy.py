@@ -7,7 +7,7 @@ from .._types import ComplexArray, FloatArray
 from ..surface import Topology
 
 
-def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
+def lay_out_greedily(topology: Topology, alpha: FloatArray) -> ComplexArray:
     """Place one triangle after another over a breadth-first tree (section 5); errors accumulate.
 
     The seed is the triangle with the largest smallest angle. Among paths with the same number of triangles,

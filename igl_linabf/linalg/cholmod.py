@@ -11,7 +11,7 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, stack_level
 from .factors import Analysis, Factor
-from .scikit_sparse import Interface, interface_of
+from .scikit_sparse import CholmodInterface, select_interface
 
 SIMPLICIAL_ROWS = 25_000  # number of rows above which a supernodal factor is faster than a simplicial factor
 
@@ -44,8 +44,8 @@ class Cholmod(Analysis):
         if supernodal:
             _warn_of_slow_blas()
         # AMD for all sizes: METIS has less fill, but its analysis takes longer than the fill saves
-        mode, analyse = "supernodal" if supernodal else "simplicial", interface_of(cholmod)
-        self._symbolic: Interface | None = analyse(cholmod, self._lower, mode) if n else None
+        mode, analyse = "supernodal" if supernodal else "simplicial", select_interface(cholmod)
+        self._symbolic: CholmodInterface | None = analyse(cholmod, self._lower, mode) if n else None
 
     def factor(self, values: FloatArray) -> Factor:
         if self._symbolic is None:
@@ -68,7 +68,7 @@ def _expand_blocks(indptr: IntArray, indices: IntArray, block: int) -> tuple[Int
 @cache
 def _warn_of_slow_blas() -> None:
     """Warn, once per process, if CHOLMOD uses the slow reference BLAS."""
-    blas = blas_of_cholmod()
+    blas = find_cholmod_blas()
     if blas is not None and "reference" in blas:
         warnings.warn(
             f"CHOLMOD uses the {blas}, which is three times slower than OpenBLAS on meshes of this size: "
@@ -78,7 +78,7 @@ def _warn_of_slow_blas() -> None:
         )
 
 
-def blas_of_cholmod() -> str | None:
+def find_cholmod_blas() -> str | None:
     """Return the BLAS that CHOLMOD uses, according to the loaded libraries; None if the BLAS is unknown."""
     if not has_cholmod() or not os.path.exists("/proc/self/maps"):
         return None

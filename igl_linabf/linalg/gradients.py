@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._core import block_dots, cg_direction, cg_step
+from .._core import block_dots, cg_step, update_cg_direction
 from .._types import BoolArray, FloatArray, IntArray, Solve
 
 MAX_CG_STEPS = 300  # give up conjugate gradients, and factor the matrix instead
@@ -57,7 +57,7 @@ def conjugate_gradients(
             break
         z = precondition(r)
         rho = np.where(going, block_dots(start, r, z), 0.0)
-        cg_direction(start, rho, last, z, p)
+        update_cg_direction(start, rho, last, z, p)
         square = cg_step(start, rho, p, product(p), x, r)
         last = rho
         steps += going

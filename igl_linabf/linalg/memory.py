@@ -10,10 +10,10 @@ from ..errors import MemoryLimitError
 
 BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
 FILL = 4.5  # entries of the factor of a planar Laplacian with n rows, over n log2(n), benchmarks/memory.py
-UNASKED_BYTES = 2**25  # the free memory is only queried for larger allocations
+MIN_QUERIED_BYTES = 2**25  # the free memory is only queried for larger allocations
 
 
-def available() -> int | None:
+def free_memory() -> int | None:
     """Return the number of bytes that this process can still allocate, or None if it is unknown."""
     limits = [psutil.virtual_memory().available, _free_in_cgroup()]
     if sys.platform != "win32":
@@ -35,24 +35,24 @@ def factor_bytes(n: int, block: int = 1) -> int:
     return int(FILL * n * math.log2(max(n, 2)) * 8 * block**2)
 
 
-def fits(wanted: int) -> bool:
+def has_free_memory(wanted: int) -> bool:
     """Return True if `wanted` bytes are free."""
-    free = None if wanted <= UNASKED_BYTES else available()
+    free = None if wanted <= MIN_QUERIED_BYTES else free_memory()
     return free is None or wanted <= free
 
 
 def check_memory(faces: int, factor: int) -> None:
     """Raise a `MemoryLimitError` if a map of `faces` faces and a factor of `factor` bytes do not fit."""
     wanted = BYTES_PER_FACE * faces + factor
-    if not fits(wanted):
+    if not has_free_memory(wanted):
         raise MemoryLimitError(
-            f"{faces:,} faces take about {gigabytes(wanted)}, but only {gigabytes(available() or 0)} "
-            "are free: decimate the mesh (igl.qslim), cut it into parts (igl_linabf.cut), or use a machine "
-            "with more memory"
+            f"{faces:,} faces take about {format_gigabytes(wanted)}, but only "
+            f"{format_gigabytes(free_memory() or 0)} are free: decimate the mesh (igl.qslim), cut it into "
+            "parts (igl_linabf.cut), or use a machine with more memory"
         )
 
 
-def gigabytes(n: int) -> str:
+def format_gigabytes(n: int) -> str:
     """Format a number of bytes, for example as "1.5 GiB"."""
     return f"{n / 2**30:.2g} GiB"
 

@@ -15,7 +15,7 @@ from .factors import NotPositiveDefiniteError
 FAILED_COLUMN = re.compile(r"column (\d+)")  # the error has no attribute for the column
 
 
-class Interface(Protocol):
+class CholmodInterface(Protocol):
     """The symbolic analysis by CHOLMOD of a matrix, given by its lower triangle in CSC."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None: ...
@@ -25,12 +25,12 @@ class Interface(Protocol):
         ...
 
 
-def interface_of(cholmod: Any) -> type[Interface]:
+def select_interface(cholmod: Any) -> type[CholmodInterface]:
     """Return the class for the installed version of the module `sksparse.cholmod`."""
-    return CholeskyFactors if hasattr(cholmod, "CholeskyFactor") else Factors
+    return CholeskyFactorInterface if hasattr(cholmod, "CholeskyFactor") else AnalyzeInterface
 
 
-class Factors:
+class AnalyzeInterface:
     """The interface of scikit-sparse up to version 0.4: the function `analyze` and the class `Factor`."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:
@@ -47,7 +47,7 @@ class Factors:
         return lambda b: np.asarray(numeric.solve_A(b))
 
 
-class CholeskyFactors:
+class CholeskyFactorInterface:
     """The interface of scikit-sparse from version 0.5 on: the class `CholeskyFactor`."""
 
     def __init__(self, cholmod: Any, lower: sparse.csc_matrix, mode: str) -> None:

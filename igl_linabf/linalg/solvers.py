@@ -55,11 +55,11 @@ class Solvers:
         """
         rows = len(indptr) - 1
         wanted = memory.factor_bytes(rows, block)
-        if not memory.fits(wanted):
+        if not memory.has_free_memory(wanted):
             raise MemoryLimitError(
                 f"the factor of a system of {block * rows:,} rows would take about "
-                f"{memory.gigabytes(wanted)} of memory, which are not free: decimate the mesh (igl.qslim), "
-                "cut it into parts (igl_linabf.cut), or use a machine with more memory"
+                f"{memory.format_gigabytes(wanted)} of memory, which are not free: decimate the mesh "
+                "(igl.qslim), cut it into parts (igl_linabf.cut), or use a machine with more memory"
             )
         made = Cholmod if self.solver == "cholmod" else Cholesky
         return made(indptr, indices, block)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .._core import merge_regions, narrowest_turns
+from .._core import merge_regions, min_rectangle_rotations
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import compute_overlap_depths
 from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
@@ -175,7 +175,7 @@ def find_narrowest_turns(z: ComplexArray, piece: IntArray) -> ComplexArray:
     """Return the rotation of each piece that makes its smallest bounding rectangle horizontal."""
     order = np.argsort(piece, kind="stable")
     pieces = Ragged(np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
-    turn = narrowest_turns(z[order], pieces.start)
+    turn = min_rectangle_rotations(z[order], pieces.start)
     turned = z[order] * pieces.repeat(turn)
     wide, high = (pieces.max(x) - pieces.min(x) for x in (turned.real, turned.imag))
     return np.where(wide >= high, turn, 1j * turn)

@@ -5,7 +5,7 @@ their `Topology`, components and areas. `clean` turns an arbitrary set of triang
 The genus follows from the Euler-Poincare formula: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
-from .._core import NEXT, PREV, cycles, sum_by
+from .._core import NEXT, PREV, cycles, sum_by_index
 from .areas import find_faces_without_area, measure
 from .arrays import (
     Pins,

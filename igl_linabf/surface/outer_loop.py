@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._core import laplacian_entries, sum_by, symmetric_pattern
+from .._core import laplacian_entries, sum_by_index, symmetric_pattern
 from .._types import FloatArray, IntArray
 from ..linalg import Solvers
 from .topology import Topology
@@ -56,7 +56,7 @@ def _loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
     log_scale = _solve_dirichlet(topology, weight, bend)
     a, b = topology.edges.T
     flux = weight * (log_scale[b] - log_scale[a])
-    bend += sum_by(a, flux, topology.n) - sum_by(b, flux, topology.n)
+    bend += sum_by_index(a, flux, topology.n) - sum_by_index(b, flux, topology.n)
     return np.array([bend[loop].sum() for loop in topology.loops])
 
 

@@ -18,7 +18,7 @@ from .._core import (
     edge_sums,
     find_edges,
     is_connected,
-    sum_by,
+    sum_by_index,
 )
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
@@ -40,7 +40,7 @@ def face_components(F: IntArray, n: int) -> IntArray:
 
 def centres(of: IntArray, points: FloatArray) -> FloatArray:
     """Return the mean of the points (#P, dim) in each group, where `of` is the group of each point."""
-    total = np.stack([sum_by(of, x, int(of.max()) + 1) for x in points.T], axis=1)
+    total = np.stack([sum_by_index(of, x, int(of.max()) + 1) for x in points.T], axis=1)
     return np.asarray(total / np.bincount(of)[:, None])
 
 
@@ -113,7 +113,7 @@ class Topology:
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
-        return sum_by(self.corner.ravel(), values.ravel(), self.n)
+        return sum_by_index(self.corner.ravel(), values.ravel(), self.n)
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum values of half-edges, (3, #F), over the two sides of each edge."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import UDIM_ROW, Atlas, page_size
 from ..errors import MemoryLimitError, MeshError, is_number
-from ..linalg import available, fits, gigabytes
+from ..linalg import format_gigabytes, free_memory, has_free_memory
 from ..surface import vertex_array
 from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
 
@@ -133,11 +133,11 @@ def check_image_memory(size: Size, number: int, channels: int) -> None:
     """Raise a `MemoryLimitError` if `number` images of this size do not fit into memory."""
     texels = size[0] * size[1]
     wanted = BYTES_PER_VALUE * texels * channels * (number + (number > 1)) + BYTES_PER_TEXEL * texels
-    if not fits(wanted):
+    if not has_free_memory(wanted):
         each = "" if number == 1 else f"{number} images of "
         raise MemoryLimitError(
-            f"baking {each}{size[0]} x {size[1]} texels takes about {gigabytes(wanted)}, but only "
-            f"{gigabytes(available() or 0)} are free: use a smaller resolution"
+            f"baking {each}{size[0]} x {size[1]} texels takes about {format_gigabytes(wanted)}, but only "
+            f"{format_gigabytes(free_memory() or 0)} are free: use a smaller resolution"
         )
 
 

@@ -137,7 +137,7 @@ def split_arguments(arguments: str) -> list[str]:
 def test_output_arguments_are_never_copied() -> None:
     start, a = np.array([0, 2, 4]), np.arange(4.0)
     with pytest.raises(TypeError):
-        _core.cg_direction(start, np.ones(2), a, np.zeros(4, dtype=np.float32))
+        _core.update_cg_direction(start, np.ones(2), a, np.zeros(4, dtype=np.float32))
 
 
 def test_importing_the_package_loads_no_core_and_flattening_loads_one() -> None:

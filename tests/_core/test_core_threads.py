@@ -47,7 +47,7 @@ def test_sums_and_tables_of_long_arrays_are_correct() -> None:
     start = np.array([0, SHARED])
     np.testing.assert_allclose(_core.block_dots(start, x, y), [x @ y])
     p = y.copy()
-    _core.cg_direction(start, np.ones(1), np.full(1, 2.0), x, p)
+    _core.update_cg_direction(start, np.ones(1), np.full(1, 2.0), x, p)
     np.testing.assert_allclose(p, x + y / 2)
     alpha = rng.uniform(0.1, 3, (3, SHARED))
     np.testing.assert_allclose(_core.cotangents(alpha), 1 / np.tan(alpha), rtol=1e-9, atol=1e-9)

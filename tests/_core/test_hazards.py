@@ -83,7 +83,7 @@ def test_more_nodes_than_a_packed_pair_can_store_are_refused() -> None:
         lambda: _core.find_edges(corner, n),
         lambda: _core.group_sides(none, none, n),
         lambda: _core.symmetric_pattern(np.zeros((2, 0), dtype=np.int64), n),
-        lambda: _core.shortest_pairs(np.zeros((0, 2), dtype=np.int64), np.zeros(0), n),
+        lambda: _core.shortest_edges(np.zeros((0, 2), dtype=np.int64), np.zeros(0), n),
     ):
         with pytest.raises(ValueError, match="nodes"):
             call()
@@ -103,7 +103,7 @@ def make_calls() -> dict[str, tuple[tuple[object, ...], list[int]]]:
     edges, sides, _ = _core.find_edges(corner, n)
     double_area, dot, _ = _core.side_products(V, corner)
     angle = np.arctan2(double_area, dot)
-    indptr, indices, edge = _core.shortest_pairs(edges, np.ones(len(edges)), n)
+    indptr, indices, edge = _core.shortest_edges(edges, np.ones(len(edges)), n)
     length, mask, price = np.ones(len(edge)), np.ones(n, dtype=bool), np.ones(len(edges))
     x, y, plane, z = V[:, 0].copy(), V[:, 1].copy(), V[:, :2].copy(), V[:, 0] + 1j * V[:, 1]
     line = np.ones((1, 2))
@@ -117,7 +117,10 @@ def make_calls() -> dict[str, tuple[tuple[object, ...], list[int]]]:
         "minimum_cut_side": ((edges, price.astype(np.int64), n, 0, n - 1), [0, 1]),
         "block_dots": ((np.array([0, n]), x, y), [1, 2]),
         "isometric_energy": ((corner, angle + 0j, double_area, z, 1.0), [0, 1, 2]),
-        "divisions": ((plane, edges, price, mask, line, line[0, :1], np.ones((2, 4))), [0, 1, 2, 3, 4, 5, 6]),
+        "evaluate_cut_lines": (
+            (plane, edges, price, mask, line, line[0, :1], np.ones((2, 4))),
+            [0, 1, 2, 3, 4, 5, 6],
+        ),
     }
 
 
@@ -148,8 +151,8 @@ def test_a_checked_build_rejects_indices_out_of_range(bad: int) -> None:
         lambda: _core.lengths(V, index[None, 1:].copy()),
         lambda: _core.find_edges(corner, 3),
         lambda: _core.signed_double_areas(z, corner),
-        lambda: _core.shortest_pairs(index[None, 1:].copy(), np.ones(1), 3),
-        lambda: _core.narrowest_turns(z, np.array([0, bad])),
+        lambda: _core.shortest_edges(index[None, 1:].copy(), np.ones(1), 3),
+        lambda: _core.min_rectangle_rotations(z, np.array([0, bad])),
     ):
         with pytest.raises(IndexError):
             call()

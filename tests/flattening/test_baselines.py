@@ -10,7 +10,7 @@ from conftest import best_fit_distance, load
 
 from igl_linabf import MeshError, OutcomeWarning, flatten, lscm
 from igl_linabf.angles import corner_angles, initial_estimate
-from igl_linabf.flattening import METHODS, Outcome, far_pins
+from igl_linabf.flattening import METHODS, Outcome, find_far_pins
 from igl_linabf.surface import planar_mesh
 
 NAMES = ("bumps", "cortex", "disk__igl_camelhead.off", "disk__igl_lion.off", "disk__igl_camel_b.obj")
@@ -48,7 +48,7 @@ def test_dncp_equals_lscm_with_the_same_pins(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_default_pins_of_lscm_are_two_far_boundary_vertices(name: str) -> None:
     V, F = load(name)
-    (i, j), bc = far_pins(planar_mesh(V, F))
+    (i, j), bc = find_far_pins(planar_mesh(V, F))
     loop = igl.boundary_loop(F).tolist()
     assert abs(abs(loop.index(i) - loop.index(j)) / len(loop) - 0.5) < 0.25
     assert np.linalg.norm(V[i] - V[j]) > 0.5 * np.linalg.norm(np.ptp(V[loop], axis=0))

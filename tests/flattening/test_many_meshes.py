@@ -137,7 +137,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     thin = bumps(300)
     # meshes with slivers, which are solved in one system with other meshes
     meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])
-    monkeypatch.setattr("igl_linabf.flattening.many_meshes.TOGETHER", 1000)
+    monkeypatch.setattr("igl_linabf.flattening.many_meshes.FACES_PER_SYSTEM", 1000)
     made = []
     for threads in "1", "3":
         monkeypatch.setenv("OMP_NUM_THREADS", threads)

@@ -12,7 +12,7 @@ from hostile_meshes import find_flipped_exactly
 from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import build_constraints
 from igl_linabf.angles.full_system import right_hand_sides
-from igl_linabf.flattening import Outcome, Residuals, far_pins, linabf_angles
+from igl_linabf.flattening import Outcome, Residuals, find_far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
 # F/3nt after one iteration, with a tolerance of 2 % (docs/results.md, "The paper's Table 1")
@@ -90,7 +90,7 @@ def test_reported_residuals_are_those_of_the_returned_angles(name: str) -> None:
 
 def test_two_pins_are_not_blamed_for_flips_but_three_are() -> None:
     V, F = load("limb")
-    two = flatten(V, F, *far_pins(planar_mesh(V, F)))
+    two = flatten(V, F, *find_far_pins(planar_mesh(V, F)))
     assert two.outcome is Outcome.FLIPPED
     assert "pin" not in two.message
     V, F = load("bumps")

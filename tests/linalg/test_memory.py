@@ -41,8 +41,8 @@ else:
 @pytest.fixture
 def bytes_free(monkeypatch):
     def limit(count: int) -> None:
-        monkeypatch.setattr(memory, "available", lambda: count)
-        monkeypatch.setattr(memory, "UNASKED_BYTES", 0)
+        monkeypatch.setattr(memory, "free_memory", lambda: count)
+        monkeypatch.setattr(memory, "MIN_QUERIED_BYTES", 0)
 
     return limit
 
@@ -82,7 +82,7 @@ def test_the_memory_limit_of_the_process_is_respected(limit: int, says: str) -> 
 
 
 def test_free_memory_does_not_exceed_total_memory() -> None:
-    free = memory.available()
+    free = memory.free_memory()
     assert free is not None
     assert 2**26 < free < 2**46
 
@@ -120,4 +120,4 @@ def test_free_memory_is_limited_by_the_tightest_limit(
         (tmp_path / version).write_text(str(free + taken if limit == version else "max"))
         (tmp_path / used).write_text(str(taken))
     # the process may allocate or free memory in the meantime
-    assert memory.available() == pytest.approx(free, abs=2**24)
+    assert memory.free_memory() == pytest.approx(free, abs=2**24)

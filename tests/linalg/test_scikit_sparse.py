@@ -75,7 +75,7 @@ def version_0_5(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sksparse", package)
     monkeypatch.setitem(sys.modules, "sksparse.cholmod", module)
     monkeypatch.setattr(solvers, "has_cholmod", lambda: True)
-    monkeypatch.setattr(cholmod, "blas_of_cholmod", lambda: None)
+    monkeypatch.setattr(cholmod, "find_cholmod_blas", lambda: None)
 
 
 def lower_of(diagonal: np.ndarray) -> sparse.csc_array:

@@ -10,7 +10,7 @@ from scipy import sparse
 NEXT, PREV = [1, 2, 0], [2, 0, 1]
 
 
-def sum_by(index, values, n):
+def sum_by_index(index, values, n):
     return np.bincount(index.ravel(), weights=values.ravel(), minlength=n)
 
 
@@ -69,7 +69,7 @@ def rescaled_angles(corner, length, factor):
 def angle_sums(corner, alpha, cot, n):
     """Compute sum alpha (eq. 5) and sum log sin gamma - log sin beta (eq. 10) at vertices; |cot| <= 1e75."""
     log_sine = -0.5 * np.log1p(np.minimum(np.abs(cot), 1e75) ** 2)
-    return sum_by(corner, alpha, n), sum_by(corner, log_sine[PREV] - log_sine[NEXT], n)
+    return sum_by_index(corner, alpha, n), sum_by_index(corner, log_sine[PREV] - log_sine[NEXT], n)
 
 
 def limit_step(alpha, e, reach):
@@ -93,7 +93,7 @@ def rows(corner, cot, n):
     return vertex, wheel
 
 
-def row_sums(corner, cot, e, n):
+def constraint_changes(corner, cot, e, n):
     """Return the products M e with the vertex rows and the wheel rows."""
     return tuple(part @ e.ravel() for part in rows(corner, cot, n))
 
@@ -152,7 +152,7 @@ def conformal_scale(w):
     return 2 * np.sqrt(w.prod(axis=0) / w.sum(axis=0))
 
 
-def disparity(w, d, cot):
+def eigenvalue_disparity(w, d, cot):
     """Return rho + 1 / rho, where rho is the eigenvalue ratio of P and s K on the plane sum e = 0."""
     plane = np.linalg.svd(np.ones((1, 3)))[2][1:]
     P, K = plane @ projection(w) @ plane.T, plane @ conformal(cot) @ plane.T

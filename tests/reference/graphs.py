@@ -96,7 +96,7 @@ def count_fans(corner, sides, n):
     return np.bincount(vertex, minlength=n)
 
 
-def shortest_pairs(ends, length, n):
+def shortest_edges(ends, length, n):
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     (i, j), edge = ends[proper].T, np.tile(proper, 2)
     key = np.append(i * n + j, j * n + i)

@@ -81,7 +81,7 @@ def slope_and_hessian(corner, gradient, share, z, weight):
     return share * slope, share * np.einsum("ait,tab,bjt->ijt", to_corners, convex, to_corners)
 
 
-def outer_products(rows, own, across, entries):
+def sum_outer_products(rows, own, across, entries):
     """Assemble the 2 x 2 blocks of the sum of row row^T; blocks with `across` < 0 are added transposed."""
     made = np.zeros((entries, 2, 2))
     for row in rows.reshape(-1, 2, 3, rows.shape[1]):  # axes: (x or y, corner, triangle)

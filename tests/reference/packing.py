@@ -118,7 +118,7 @@ def least_rectangle(z):
     return min(rectangle(z * way.conj() / abs(way)) for way in ways[ways != 0])
 
 
-def divisions(points, ends, length, outer, normal, offset, outwards):
+def evaluate_cut_lines(points, ends, length, outer, normal, offset, outwards):
     """Return, for each dividing line, the area of the hulls, the longest diagonal, and the cut length."""
     made = []
     for side, to in zip(normal, offset, strict=True):

@@ -54,7 +54,7 @@ def arguments(g):
     factor = np.exp(g.rng.normal(size=g.n) / 4)
     length = np.sin(g.alpha)
     return {
-        "sum_by": (g.corner.ravel(), g.e.ravel(), g.n),
+        "sum_by_index": (g.corner.ravel(), g.e.ravel(), g.n),
         "side_products": (g.V, g.corner),
         "normals": (g.V, g.corner),
         "dihedrals": (g.V, g.corner, inside, core.normals(g.V, g.corner)),
@@ -63,11 +63,11 @@ def arguments(g):
         "rescaled_angles": (g.corner, length, factor),
         "angle_sums": (g.corner, g.alpha, huge, g.n),
         "limit_step": (g.alpha, g.e, 0.7),
-        "row_sums": (g.corner, g.cot, g.e, g.n),
+        "constraint_changes": (g.corner, g.cot, g.e, g.n),
         "project_errors": (g.w, g.d, g.e),
         "errors": (g.corner, g.w, g.d, g.cot, *g.x),
         "conformal_errors": (g.corner, g.cot, *g.x),
-        "disparity": (np.delete(g.w, 3, axis=1), np.delete(g.d, 3), np.delete(g.cot, 3, axis=1)),
+        "eigenvalue_disparity": (np.delete(g.w, 3, axis=1), np.delete(g.d, 3), np.delete(g.cot, 3, axis=1)),
         "signed_double_areas": (g.z, g.corner),
         "triangle_changes": (g.V, g.V[:, 1:] + g.x.T / 9, g.corner, g.mesh.double_area, g.mesh.dot),
     }
@@ -76,7 +76,9 @@ def arguments(g):
 @pytest.mark.parametrize("name", arguments(Given()))
 def test_the_core_agrees_with_the_formulas_of_the_paper(name, given):
     args = arguments(given)[name]
-    if name == "disparity":  # needs the angles of triangles, because K is singular for other values
+    if (
+        name == "eigenvalue_disparity"
+    ):  # needs the angles of triangles, because K is singular for other values
         alpha = np.arctan2(given.mesh.double_area, given.mesh.dot)
         args = (alpha**2, (alpha**2).sum(axis=0), 1 / np.tan(alpha))
     same(getattr(core, name)(*args), getattr(reference, name)(*args))
@@ -244,10 +246,10 @@ def test_conjugate_gradient_steps_are_taken_block_by_block(size):
     same(gone, x + along * p)
     same(left, r - along * q)
     same(square, dots(left, left))
-    core.cg_direction(start, share, np.array([1, 2, 0, 0.0]), q, turned)
+    core.update_cg_direction(start, share, np.array([1, 2, 0, 0.0]), q, turned)
     same(turned, q + each * p)
     with pytest.raises(TypeError):  # an array of another type would be copied, and the result lost
-        core.cg_direction(start, share, share, q, turned.astype(np.float32))
+        core.update_cg_direction(start, share, share, q, turned.astype(np.float32))
 
 
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):
@@ -282,12 +284,12 @@ def test_products_with_many_rows_agree_with_the_matrix_for_any_number_of_threads
 
 def test_sums_reject_invalid_indices():
     with pytest.raises(ValueError, match="not below n"):
-        core.sum_by(np.array([0, 3]), np.ones(2), 3)
+        core.sum_by_index(np.array([0, 3]), np.ones(2), 3)
     with pytest.raises(ValueError, match="not below n"):
-        core.sum_by(np.array([0, -1]), np.ones(2), 3)
+        core.sum_by_index(np.array([0, -1]), np.ones(2), 3)
     with pytest.raises(ValueError, match="argument 2"):
-        core.sum_by(np.array([0, 1]), np.ones(3), 3)
-    assert core.sum_by(np.empty(0, dtype=np.int64), np.empty(0), 2).tolist() == [0, 0]
+        core.sum_by_index(np.array([0, 1]), np.ones(3), 3)
+    assert core.sum_by_index(np.empty(0, dtype=np.int64), np.empty(0), 2).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("sizes", [[30], [5, 80, 1, 40]])

@@ -50,7 +50,7 @@ def cases():
         "spanning_forest": [(few, rng.permutation(len(few))[::2], t.n), (count.T, np.arange(40), 5)],
         "is_connected": [(t.sides, m), (t.sides[:, ::2], m), (t.sides[:, :0], 1)],
         "count_fans": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
-        "shortest_pairs": [
+        "shortest_edges": [
             (t.edges, length, t.n),
             (few + 3, rng.permutation(len(few)) * 1.0, 24),
             (count.T, rng.integers(2, size=40) * 1.0, 5),  # multigraph with equally long edges and self-loops
@@ -178,7 +178,7 @@ def test_walks_that_cross_many_curves_are_as_short_as_in_copies_of_the_graph(way
     length = np.append(rng.uniform(0.1, 1.1, len(ends) - len(rim)), np.full(len(rim), to_the_rim))
     crossed = rng.random((ways, len(ends))) < rng.choice([0.005, 0.05, 0.2], (ways, 1))
     flip = (1 << np.arange(ways)) @ (crossed & (ends[:, 1] < k * k))
-    indptr, indices, edge = _core.shortest_pairs(ends, length, k * k + 1)
+    indptr, indices, edge = _core.shortest_edges(ends, length, k * k + 1)
     graph, n = (indptr, indices, length[edge], flip[edge]), k * k + 1
     made = _core.shortest_odd_walk(*graph, k * k, 1 << ways)
     expected = reference.shortest_odd_walk(*graph, k * k, 1 << ways)
@@ -193,7 +193,7 @@ def test_walks_that_cross_many_curves_are_as_short_as_in_copies_of_the_graph(way
 def test_there_is_no_walk_if_a_curve_cannot_be_crossed_an_odd_number_of_times():
     """The graph is a triangle with a dangling edge."""
     ends = np.array([[0, 1], [1, 2], [2, 0], [2, 3]])
-    indptr, indices, edge = _core.shortest_pairs(ends, np.ones(4), 4)
+    indptr, indices, edge = _core.shortest_edges(ends, np.ones(4), 4)
     for flip, found in (([1, 1, 0, 0], 0), ([1, 0, 0, 0], 3), ([3, 3, 0, 1], 0), ([1, 2, 0, 0], 3)):
         copies = 1 << int(np.max(flip)).bit_length()
         graph = indptr, indices, np.ones(len(edge)), np.array(flip)[edge]

@@ -6,7 +6,7 @@ from carried import MESHES
 from reference import isometry as reference
 
 from igl_linabf import _core as core
-from igl_linabf.layouts.isometry.energy import Rest
+from igl_linabf.layouts.isometry.energy import RestTriangles
 from igl_linabf.surface import Ragged, planar_mesh
 
 
@@ -16,7 +16,9 @@ class Given:
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
         self.corner, self.n, rng = mesh.topology.corner, mesh.topology.n, np.random.default_rng(1)
-        rest = Rest.of(self.corner, mesh.double_area, mesh.dot, Ragged.of_sizes([self.corner.shape[1]]))
+        rest = RestTriangles.of(
+            self.corner, mesh.double_area, mesh.dot, Ragged.of_sizes([self.corner.shape[1]])
+        )
         self.gradient, self.share = rest.gradient, rest.share
         self.z, self.direction = rng.normal(size=(2, self.n, 2)) @ [1, 1j]
 
@@ -76,7 +78,7 @@ def test_a_similarity_has_no_direction_of_q(weight):
     gradient = np.array([[-1 + 1j], [1], [-1j]]) / 2
     for scale in (1.0, 3.0):  # a similarity has q = 0
         args = (flat, gradient, np.ones(1), scale * np.array([0, 1, 1j]), weight)
-        slope, rows = core.isometric_rows(*args)
+        slope, rows = core.isometric_derivatives(*args)
         expected, convex = reference.slope_and_hessian(*args)
         same(slope, expected)
         same(np.einsum("rit,rjt->ijt", rows.reshape(4, 6, 1), rows.reshape(4, 6, 1)), convex)
@@ -96,16 +98,16 @@ def test_outer_products_are_added_at_corners_and_sides(given):
     rows = rng.normal(size=(18, m))
     own, across = rng.integers(0, 50, (2, 3, m))
     across[rng.random(across.shape) < 0.5] ^= -1
-    same(core.outer_products(rows, own, across, 50), reference.outer_products(rows, own, across, 50))
+    same(core.sum_outer_products(rows, own, across, 50), reference.sum_outer_products(rows, own, across, 50))
 
 
 def test_a_position_beyond_the_pattern_is_rejected(given):
     rows, place = np.ones((6, 2)), np.zeros((3, 2), dtype=np.int64)
     for own, across in ((place + 4, place), (place, place + 4), (place, ~(place + 4)), (place - 1, place)):
         with pytest.raises(ValueError, match="place"):
-            core.outer_products(rows, own, across, 4)
+            core.sum_outer_products(rows, own, across, 4)
     with pytest.raises(ValueError, match="argument 1"):
-        core.outer_products(np.ones((7, 2)), place, place, 4)
+        core.sum_outer_products(np.ones((7, 2)), place, place, 4)
 
 
 def test_collapse_lengths_are_roots_of_a_quadratic_equation(given):

@@ -153,7 +153,7 @@ def test_the_first_of_equivalent_sides_is_chosen():
 
 def test_collinear_points_are_not_rotated():
     groups = [(2 + 1j) * np.arange(4), np.full(3, 1j), np.ones(1, complex), np.full(5, complex(np.nan, 0))]
-    turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups), 0]))
+    turns = _core.min_rectangle_rotations(np.concatenate(groups), np.cumsum([0, *map(len, groups), 0]))
     np.testing.assert_array_equal(turns, 1)
 
 
@@ -165,5 +165,5 @@ def test_lines_divide_a_graph_into_parts(seed):
         *(points, ends, rng.uniform(size=90), rng.random(n) < 0.5),
         *(np.column_stack((np.cos(angle), np.sin(angle))), np.array([-9, -0.5, 0, 0.5, 9]), FAN),
     )
-    made = _core.divisions(*given)
-    np.testing.assert_allclose(np.stack(made), reference.divisions(*given), rtol=1e-11, atol=1e-11)
+    made = _core.evaluate_cut_lines(*given)
+    np.testing.assert_allclose(np.stack(made), reference.evaluate_cut_lines(*given), rtol=1e-11, atol=1e-11)

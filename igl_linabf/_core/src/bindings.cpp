@@ -58,21 +58,21 @@ template <class I>
 static void bind_indexed(nb::module_& m) {
     using namespace angles;
     m.def("laplacian_entries", wrap(&laplacian_entries<I>, "n+1 e 2,e e"), "indptr"_a, "slot"_a, "ends"_a, "weight"_a,
-          "Return the entries of the Laplacian with the weights of the edges between rows `ends`, in the order of\n"
-          "`symmetric_pattern`.");
+          "Return the entries of the upper triangle of a Laplacian, in the order of `symmetric_pattern`.\n\n"
+          "`ends`, (2, #E), are the rows of the end vertices of each edge, or -1 for fixed vertices.");
     m.def("system_blocks", wrap(&system_blocks<I>, "n+1 s e 2,e 2,e 3,m * * 3,m m 3,m"), "indptr"_a, "indices"_a,
           "slot"_a, "ends"_a, "sides"_a, "corner"_a, "row"_a, "wheels"_a, "w"_a, "d"_a, "cot"_a,
           "Return the blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the order of `symmetric_pattern`.\n\n"
           "Diagonal blocks are halved. A block consists of (vertex, vertex), (vertex, wheel), (wheel, vertex) and\n"
           "(wheel, wheel). From row `wheels` on, wheel rows are rows of the identity.");
     m.def("block_product", wrap(&block_product<I>, "n+1 s s,4 2n"), "indptr"_a, "indices"_a, "block"_a, "x"_a,
-          "Return (U + U^T) x, where U has the 2 by 2 blocks `block`, (#blocks, 4), in a CSR pattern.");
+          "Return (U + U^T) x, where U is a matrix of 2 by 2 blocks, (#blocks, 4), in a CSR pattern.");
     m.def("symmetric_product", wrap(&symmetric_product<I>, "n+1 s s n,2"), "indptr"_a, "indices"_a, "data"_a, "x"_a,
-          "Return A x for a symmetric matrix A, given by its lower triangle in CSC, and two columns x, (n, 2).");
+          "Return A x, (n, 2), for a symmetric matrix A, given by its lower triangle in CSC.");
     m.def("block_rows", wrap(&block_rows<I>, "n+1 s n"), "indptr"_a, "indices"_a, "number"_a,
-          "Return the start of each selected row, the columns of its blocks, ascending, and their positions.\n\n"
-          "The position of a transposed block is ~position. `number`, (n,), is the ascending index of each selected\n"
-          "row, or -1.");
+          "Return the start of each selected row, and the ascending columns and the positions of its blocks.\n\n"
+          "The position of a block is its index among the blocks of the matrix, or ~index for a transposed block.\n"
+          "`number`, (n,), counts the selected rows from 0 in ascending order; it is -1 for all other rows.");
 }
 
 static void bind_angles(nb::module_& m) {
@@ -87,53 +87,58 @@ static void bind_angles(nb::module_& m) {
           "with respect to log_ratio + i turning at the vertices.\n\n"
           "A derivative is the vector from the vertex to the end of the loop minus the mean of these vectors,\n"
           "averaged over all choices of the start vertex.");
-    m.def("sum_by", wrap(&sum_by, "m m n"), "index"_a, "values"_a, "n"_a,
+    m.def("sum_by_index", wrap(&sum_by_index, "m m n"), "index"_a, "values"_a, "n"_a,
           "Sum the values that have the same index, for each index 0 .. n - 1.");
     m.def("side_products", wrap(&side_products, "v,3 3,m"), "V"_a, "corner"_a,
-          "Return twice the areas, the scalar products of sides at corners, and the rounding errors of double areas.");
+          "Return twice the areas, the scalar products of the sides at each corner, and bounds of the rounding errors\n"
+          "of the double areas.");
     m.def("normals", wrap(&normals, "v,3 3,m"), "V"_a, "corner"_a,
-          "Return the unit normals of triangles, (#F, 3); zero or arbitrary for degenerate triangles.");
+          "Return the unit normals of triangles, (#F, 3), which are zero or arbitrary for degenerate triangles.");
     m.def("dihedrals", wrap(&dihedrals, "v,3 3,m 2,e m,3"), "V"_a, "corner"_a, "sides"_a, "normal"_a,
-          "Return the angle between the normals at each edge with the half-edges (2, #E); negative if concave.");
-    m.def("lengths", wrap(&lengths, "v,d e,2"), "V"_a, "edges"_a, "Return the lengths of edges, (#E, 2).");
+          "Return the dihedral angle at each edge, negative at concave edges; `sides`, (2, #E), are the half-edges.");
+    m.def("lengths", wrap(&lengths, "v,d e,2"), "V"_a, "edges"_a,
+          "Return the lengths of edges, given by their end vertices (#E, 2).");
     m.def("cotangents", wrap(&cotangents, "3,m"), "alpha"_a,
-          "Return cot alpha, (3, #F); infinite for an angle of 0.");
+          "Return cot alpha, (3, #F), which is infinite for an angle of 0.");
     m.def("rescaled_angles", wrap(&rescaled_angles, "3,m 3,m n"), "corner"_a, "length"_a, "factor"_a,
           "Return the angles, (3, #F), after each side is multiplied by the factor of its opposite vertex.\n\n"
           "Also return a mask of the triangles that violate the triangle inequality; their angles are meaningless.");
     m.def("angle_sums", wrap(&angle_sums, "3,m 3,m 3,m n"), "corner"_a, "alpha"_a, "cot"_a, "n"_a,
           "Return, for each vertex, the sums of its angles and of log sin(gamma) - log sin(beta) (eq. 5 and 10).");
-    m.def("row_sums", wrap(&row_sums, "3,m 3,m 3,m n"), "corner"_a, "cot"_a, "e"_a, "n"_a,
+    m.def("constraint_changes", wrap(&constraint_changes, "3,m 3,m 3,m n"), "corner"_a, "cot"_a, "e"_a, "n"_a,
           "Return M e: the changes of the vertex and the wheel constraints, (n,) each, by the errors (3, #F).");
     m.def("errors", wrap(&errors, "3,m 3,m m 3,m n n"), "corner"_a, "w"_a, "d"_a, "cot"_a, "vertex"_a, "wheel"_a,
           "Return P M^T x for multipliers (n,) of vertices: errors (3, #F) that sum to zero in each triangle.");
     m.def("project_errors", wrap(&project_errors, "3,m m 3,m"), "w"_a, "d"_a, "y"_a,
           "Return P y: errors (3, #F) that sum to zero in each triangle.");
     m.def("conformal_errors", wrap(&conformal_errors, "3,m 3,m n n"), "corner"_a, "cot"_a, "vertex"_a, "wheel"_a,
-          "Return K M^T x for multipliers (n,) of vertices, where K is the cotangent matrix: `errors` in that metric.");
+          "Return K M^T x for multipliers (n,) of vertices, where K is the cotangent matrix of each triangle.");
     m.def("limit_step", wrap(&limit_step, "3,m 3,m *"), "alpha"_a, "e"_a, "reach"_a,
-          "Scale the errors of each triangle down to a share `reach` of the step at which an angle vanishes.\n\n"
+          "Scale the errors of each triangle down to at most the share `reach` of the step at which an angle vanishes.\n\n"
           "Also return a mask of the triangles in which the full step would make an angle vanish.");
     m.def("pair_weights", wrap(&pair_weights, "3,m m"), "w"_a, "d"_a,
-          "Return w_i w_j / d, (3, #F), at the corner opposite to i and j: y^T P y sums it times (y_i - y_j)^2.");
+          "Return the pair weight w_i w_j / d, (3, #F), at the corner opposite to corners i and j.\n\n"
+          "y^T P y is the sum of pair weight times (y_i - y_j)^2 over the three pairs of corners.");
     m.def("conformal_weights", wrap(&conformal_weights, "3,m m 3,m"), "w"_a, "d"_a, "cot"_a,
           "Return the weights of half-edges, (3, #F), in the Laplacian sum of s K, with s = 2 sqrt(w0 w1 w2 / d).");
-    m.def("disparity", wrap(&disparity, "3,m m 3,m"), "w"_a, "d"_a, "cot"_a,
+    m.def("eigenvalue_disparity", wrap(&eigenvalue_disparity, "3,m m 3,m"), "w"_a, "d"_a, "cot"_a,
           "Return rho + 1 / rho of each triangle, (#F,), where rho is the eigenvalue ratio of P and s K.");
     m.def("edge_sums", wrap(&edge_sums, "3,m 2,e"), "values"_a, "sides"_a,
-          "Sum values of half-edges, (3, #F), over the half-edges of each edge, (2, #E), -1 for a missing one.");
+          "Return the sum of the values, (3, #F), of the half-edges `sides`, (2, #E), of each edge.\n\n"
+          "The second half-edge of a boundary edge is -1.");
     m.def("fixed_vertex_terms", wrap(&fixed_vertex_terms, "2,e e,2 e v n"), "ends"_a, "edges"_a, "weight"_a, "z"_a,
           "n"_a,
-          "Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over the edges to them.\n\n"
-          "z must be zero at all other vertices.");
+          "Return the contribution of fixed vertices to L x, (n, 2).\n\n"
+          "In each row, it is the sum of weight times z over the edges to fixed vertices; z must be zero at all\n"
+          "other vertices.");
     m.def("signed_double_areas", wrap(&signed_double_areas, "v 3,m"), "z"_a, "corner"_a,
-          "Return twice the signed area of each face of a flat map (#V,); positive unless flipped or collapsed.");
+          "Return twice the signed area of each face of a flat map (#V,), positive unless flipped or collapsed.");
     m.def("normalize_maps", wrap(&normalize_maps, "v 3,m m k k+1 k+1"), "z"_a, "corner"_a, "double_area"_a, "area"_a,
           "vertex_start"_a, "face_start"_a,
           "Scale each of several concatenated maps to its area, center it, and align its principal axes.\n\n"
-          "Map i has the vertices `vertex_start[i]` to `vertex_start[i + 1] - 1`, and likewise its faces. The longer\n"
-          "principal axis becomes the x axis, in the direction for which the third moment is positive. For symmetric\n"
-          "maps, a rule that is robust to rounding decides.");
+          "Map i has the vertices `vertex_start[i]` to `vertex_start[i + 1] - 1` and the faces `face_start[i]` to\n"
+          "`face_start[i + 1] - 1`. The longer principal axis becomes the x axis, in the direction for which the third\n"
+          "moment is positive. For symmetric maps, the axes are chosen by a rule that is robust to rounding.");
     m.def("triangle_changes", wrap(&triangle_changes, "v,3 v,2 3,m m 3,m"), "V"_a, "uv"_a, "corner"_a, "double_area"_a,
           "dot"_a,
           "Measure the change of each triangle by a flat map (#V, 2) of a `Mesh` with this `double_area` and `dot`.\n\n"
@@ -146,15 +151,19 @@ static void bind_angles(nb::module_& m) {
           "r"_a.noconvert(),
           "In each block, add (rho / p . q) p to x and subtract (rho / p . q) q from r, with q = A p; return r . r.\n\n"
           "Blocks with rho = 0 do not change.");
-    m.def("cg_direction", wrap(&cg_direction, "k+1 k k n n"), "start"_a, "rho"_a, "last"_a, "z"_a, "p"_a.noconvert(),
-          "In each block, set p to z + (rho / last) p, or to z if rho or last is 0.");
+    m.def("update_cg_direction", wrap(&update_cg_direction, "k+1 k k n n"), "start"_a, "rho"_a, "last"_a, "z"_a,
+          "p"_a.noconvert(),
+          "In each block, update the conjugate gradient direction p to z + (rho / last) p, where `last` is the\n"
+          "previous rho, or to z if rho or last is 0.");
     m.def("gather_row_blocks", wrap(&gather_row_blocks, "s,4 e e e"), "block"_a, "column"_a, "place"_a, "of"_a,
-          "Return the blocks of `block_rows`, (#, 4); `of` is the row of each. Diagonal blocks are stored halved.");
+          "Return the blocks, (#blocks, 4), of the rows that `block_rows` has selected.\n\n"
+          "`of` is the row of each result. `block` contains the stored blocks, in which diagonal blocks are halved.");
     m.def("subtract_rows", wrap(&subtract_rows, "k+1 e e,4 2k r"), "start"_a, "column"_a, "block"_a, "x"_a, "r"_a,
           "Return r - R^T x, (n,), where R consists of the rows selected by `block_rows`; r may be longer.");
     m.def("row_residual", wrap(&row_residual, "k+1 e e,4 k r z"), "start"_a, "column"_a, "block"_a, "of"_a, "r"_a,
           "z"_a,
-          "Return r - R z in the rows `of`, (2 #rows,).");
+          "Return r - R z, (2 #rows,), where R consists of the rows `of` of a matrix, and r is restricted to these\n"
+          "rows.");
     bind_indexed<Index>(m);  // first, because nanobind converts other integer types to the first overload
     bind_indexed<std::int32_t>(m);
 }
@@ -200,23 +209,24 @@ static void bind_graphs(nb::module_& m) {
 Ends and half-edges are those of a `Topology`; the edges are sorted by their lower and higher ends. They are sound if
 none has more than two half-edges, or two half-edges of the same direction.)");
     m.def("group_sides", wrap(&group_sides, "h h n"), "tail"_a, "head"_a, "n"_a,
-        "Sort sides by edge; return the sorted sides, and the first position and number of sides of each edge.");
+        "Sort half-edges by edge; return the sorted half-edges, and the first position and the number of half-edges of\n"
+        "each edge.");
     m.def("used_vertices", wrap(&used_vertices, "m,3 n"), "F"_a, "n"_a,
-        "Mark which of n vertices valid faces use, and check that all faces have three distinct indices in range.");
+        "Mark the vertices that valid faces use, and check that all faces have three distinct indices below n.");
     m.def("symmetric_pattern", wrap(&symmetric_pattern, "2,e n"), "ends"_a, "n"_a,
         R"(Build the pattern of symmetric matrices over a graph with edges between rows `ends`, (2, #E).
 
 Returns indptr and indices of the upper triangle in CSR, with the diagonal entry first in each row, and the position of
 the entry of each edge, or -1 if the edge does not join two rows.)");
-    m.def("shortest_pairs", wrap(&shortest_pairs, "e,2 e n"), "ends"_a, "length"_a, "n"_a,
+    m.def("shortest_edges", wrap(&shortest_edges, "e,2 e n"), "ends"_a, "length"_a, "n"_a,
         R"(Return the neighbours of each of n nodes in CSR, and the shortest edge to each neighbour; `ends` is (#E, 2).
 
 Columns are ascending. The first of equally short edges is returned; edges from a node to itself are ignored.)");
     m.def("boundary_loops", wrap(&boundary_loops, "h h n"), "tail"_a, "head"_a, "n"_a,
         R"(Chain boundary half-edges into loops; return their vertices, one loop after another, and their sizes.
 
-A loop begins at its lowest vertex, and loops are sorted by these. If two half-edges leave the same vertex, there are no
-loops, and the third array contains these vertices.)");
+A loop begins at its lowest vertex, and loops are sorted by their lowest vertices. If two half-edges leave the same
+vertex, no loops are returned, and the third array contains the vertices that two half-edges leave.)");
     m.def("cycles", wrap(&cycles, "n"), "following"_a,
         "Return the cycles of a permutation, as lists, in the order of their first elements.");
     m.def("connected_labels", wrap(&connected_labels, "e,2 n"), "edges"_a, "n"_a,
@@ -292,7 +302,7 @@ static void bind_overlaps(nb::module_& m) {
           "Each of the two faces reaches across all sides of the other by more than a millionth of the smaller\n"
           "height, and by more than the rounding error of the corners. Collapsed faces never overlap.");
     m.def("has_overlap", wrap(&has_overlap, "s,3 o,3"), "some"_a, "others"_a,
-          "Return True if one of the triangles `some`, (#S, 3), overlaps another one, or one of `others`, (#O, 3).");
+          "Return True if a triangle of `some`, (#S, 3), overlaps another triangle of `some` or of `others`, (#O, 3).");
     m.def("common_areas", wrap(&common_areas, "v f,3 p,2"), "z"_a, "F"_a, "pairs"_a,
           "Return the area that the two triangles of each pair, (#P, 2), have in common in a map (#V,).");
     m.def("overlap_sheets", wrap(&overlap_sheets, "p p n+1 e k"), "upper"_a, "lower"_a, "begin"_a, "neighbour"_a,
@@ -321,10 +331,9 @@ static void bind_packing(nb::module_& m) {
         "of"_a, "half"_a,
         R"(Rasterize rotated outlines, widened by `half` in all four directions, to blocks of cells.
 
-Outline i has the sides sides[i] to sides[i + 1] - 1, each with a weight. Mask k is that of the outline
-of[k], which is ascending, times turns[k], in its smallest grid, beginning at its lower left corner. If
-turns[k] is the opposite of turns[k - 1] for the same outline, the mask is the previous one rotated by
-180 degrees.
+Outline i has the sides sides[i] to sides[i + 1] - 1, each with a weight. Mask k shows outline of[k],
+multiplied by turns[k], in the smallest grid that contains it. of is ascending. If turns[k] is the
+opposite of turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
 
 Returns the rows and columns of each mask, (#M, 2); the lower left corners, (#M,); the blocks, (#B, 4),
 sorted by size within each mask; and the first block of each mask, (#M + 1,).)");
@@ -351,7 +360,7 @@ sizes : (#R, 2) float64
     Widths and heights in cells of the page, highest rectangle first.
 taken : (side, side) bool
     Occupied cells.)");
-    m.def("narrowest_turns", wrap(&narrowest_turns, "p g+1"), "z"_a, "start"_a,
+    m.def("min_rectangle_rotations", wrap(&min_rectangle_rotations, "p g+1"), "z"_a, "start"_a,
         R"(Return, for each group of points, the rotation that minimizes its axis-aligned bounding rectangle.
 
 Parameters
@@ -364,8 +373,8 @@ Returns
 -------
 turns : (#G,) complex128
     Unit complex numbers; 1 for collinear points.)");
-    m.def("divisions", wrap(&divisions, "p,2 e,2 e p l,2 l 2,4d"), "points"_a, "ends"_a, "length"_a, "outer"_a,
-        "normal"_a, "offset"_a, "outwards"_a,
+    m.def("evaluate_cut_lines", wrap(&evaluate_cut_lines, "p,2 e,2 e p l,2 l 2,4d"), "points"_a, "ends"_a, "length"_a,
+        "outer"_a, "normal"_a, "offset"_a, "outwards"_a,
         R"(Evaluate lines that divide a graph in the plane by cutting the edges that they cross.
 
 Parameters
@@ -396,20 +405,21 @@ static void bind_isometry(nb::module_& m) {
     using namespace isometry;
     m.def("isometric_energy", wrap(&isometric_energy, "3,m 3,m m v *"), "corner"_a, "gradient"_a, "share"_a, "z"_a,
           "weight"_a,
-          "Return the energy of each triangle times its share; infinite for flipped and collapsed triangles.\n\n"
+          "Return the isometric energy of each triangle times its weight in `share`.\n\n"
+          "The energy of flipped and collapsed triangles is infinite.\n\n"
           "The map of a triangle is w -> p w + q conj(w), where p is the sum of gradient z over the corners, and q is\n"
           "the sum of conj(gradient) z.");
-    m.def("isometric_rows", wrap(&isometric_rows, "3,m 3,m m v *"), "corner"_a, "gradient"_a, "share"_a, "z"_a,
-          "weight"_a,
+    m.def("isometric_derivatives", wrap(&isometric_derivatives, "3,m 3,m m v *"), "corner"_a, "gradient"_a, "share"_a,
+          "z"_a, "weight"_a,
           "Return the gradient of the energy, (6, #F), and rows, (24, #F), whose sum of row row^T is the convexified\n"
           "Hessian.\n\n"
           "Each triangle has four rows, one after another, each by x of the corners and then by y.");
-    m.def("outer_products", wrap(&outer_products, "6r,m 3,m 3,m n"), "rows"_a, "own"_a, "across"_a, "entries"_a,
+    m.def("sum_outer_products", wrap(&sum_outer_products, "6r,m 3,m 3,m n"), "rows"_a, "own"_a, "across"_a, "entries"_a,
           "Assemble the blocks, (entries, 4), of the sum of row row^T over triangles; a row has six values.\n\n"
           "The block of corner k is added to entry own[k], and the block of the side opposite to corner k to entry\n"
           "across[k], or transposed to entry ~across[k].");
     m.def("collapse_lengths", wrap(&collapse_lengths, "3,m 3,m v v"), "corner"_a, "gradient"_a, "z"_a, "direction"_a,
-          "Return the step length along `direction` at which each triangle collapses; infinite if it never does.");
+          "Return the step length along `direction` at which each triangle collapses, or infinity if never.");
 }
 
 NB_MODULE(MODULE, m) {

@@ -43,12 +43,12 @@ constexpr std::size_t SCALARS_PER_ITEM = sizeof(T) / sizeof(Scalar<T>);
 // The type of array arguments. nanobind copies an array that has another type or layout. Therefore, arguments that are
 // written to need .noconvert().
 template <class T, class Shape>
-using In = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
+using InputArray = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
 
 template <class A>
 struct Argument {
     using Type = A;
-    static A in(const A& a) { return a; }
+    static A to_view(const A& a) { return a; }
     static void check(const A& a, ShapeRules::Call& shapes) {
         if constexpr (std::is_integral_v<A>) shapes.check({Index(a)});
         else shapes.check({});
@@ -56,14 +56,15 @@ struct Argument {
 };
 template <class T>
 struct Argument<View<T>> {
-    using Type = In<T, std::conditional_t<SCALARS_PER_ITEM<T> == 1, nb::ndim<1>, nb::shape<-1, SCALARS_PER_ITEM<T>>>>;
-    static View<T> in(const Type& a) { return {reinterpret_cast<T*>(a.data()), Index(a.shape(0))}; }
+    using Shape = std::conditional_t<SCALARS_PER_ITEM<T> == 1, nb::ndim<1>, nb::shape<-1, SCALARS_PER_ITEM<T>>>;
+    using Type = InputArray<T, Shape>;
+    static View<T> to_view(const Type& a) { return {reinterpret_cast<T*>(a.data()), Index(a.shape(0))}; }
     static void check(const Type& a, ShapeRules::Call& shapes) { shapes.check({Index(a.shape(0))}); }
 };
 template <class T>
 struct Argument<Matrix<T>> {
-    using Type = In<T, nb::ndim<2>>;
-    static Matrix<T> in(const Type& a) {
+    using Type = InputArray<T, nb::ndim<2>>;
+    static Matrix<T> to_view(const Type& a) {
         return {reinterpret_cast<T*>(a.data()), Index(a.shape(0)), Index(a.shape(1))};
     }
     static void check(const Type& a, ShapeRules::Call& shapes) {
@@ -74,7 +75,9 @@ template <class T>
 struct Argument<std::array<View<T>, 3>> {
     using One = Argument<View<T>>;
     using Type = std::array<typename One::Type, 3>;
-    static std::array<View<T>, 3> in(const Type& a) { return {One::in(a[0]), One::in(a[1]), One::in(a[2])}; }
+    static std::array<View<T>, 3> to_view(const Type& a) {
+        return {One::to_view(a[0]), One::to_view(a[1]), One::to_view(a[2])};
+    }
     static void check(const Type&, ShapeRules::Call& shapes) { shapes.check({}); }
 };
 
@@ -158,7 +161,7 @@ auto wrap(R (*loops)(A...), const char* shapes) {
     return [loops, rules = ShapeRules(shapes, sizeof...(A))](const typename Argument<A>::Type&... a) {
         ShapeRules::Call call(rules);
         (Argument<A>::check(a, call), ...);
-        const auto run = [&] { return loops(Argument<A>::in(a)...); };
+        const auto run = [&] { return loops(Argument<A>::to_view(a)...); };
         if constexpr (std::is_void_v<R>) without_gil(run);
         else return to_result(without_gil(run));
     };

@@ -38,7 +38,7 @@ class ShapeRules {
         return length;
     }
 
-    bool names(std::size_t argument, char letter) const {
+    bool uses_letter(std::size_t argument, char letter) const {
         return texts[argument].find(letter) != std::string::npos;
     }
 
@@ -57,7 +57,7 @@ class ShapeRules {
             text << "), and not (" << rules.texts[argument] << ")";
             const char* joint = " with ";
             for (int letter = 'a'; letter <= 'z'; joint = ", ", ++letter) {
-                while (letter <= 'z' && (value[letter] < 0 || !rules.names(argument, char(letter)))) ++letter;
+                while (letter <= 'z' && (value[letter] < 0 || !rules.uses_letter(argument, char(letter)))) ++letter;
                 if (letter <= 'z') text << joint << char(letter) << " = " << value[letter];
             }
             throw std::invalid_argument(text.str());

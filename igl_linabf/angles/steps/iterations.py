@@ -9,7 +9,7 @@ import numpy as np
 from ..._runtime import time_stage
 from ..._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
-from .linearisation import Closed, Direction, Linearisation, advance, linearise, solve
+from .linearisation import Closed, Direction, Linearisation, apply_direction, linearise, solve
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
 
@@ -48,7 +48,7 @@ class State:
 
     def take_step(self, direction: Direction, kind: Kind) -> State:
         """Return the state after a step along a direction."""
-        at, step, _ = advance(self.problem, self.at, direction, kind)
+        at, step, _ = apply_direction(self.problem, self.at, direction, kind)
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
@@ -120,7 +120,7 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
             if not moving.all():
                 direction = replace(direction, e=direction.e * disks.faces.repeat(np.where(moving, 1.0, 0.0)))
             lin, inner_steps[k] = direction.lin, direction.each
-            at, step, limited = advance(problem, state.at, direction, kind)
+            at, step, limited = apply_direction(problem, state.at, direction, kind)
             state = State(problem, at, (*state.steps, step), lin)
             with time_stage("assembly"):
                 good &= ~moving | (direction.converged & ~disks.faces.any(limited))

@@ -2,7 +2,7 @@
 
     lin = linearise(problem, at)                                   # the system at the angles, factored
     direction = solve(lin, at, rtol)                               # the errors e
-    at, step, limited = advance(problem, at, direction, "step")    # the angles after the step
+    at, step, limited = apply_direction(problem, at, direction, "step")    # the angles after the step
 
 All of these objects are immutable. A chord, or simplified Newton step, is another `solve` with the same
 `lin`.
@@ -381,7 +381,7 @@ def _solve_for_multipliers(
     return exact_direction(none, by_factor(rhs), lin)
 
 
-def advance(
+def apply_direction(
     problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 ) -> tuple[Iterate, Step, BoolArray]:
     """Add the errors to the angles, limited in each triangle so that its angles stay positive.

@@ -23,15 +23,15 @@ MAX_SLOW_STEPS = 9  # largest number of consecutive slow steps
 
 # Bounds of the angles
 ANGLE_BOUND = 0.01  # smallest ratio of an angle to its initial value
-AT_BOUND = 1 + 1e-6  # tolerance factor: angles up to this multiple of their bound are at the bound
+BOUND_TOLERANCE = 1 + 1e-6  # tolerance factor: angles up to this multiple of their bound are at the bound
 HELD_WEIGHT = 1e-12  # weight of an angle that is held at its bound, relative to a free angle
 
 # Constants of feasible steps
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
 LEAST_CURVATURE = 0.2  # smallest curvature along an angle, as a share of the curvature of the objective
 MAX_RESTORING_STEPS = 4  # largest number of updates of the held angles, and of restoration steps, in a step
-LEFT_GAIN = 1e-4  # negligible relative gain of the objective, as a multiple of the tolerance
-LEFT_TO_STEPS = 4.0  # negligible relative change of the angles, as a multiple of the tolerance
+NEGLIGIBLE_GAIN = 1e-4  # negligible relative gain of the objective, as a multiple of the tolerance
+NEGLIGIBLE_CHANGE = 4.0  # negligible relative change of the angles, as a multiple of the tolerance
 MAX_FEASIBLE_WORK = 2e7  # largest number of triangles times the number of solves and inner steps
 ROUNDING = 1e-13  # relative rounding error of the objective
 LEAST_STEP = 1e-7  # shortest step of the line search, relative to the full step
@@ -105,7 +105,7 @@ def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> Abf
         state, now = state.take_step(raw, kind), held
         if bounded:
             state = _move_into_bounds(state)
-            now = (state.at.alpha <= AT_BOUND * ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
+            now = (state.at.alpha <= BOUND_TOLERANCE * ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
         lin, x = raw.lin.without_matrix, raw.x
         state = replace(state, lin=lin)
         del at, raw, e  # free the memory for the next matrix
@@ -193,7 +193,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         gain = value - after
         # the remaining gain, because gains decrease like a geometric series
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
-        if gain_left <= max(LEFT_GAIN * tol, (LEFT_TO_STEPS * tol) ** 2) * value and last < np.inf:
+        if gain_left <= max(NEGLIGIBLE_GAIN * tol, (NEGLIGIBLE_CHANGE * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
         if scale < LEAST_STEP or _count_work(start, state) > MAX_FEASIBLE_WORK:
             break
@@ -227,7 +227,7 @@ def _feasible_direction(
         wheel = lin.at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
-    low = alpha <= AT_BOUND * ANGLE_BOUND * anchor
+    low = alpha <= BOUND_TOLERANCE * ANGLE_BOUND * anchor
     held = held & low
     for _ in range(MAX_RESTORING_STEPS):
         w = np.where(held, HELD_WEIGHT * weights, weights)

@@ -9,7 +9,7 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import linearise, solve
 
-LOOPS_CLOSED = 0.3  # edge lengths around holes are meaningful below this residual
+CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful below this residual
 MANY_INNER_STEPS = 30  # the next step computes a new factor after this many inner steps
 
 
@@ -24,7 +24,10 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     if len(constraints.circles) > 1:  # lengths around a hole are meaningless before its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
-            State(fixed, fixed.at(state.at.alpha), state.steps), LOOPS_CLOSED, LOOPS_CLOSED, most
+            State(fixed, fixed.at(state.at.alpha), state.steps),
+            CLOSED_LOOP_RESIDUAL,
+            CLOSED_LOOP_RESIDUAL,
+            most,
         )
         state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
     for _ in range(most):

@@ -247,7 +247,7 @@ class HolonomyConstraints:
         if S is None:
             columns = self._columns(inner)
             return self._bordered_solver(inner, columns, columns.schur), columns
-        if known is not None and known.serves(drawn):
+        if known is not None and known.is_reusable(drawn):
             columns = known
         else:
             columns = solve_border(inner, *self.rows.in_metric(system.conformal)[:2], n, drawn)

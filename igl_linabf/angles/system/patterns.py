@@ -11,7 +11,7 @@ from scipy import sparse
 from ... import _core
 from ..._types import Array, FloatArray, IntArray, Solve
 from ...linalg import Analysis, Solvers
-from ...surface import Topology, sum_by
+from ...surface import Topology, sum_by_index
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class Pattern:
         made.data = _core.laplacian_entries(self.indptr, self.slot, self.ends, weight)
         return made
 
-    def pull(self, weight: FloatArray, z: Array) -> FloatArray:
+    def fixed_vertex_terms(self, weight: FloatArray, z: Array) -> FloatArray:
         """Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over edges to them.
 
         z contains the complex positions of the fixed vertices, and zeros for free vertices.
@@ -145,7 +145,7 @@ class Pattern:
 
     def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Sum `values` over their `rows`, ignoring row -1."""
-        return sum_by(rows + 1, values, self.n + 1)[1:]
+        return sum_by_index(rows + 1, values, self.n + 1)[1:]
 
 
 class RowSubset:

@@ -14,8 +14,12 @@ from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
-SLIVER = 10.0  # smallest ratio of the eigenvalues of P_t and s_t K_t at which triangle t is a sliver
-SLIVER_OF_SMALL_SYSTEM = 1000.0  # the eigenvalue ratio SLIVER in small systems, where inner steps are cheap
+MIN_SLIVER_RATIO = (
+    10.0  # smallest ratio of the eigenvalues of P_t and s_t K_t at which triangle t is a sliver
+)
+MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = (
+    1000.0  # the eigenvalue ratio MIN_SLIVER_RATIO in small systems, where inner steps are cheap
+)
 LARGE_SYSTEM = 5_000  # number of rows from which the system of a disk is large
 
 
@@ -61,12 +65,14 @@ class Slivers:
         where a correction saves more inner steps.
         """
         constraints, corner = system.constraints, system.topology.corner
-        largest = SLIVER
+        largest = MIN_SLIVER_RATIO
         if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
-            largest = SLIVER_OF_SMALL_SYSTEM
+            largest = MIN_SLIVER_RATIO_OF_SMALL_SYSTEM
         elif constraints.prescribes_sums:
-            largest = SLIVER / 2  # many steps share the correction
-        faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > largest + 1 / largest)
+            largest = MIN_SLIVER_RATIO / 2  # many steps share the correction
+        faces = np.flatnonzero(
+            _core.eigenvalue_disparity(system.w, system.d, system.cot) > largest + 1 / largest
+        )
         rows = constraints.row[corner[:, faces]]
         pairs = np.unique(rows[rows >= 0])
         if not len(pairs):

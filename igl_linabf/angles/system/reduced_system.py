@@ -94,7 +94,7 @@ class System:
 
     def rows(self, e: FloatArray) -> FloatArray:
         """Return M e, (#rows, 2): the change of the constraints of each row by the errors e, (3, #F)."""
-        sums = _core.row_sums(self.topology.corner, self.cot, e, self.topology.n)
+        sums = _core.constraint_changes(self.topology.corner, self.cot, e, self.topology.n)
         made = np.empty((self.constraints.n, 2))
         made[:, 0] = self.constraints.sum_at_rows(sums[0])  # vertex constraints, eq. 5
         made[:, 1] = self.constraints.sum_at_rows(sums[1])  # wheel constraints, eq. 8-10

@@ -90,7 +90,7 @@ class SchurColumns:
     drawn: HolonomyResidual
     schur: FloatArray
 
-    def serves(self, drawn: HolonomyResidual) -> bool:
+    def is_reusable(self, drawn: HolonomyResidual) -> bool:
         """Return True if the loops of the columns are nearly `drawn`, so that the columns can be reused."""
         q, known = drawn.q, self.drawn
         same = np.array_equal(drawn.constrained, known.constrained)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...surface import Submesh, sum_by
+from ...surface import Submesh, sum_by_index
 from ..features import CreasedSurface
 from .constants import MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
 from .graph import SurfaceGraph
@@ -83,7 +83,7 @@ class ClosedSurface:
             edges=edges,
             hiding=creased.hiding[taken],
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
-            area=sum_by(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
+            area=sum_by_index(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
             size=float(np.sqrt(double_area.sum() / 2)),
             isometric=isometric,

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._core import choose_distant_nodes, spanning_forest
 from ..._types import FloatArray, IntArray
-from ...surface import connected_labels, sum_by
+from ...surface import connected_labels, sum_by_index
 from .closed_surface import ClosedSurface
 from .constants import MIN_BOND_WEIGHT
 from .graph import SurfaceGraph, prune_stubs
@@ -89,8 +89,8 @@ class Contraction:
             node=label[fine.node],
             edges=fine.edges[edge],
             hiding=fine.hiding[edge],
-            curvature=sum_by(label, fine.curvature, graph.n),
-            area=sum_by(label, fine.area, graph.n),
+            curvature=sum_by_index(label, fine.curvature, graph.n),
+            area=sum_by_index(label, fine.area, graph.n),
             laplacian=_build_cluster_laplacian(fine, label, roots, forest.distance),
             size=fine.size,
             isometric=fine.isometric,

@@ -13,7 +13,7 @@ from ..._core import (
     nearest_sources,
     path_nodes,
     prune_leaves,
-    shortest_pairs,
+    shortest_edges,
     spanning_forest,
     steiner_paths,
 )
@@ -51,7 +51,7 @@ class SurfaceGraph:
     @cached_property
     def adjacency(self) -> tuple[sparse.csr_array, IntArray]:
         """The length of the shortest edge between each pair of nodes, (n, n), and the edge of each entry."""
-        indptr, indices, edge = shortest_pairs(self.ends, self.length, self.n)
+        indptr, indices, edge = shortest_edges(self.ends, self.length, self.n)
         return sparse.csr_array((self.length[edge], indices, indptr), shape=(self.n, self.n)), edge
 
     @cached_property

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..._core import lengths, nearest_sources, normals, shortest_pairs
+from ..._core import lengths, nearest_sources, normals, shortest_edges
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by
+from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by_index
 from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
 from .curvature import component_extents, dihedral_angles, find_apexes, flat_shares
@@ -158,7 +158,7 @@ class CreasedSurface:
     def in_large_plane(self) -> BoolArray:
         """Mask of the faces in large planes, which are larger than all smoothly adjacent planes."""
         number = int(self.plane.max()) + 1
-        area, whole = sum_by(self.plane, self.surface.measured[0], number), np.empty(number)
+        area, whole = sum_by_index(self.plane, self.surface.measured[0], number), np.empty(number)
         whole[self.plane] = self.double_area[self.label]
         pairs = self.plane[self.faces[~self.sharp]]
         pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
@@ -172,7 +172,7 @@ class CreasedSurface:
         """The large plane that is reached from each face with the least turning; -1 if it turns too much."""
         smooth, m = ~self.sharp, len(self.surface.F)
         turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
-        indptr, indices, edge = shortest_pairs(self.faces[smooth], turn, m)
+        indptr, indices, edge = shortest_edges(self.faces[smooth], turn, m)
         everywhere, planes = np.ones(m, dtype=bool), np.flatnonzero(self.in_large_plane)
         _, _, source = nearest_sources(indptr, indices, turn[edge], planes, everywhere, MAX_FILLET_TURN)
         return np.where(source >= 0, self.plane[source], -1)
@@ -182,7 +182,7 @@ class CreasedSurface:
         """The mean normal of each plane."""
         normal, number = normals(self.surface.V, self.surface.topology.corner), int(self.plane.max()) + 1
         double_area = self.surface.measured[0]
-        summed = np.stack([sum_by(self.plane, double_area * x, number) for x in normal.T], axis=1)
+        summed = np.stack([sum_by_index(self.plane, double_area * x, number) for x in normal.T], axis=1)
         return np.asarray(summed / np.maximum(np.linalg.norm(summed, axis=1), np.finfo(float).tiny)[:, None])
 
     @cached_property
@@ -249,7 +249,7 @@ class CreasedSurface:
     @cached_property
     def double_area(self) -> FloatArray:
         """Twice the area of each component."""
-        return sum_by(self.label, self.surface.measured[0], len(self.extent))
+        return sum_by_index(self.label, self.surface.measured[0], len(self.extent))
 
     @cached_property
     def flat_share(self) -> FloatArray:

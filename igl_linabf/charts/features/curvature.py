@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._core import dihedrals, lengths, normals, symmetric_pattern, symmetric_product
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
+from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by_index
 from . import constants
 
 # Height of a face, in rounding errors of its coordinates, below which it takes the normal of a neighbour.
@@ -52,8 +52,8 @@ def mean_curvature(
 ) -> tuple[FloatArray, FloatArray]:
     """Return twice the mean curvature, integrated around each vertex, and the area around each vertex."""
     half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
-    turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
-    return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
+    turned = sum_by_index(edges.T.ravel(), np.tile(half, 2), len(component.V))
+    return turned, sum_by_index(corner, np.tile(double_area / 6, 3), len(component.V))
 
 
 def extent(V: FloatArray) -> float:
@@ -115,7 +115,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.faces_inside.T
     double_area = surface.measured[0]
-    total = sum_by(of, double_area, number)
+    total = sum_by_index(of, double_area, number)
     length = lengths(surface.V, topology.edges_inside)
     size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
@@ -125,20 +125,20 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
     whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(bend))
     if facet is not None:
-        area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
+        area, one, other = sum_by_index(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
         one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
         large = np.bincount(facet) > 1  # only facets of several faces can share more than one edge
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
-        length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
+        length[rows] = sum_by_index(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
     straight = bend < FLAT_TURN * way / whole + BEND_ROUNDING
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
-    return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
+    return np.asarray(sum_by_index(of, np.where(even, double_area, 0.0), number) / total)
 
 
 def _find_facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
@@ -158,7 +158,7 @@ def _find_facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: Floa
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + MIN_CORNER_TURN, np.pi)
+    turn = np.remainder(sum_by_index(at.ravel(), angle.ravel(), len(key)) + MIN_CORNER_TURN, np.pi)
     corners = np.bincount(key[turn > 2 * MIN_CORNER_TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
-from ...surface import Submesh, sum_by
+from ...surface import Submesh, sum_by_index
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
@@ -155,5 +155,7 @@ def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden
     if not steps:
         return np.asarray(HIDING ** -own[surface.topology.faces_inside].mean(axis=1))
     corner, n = surface.topology.corner.ravel(), len(surface.V)
-    mean = sum_by(corner, np.tile(double_area * own, 3), n) / sum_by(corner, np.tile(double_area, 3), n)
+    mean = sum_by_index(corner, np.tile(double_area * own, 3), n) / sum_by_index(
+        corner, np.tile(double_area, 3), n
+    )
     return np.asarray(HIDING ** -smoothing.of(mean, steps)[edges].mean(axis=1))

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core import narrowest_turns
+from ..._core import min_rectangle_rotations
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import restrict_uv, scale_to_surface
@@ -254,7 +254,7 @@ def _make_outlines(
     kept = mapped > MIN_MAP_AREA * own
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
     start, end = ends * sides.repeat(scale)
-    turn = sides.repeat(narrowest_turns(start, sides.start))
+    turn = sides.repeat(min_rectangle_rotations(start, sides.start))
     low = sides.repeat(rectangles(start * turn, sides)[0])
     weight = np.ones(len(start), dtype=np.int64)
     rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..._core import narrowest_turns
+from ..._core import min_rectangle_rotations
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError, some
 from ...surface import (
@@ -232,7 +232,7 @@ def _prepare_charts(
     elif len(maps) == 1:
         turn = np.array([_find_best_turn(z, request.spacing.aspect)])
     else:
-        turn = narrowest_turns(z, vertices.start)
+        turn = min_rectangle_rotations(z, vertices.start)
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)

@@ -11,7 +11,7 @@ from itertools import groupby
 
 import numpy as np
 
-from ..._core import divisions, narrowest_turns
+from ..._core import evaluate_cut_lines, min_rectangle_rotations
 from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Quality, measure_qualities, overlapping_pairs_of_chart
 from ...surface import Submesh, complex_positions
@@ -109,7 +109,7 @@ def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -
     while waiting:
         chart = waiting.pop()
         z = chart.z
-        turn = narrowest_turns(z, np.array([0, len(z)]))[0]
+        turn = min_rectangle_rotations(z, np.array([0, len(z)]))[0]
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
         along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)
@@ -205,7 +205,7 @@ def _find_best_cut(
     # if there are few atoms, many lines divide them in the same way
     _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
     normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
-    hull, diagonal, crossed = divisions(
+    hull, diagonal, crossed = evaluate_cut_lines(
         groups.centre, groups.sides.T, groups.prices, groups.outer, normal, at, OUTWARDS
     )
     hull += np.delete(hulls, k).sum()

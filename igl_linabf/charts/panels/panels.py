@@ -21,7 +21,7 @@ import numpy as np
 
 from ..._core import merge_regions
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
+from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face_components, sum_by_index
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
@@ -140,7 +140,7 @@ class RoundedPanels(Panels):
         if made.any():
             large = np.where(self.creased.in_large_plane, creased.surface.measured[0], 0.0)
             least = PLANAR_SHARE_OF_ROUNDED * creased.double_area
-            made = made & (sum_by(creased.label, large, len(made)) >= least)
+            made = made & (sum_by_index(creased.label, large, len(made)) >= least)
         if made.any():
             made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
         return made
@@ -172,7 +172,7 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
     if seam.any():
         seam |= _find_slits(panels, seam, panels.unclosed & ~slit)[0]
     component = creased.label[creased.faces[seam, 0]]
-    price = sum_by(component, creased.price[seam], len(creased.extent))
+    price = sum_by_index(component, creased.price[seam], len(creased.extent))
     cost = price / np.sqrt(creased.double_area / 2) / trade
     cost[creased.label[handles]] = np.inf
     return creased.surface.vertices[creased.ends[seam]], component, cost

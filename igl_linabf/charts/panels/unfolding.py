@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._core import DEPTH, forest_parents, normals, spanning_forest
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Ragged, connected_labels, index_and_rank, sum_by
+from ...surface import Ragged, connected_labels, index_and_rank, sum_by_index
 from ..features import CreasedSurface
 from . import constants
 
@@ -46,9 +46,9 @@ def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[Comp
     plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
     normal = normals(surface.V, surface.topology.corner)
     number = int(plane.max()) + 1
-    summed = np.stack([sum_by(plane, double_area * x, number) for x in normal.T], axis=1)
+    summed = np.stack([sum_by_index(plane, double_area * x, number) for x in normal.T], axis=1)
     total = np.linalg.norm(summed, axis=1)
-    even = total >= (1 - MAX_PROJECTED_LOSS) * sum_by(plane, double_area, number)
+    even = total >= (1 - MAX_PROJECTED_LOSS) * sum_by_index(plane, double_area, number)
     common = even[plane] & (total[plane] > 0)
     summed /= np.maximum(total, np.finfo(float).tiny)[:, None]
     normal = np.where(common[:, None], summed[plane], normal)
@@ -156,7 +156,7 @@ def find_joints(
     by_length = by_length[_select_few_per_label(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
-    area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
+    area = sum_by_index(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     squared_length = _measure_longest_panels(creased, z, panel) ** 2
     page = np.maximum(PAGE_OVER_AREA * area, PAGE_OVER_SQUARED_LENGTH * squared_length)
     worth = total[by_length] * np.sqrt(area)[body] / (UNFILLED_SHARE * trade)

@@ -6,7 +6,7 @@ The components are disjoint, so that one Laplace system and one shortest-path se
 import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import Ragged, Submesh, connected_labels, sum_by
+from ...surface import Ragged, Submesh, connected_labels, sum_by_index
 from ..cut_graphs import ClosedSurface, join_terminals, solve_log_scale
 from ..features import CreasedSurface
 from . import constants
@@ -32,7 +32,7 @@ class SmallBodies:
         component = np.empty(self._n, dtype=np.int64)
         component[of[closed.node[surface.F[:, 0]]]] = surface.label
         self._of = component[of]  # the body of each node, numbered like the components of the surface
-        self._area = sum_by(self._of, closed.area, self._n)
+        self._area = sum_by_index(self._of, closed.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
@@ -122,7 +122,7 @@ class SmallBodies:
 
     def _estimate_stretch(self, u: FloatArray) -> FloatArray:
         """Return the expected L2 stretch of each body."""
-        shrunk, grown = (sum_by(self._of, self.closed.area * np.exp(k * u), self._n) for k in (-2, 2))
+        shrunk, grown = (sum_by_index(self._of, self.closed.area * np.exp(k * u), self._n) for k in (-2, 2))
         return np.asarray(np.sqrt(shrunk * grown) / self._area)
 
     def _measure_length(self, seam: IntArray) -> FloatArray:

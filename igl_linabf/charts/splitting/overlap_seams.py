@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._core import breadth_first_path, overlap_sheets, shortest_odd_walk, shortest_pairs
+from ..._core import breadth_first_path, overlap_sheets, shortest_edges, shortest_odd_walk
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
@@ -172,7 +172,7 @@ class _Search:
         topology = part.topology
         self._m, self._n = int(cell.max()) + 1, topology.n
         sides = cell[topology.sides[:, inner] % len(part.F)].T  # polygons on both sides of each inner edge
-        self._dual = _Dual(*shortest_pairs(sides, np.zeros(len(inner)), self._m))
+        self._dual = _Dual(*shortest_edges(sides, np.zeros(len(inner)), self._m))
         edges = topology.edges[inner]
         # an additional vertex per boundary loop: a seam may end at the loop and continue anywhere else on it
         rim = np.concatenate(topology.loops)
@@ -181,7 +181,7 @@ class _Search:
         spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
         price = CreasedSurface(part).price[np.searchsorted(topology.inside, inner)]
         self._cost = np.append(price, np.full(len(rim), spoke))
-        self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
+        self._graph = shortest_edges(ends, self._cost, topology.n + len(topology.loops))
 
     def find_largest_overlaps(self, pairs: IntArray, most: int) -> list[_Overlap]:
         """Return the overlaps that the pairs of polygons form, largest first, at most `most`."""

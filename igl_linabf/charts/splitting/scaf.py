@@ -12,7 +12,7 @@ from ..._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..._types import FloatArray
 from ...errors import FallbackWarning, MeshError, OutcomeWarning, is_number, some, stack_level
 from ...flattening import Flattening, Outcome
-from ...layouts import on_circle
+from ...layouts import embed_in_circle
 from ...linalg import Solvers
 from ...measures import overlapping_pairs_of_chart
 from ...surface import (
@@ -136,7 +136,7 @@ def _run_scaf(rest: FloatArray, topology: Topology, iterations: int, timeout: fl
 
     With an area of 1/2, `igl.triangle.scaf_solve` hangs.
     """
-    for z in on_circle(topology, Solvers()):
+    for z in embed_in_circle(topology, Solvers()):
         area = signed_double_areas(z, topology.corner)
         if (area > 0).all():
             break

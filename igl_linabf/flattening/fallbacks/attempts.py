@@ -33,7 +33,7 @@ from ..result import (
     Residuals,
     StageName,
     Status,
-    judge,
+    determine_outcome,
 )
 from .ears import Ears
 
@@ -224,7 +224,7 @@ def build_result(
         attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
         if best.stage not in ("injective", "isometric"):  # injective and isometric maps ignore earlier angles
             note = note or made.note
-    outcome, message = judge(
+    outcome, message = determine_outcome(
         Findings(
             layout.method,
             layout.solver,

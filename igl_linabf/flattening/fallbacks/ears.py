@@ -47,7 +47,7 @@ class Ears:
 
         If all faces of a disk have three boundary vertices, no ears are removed.
         """
-        faces, layers = mesh.topology.once("without ears", lambda: _layers(mesh.topology))
+        faces, layers = mesh.topology.once("without ears", lambda: _remove_ears(mesh.topology))
         if not layers:
             return None
         vertices, numbered = compact(mesh.topology.corner.T[faces], mesh.topology.n)
@@ -105,7 +105,7 @@ class Ears:
         return alpha
 
 
-def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
+def _remove_ears(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
     """Return the faces that remain after ears are removed repeatedly, and the ears of each round."""
     on_rim = np.zeros(topology.n, dtype=bool)
     on_rim[topology.loops[0]] = True

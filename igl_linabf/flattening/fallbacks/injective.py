@@ -5,7 +5,7 @@ from typing import Any
 
 from ..._runtime import time_stage
 from ..._types import ComplexArray
-from ...layouts import draw_to_pins, embed_in_boundary, injective, make_isometric, place_map
+from ...layouts import draw_to_pins, embed_in_boundary, make_injective, make_isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
 from .attempts import Problem, StageResult, StageResults, select_best
@@ -32,7 +32,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
         inside = replace(layout, z=z, method="embedding", solver=how)
         return StageResult("injective", state, layout=inside)
     with time_stage("injective"):
-        made = injective(mesh, layout.z, place, problem.angles.solvers)
+        made = make_injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:
         detail = "no embedding without flipped triangles was found in double precision"
         return StageResult("injective", last.state, Status.NO_VALID_START, detail)

@@ -21,9 +21,9 @@ from ...angles import (
     step_and_chord,
 )
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
-from ...layouts import GAP, Boundary, LayoutOptions, develop_boundary, lay_out
+from ...layouts import MAX_BOUNDARY_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
 from ...surface import find_chords, flipped_faces
-from ..boundary_shapes import HELP
+from ..boundary_shapes import SPLIT_CHORDS_HINT
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults
@@ -97,7 +97,7 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
                 gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
             else:
                 boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                gap, allowed = float(boundary.gaps.max()), GAP
+                gap, allowed = float(boundary.gaps.max()), MAX_BOUNDARY_GAP
             state = state.without_factors()
             if gap > allowed:
                 detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -143,7 +143,7 @@ def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, 
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
     whole = problem.mesh if problem.ears is None else problem.ears.whole
     if not reached and len(chords := find_chords(whole.topology)):
-        note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
+        note += f" with {len(chords)} edges across, between boundary vertices: {SPLIT_CHORDS_HINT}"
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 

@@ -5,4 +5,4 @@ from a map with flips, by the SLIM of igl. References: Rabinovich et al. 2017; S
 """
 
 from .maps import IsometricMap, draw_to_pins, flatten_isometrically, make_isometric
-from .slim import InjectiveMap, embed_in_boundary, injective
+from .slim import InjectiveMap, embed_in_boundary, make_injective

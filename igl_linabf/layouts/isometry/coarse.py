@@ -12,20 +12,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._core import sum_by
+from ..._core import sum_by_index
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
 from ...surface import Ragged
-from .energy import Rest
+from .energy import RestTriangles
 from .newton import Springs, factor_damped, sum_at_vertices
 
 VERTICES_PER_NODE = 40  # vertices per node of the grid, for a map that fills a rectangle
-TIE = 1e-2  # stiffness of springs between the nodes of an empty cell, over the mean stiffness of a node
+EMPTY_CELL_STIFFNESS = (
+    1e-2  # stiffness of springs between the nodes of an empty cell, over the mean stiffness of a node
+)
 FACES_AT_ONCE = 200_000  # triangles that are added to the Hessian together, which bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
-class Bilinear:
+class BilinearWeights:
     """Points in the cells of a grid, for bilinear interpolation from the nodes.
 
     Attributes
@@ -33,14 +35,14 @@ class Bilinear:
     cell : (#P,) int64
         Number of the lower left node of the cell.
     weights : (4, #P) float64
-        Bilinear weights of the lower left, lower right, upper left and upper right node.
+        BilinearWeights weights of the lower left, lower right, upper left and upper right node.
     """
 
     cell: IntArray
     weights: FloatArray
 
     @classmethod
-    def of(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> Bilinear:
+    def of(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> BilinearWeights:
         """Locate points, given in units of cells; with `cell`, extrapolate from these cells instead."""
         if cell is None:
             cell = x.imag.astype(np.int64) * columns + x.real.astype(np.int64)
@@ -59,9 +61,9 @@ class CoarseHessians:
         x = (start - low) / np.sqrt(width * height * VERTICES_PER_NODE / len(start))
         self._columns = int(x.real.max()) + 2
         nodes = self._columns * (int(x.imag.max()) + 2)
-        self._vertices = Bilinear.of(x, self._columns)
+        self._vertices = BilinearWeights.of(x, self._columns)
         middle = x[corner].mean(axis=0)
-        cell = Bilinear.of(middle, self._columns).cell
+        cell = BilinearWeights.of(middle, self._columns).cell
         self._order = np.argsort(cell, kind="stable")
         self._x, self._cell = x, cell
         self._cells = np.unique(np.concatenate((cell, self._vertices.cell)))
@@ -90,7 +92,7 @@ class CoarseHessians:
         self._analysis: Analysis = solvers.analyse(indptr, row, 2)
 
     def expand(
-        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+        self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]:
         """Return the gradient, (2 #V,), and a factor of the Hessian that is restricted to the grid.
 
@@ -113,11 +115,11 @@ class CoarseHessians:
         """Factor the Hessian on the grid; the factor solves for gradients and displacements on the mesh."""
         on_diagonal = np.array([i == j for i, j in self._pairs])
         # springs let nodes of cells with few triangles follow their neighbours
-        stiffness = TIE * sums[:, on_diagonal][..., [0, 3]].mean()
+        stiffness = EMPTY_CELL_STIFFNESS * sums[:, on_diagonal][..., [0, 3]].mean()
         empty = np.maximum(1 - self._faces.sizes / np.median(self._faces.sizes), 0)
         sums[..., [0, 3]] += np.multiply.outer(stiffness * empty, np.where(on_diagonal, 3, -1))[..., None]
         blocks = np.column_stack(
-            [sum_by(self._place, values.ravel(), self._entries) for values in np.moveaxis(sums, 2, 0)]
+            [sum_by_index(self._place, values.ravel(), self._entries) for values in np.moveaxis(sums, 2, 0)]
         )
         coarse = factor_damped(self._analysis, blocks, self._diagonal)
         return Factor(coarse.name, lambda slope: self._prolong(coarse.solve(self._restrict(slope))))
@@ -131,7 +133,7 @@ class CoarseHessians:
         at_nodes = np.zeros((4, 2, 4, len(cell)))  # row, x or y, node, triangle
         for k in range(3):
             at_nodes += (
-                by_corner[:, :, k, None] * Bilinear.of(self._x[corner[k]], self._columns, cell).weights
+                by_corner[:, :, k, None] * BilinearWeights.of(self._x[corner[k]], self._columns, cell).weights
             )
         made = np.empty((len(within), len(self._pairs), 4))
         for pair, (i, j) in enumerate(self._pairs):

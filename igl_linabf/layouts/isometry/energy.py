@@ -16,15 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._core import collapse_lengths, isometric_energy, isometric_rows
+from ..._core import collapse_lengths, isometric_derivatives, isometric_energy
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged
 
-OPENING = 1e-6  # smallest height over longest side of a triangle; largest added share of the area
+MIN_HEIGHT_RATIO = 1e-6  # smallest height over longest side of a triangle; largest added share of the area
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
+class RestTriangles:
     """The triangles at rest, with their shapes on the surface.
 
     Attributes
@@ -41,16 +41,18 @@ class Rest:
     share: FloatArray
 
     @classmethod
-    def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged) -> Rest:
+    def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged) -> RestTriangles:
         """Prepare the triangles of charts side by side, each chart scaled to area 1.
 
         The triangles are given as in `Mesh`. Triangles that are too thin for accurate derivatives are opened
-        to a height of `OPENING` times their longest side. The total area added to a chart is limited to
-        `OPENING` times the area of the chart.
+        to a height of `MIN_HEIGHT_RATIO` times their longest side. The total area added to a chart is limited
+        to `MIN_HEIGHT_RATIO` times the area of the chart.
         """
         area = faces.repeat(faces.sum(double_area) / 2)
         longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared length
-        room = np.minimum(OPENING * longest - double_area, 2 * OPENING * area / faces.repeat(faces.sizes))
+        room = np.minimum(
+            MIN_HEIGHT_RATIO * longest - double_area, 2 * MIN_HEIGHT_RATIO * area / faces.repeat(faces.sizes)
+        )
         double_area = double_area + np.maximum(room, 0)
         top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
         left, right = (top + 1) % 3, (top + 2) % 3
@@ -62,9 +64,11 @@ class Rest:
         inward = 1j * (z[PREV] - z[NEXT]) / double_area  # gradients of the hat functions
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
-    def of_faces(self, rows: IntArray) -> Rest:
+    def of_faces(self, rows: IntArray) -> RestTriangles:
         """Return the triangles with the indices `rows`."""
-        return Rest(np.ascontiguousarray(self.corner[:, rows]), self.gradient[:, rows], self.share[rows])
+        return RestTriangles(
+            np.ascontiguousarray(self.corner[:, rows]), self.gradient[:, rows], self.share[rows]
+        )
 
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
         """Return the energy of each triangle times its share; infinite for flipped or collapsed triangles."""
@@ -77,7 +81,7 @@ class Rest:
         Hessian with respect to p and q has the eigenvectors i p, i q and two vectors in the plane of p and q,
         because E is a function of |p| and |q|. Negative eigenvalues are omitted (Smith, De Goes, Kim 2019).
         """
-        return isometric_rows(self.corner, self.gradient, self.share, z, weight)
+        return isometric_derivatives(self.corner, self.gradient, self.share, z, weight)
 
     def collapse_lengths(self, z: ComplexArray, direction: ComplexArray) -> FloatArray:
         """Return the step length at which each triangle collapses (|p|^2 = |q|^2), or infinity if never."""

@@ -12,8 +12,8 @@ from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import place_map
 from .coarse import CoarseHessians
-from .energy import Rest
-from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, descend
+from .energy import RestTriangles
+from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, minimise_energy
 from .slim import is_upright
 
 UNWEIGHTED_TOL = 0.05  # relative gain at which the weighted energy replaces the unweighted energy
@@ -86,7 +86,7 @@ def flatten_isometrically(
     triangle is flipped.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
-    rest = Rest.of(corner, disks.double_area, disks.dot, faces)
+    rest = RestTriangles.of(corner, disks.double_area, disks.dot, faces)
     energy = IsometricEnergy(rest, vertices, faces, weight)
     z, steps, stalled = _lower_energy(energy, z, Hessians(corner, len(z), solvers), tol)
     value = energy.of_charts(z)
@@ -111,14 +111,14 @@ def _single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
     """Return the energy of a single chart."""
     corner, n = mesh.topology.corner, mesh.topology.n
     faces = Ragged.of_sizes([corner.shape[1]])
-    rest = Rest.of(corner, mesh.double_area, mesh.dot, faces)
+    rest = RestTriangles.of(corner, mesh.double_area, mesh.dot, faces)
     return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight)
 
 
 def _lower_energy(
     energy: IsometricEnergy, start: ComplexArray, hessians: HessianModel, tol: float
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
-    """Minimise the energy with `descend`, from maps of any scale.
+    """Minimise the energy with `minimise_energy`, from maps of any scale.
 
     If the weight is larger than 1, the unweighted energy is reduced first. A weighted energy grows faster
     than its quadratic model if areas in the map differ much from areas on the surface.
@@ -126,8 +126,8 @@ def _lower_energy(
     size = energy.faces.sum(signed_double_areas(start, energy.rest.corner)) / 2
     z, first = start / energy.vertices.repeat(np.sqrt(size)), np.zeros(len(size), dtype=np.int64)
     if energy.weight > 1:
-        z, first, _ = descend(replace(energy, weight=1.0), z, hessians, UNWEIGHTED_TOL)
-    z, steps, stalled = descend(energy, z, hessians, tol)
+        z, first, _ = minimise_energy(replace(energy, weight=1.0), z, hessians, UNWEIGHTED_TOL)
+    z, steps, stalled = minimise_energy(energy, z, hessians, tol)
     return z, first + steps, stalled
 
 
@@ -154,7 +154,7 @@ def _draw_to_pins(
         pull = np.zeros(len(z))
         pull[index] = stiffness
         pulled = replace(energy, springs=Springs(pull, to))
-        z, (more,), _ = descend(pulled, z, hessians, max_steps=MAX_PINNED_STEPS)
+        z, (more,), _ = minimise_energy(pulled, z, hessians, max_steps=MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
         # pins are out of reach if a spring stiffer than the first two does not halve the distance
         if stiffness > STIFFNESSES[1] and missed > before / 2:

@@ -7,12 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from ..._core import find_edges, outer_products, symmetric_pattern
+from ..._core import find_edges, sum_outer_products, symmetric_pattern
 from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
 from ...surface import NEXT, PREV, Ragged
-from .energy import Rest
+from .energy import RestTriangles
 
 MAX_NEWTON_STEPS = 200
 STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
@@ -42,7 +42,7 @@ class IsometricEnergy:
 
     Attributes
     ----------
-    rest : Rest
+    rest : RestTriangles
         The triangles on the surface.
     vertices, faces : Ragged
         Vertices and faces of each chart.
@@ -51,7 +51,7 @@ class IsometricEnergy:
     springs : Springs or None
     """
 
-    rest: Rest
+    rest: RestTriangles
     vertices: Ragged
     faces: Ragged
     weight: float
@@ -80,12 +80,12 @@ class Hessians:
         self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
     def expand(
-        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+        self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]:
         """Return the gradient, (2 #V,), and the factored Hessian: the sum of row row^T over the triangles."""
         by_corner, rows = rest.expand(z, weight)
         slope = sum_at_vertices(self._corner, by_corner, self._n)
-        blocks = outer_products(rows, self._own, self._across, self._entries)
+        blocks = sum_outer_products(rows, self._own, self._across, self._entries)
         if springs is not None:
             slope += _interleave(2 * springs.stiffness * (z - springs.to))
             blocks[self._diagonal, 0] += 2 * springs.stiffness
@@ -116,14 +116,14 @@ def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) ->
 
 
 class HessianModel(Protocol):
-    """A model of the Hessian of the isometric energy, which `descend` uses for its steps."""
+    """A model of the Hessian of the isometric energy, which `minimise_energy` uses for its steps."""
 
     def expand(
-        self, rest: Rest, z: ComplexArray, weight: float, springs: Springs | None
+        self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]: ...
 
 
-def descend(
+def minimise_energy(
     energy: IsometricEnergy,
     z: ComplexArray,
     hessians: HessianModel,
@@ -157,7 +157,7 @@ def descend(
         moving &= promised > NEGLIGIBLE_FALL * value
         if not moving.any():
             break
-        line = Line(energy, z, x[0::2] + 1j * x[1::2], value, promised)
+        line = LineSearch(energy, z, x[0::2] + 1j * x[1::2], value, promised)
         z, reached, length = line.search(moving)
         advance("isometric", 0.1)
         steps[moving] += 1
@@ -173,7 +173,7 @@ def descend(
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class LineSearch:
     """A line search for charts side by side, each with its own step length.
 
     Attributes

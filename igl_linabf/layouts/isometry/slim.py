@@ -22,7 +22,7 @@ from ...surface import (
     flat_angles,
     signed_double_areas,
 )
-from ..convex import embed_patches, on_circle
+from ..convex import embed_in_circle, embed_patches
 
 SLIM_CHUNK = 5  # iterations of SLIM between two checks of the map
 MAX_SLIM_CHUNKS = 60
@@ -52,7 +52,7 @@ class InjectiveMap:
     distortion: float
 
 
-def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
+def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
     """Make a map without flipped triangles from a map with flips.
 
     First, a valid start is found: wider and wider patches around the flipped triangles are embedded again. If
@@ -67,7 +67,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
     best = None
     for name, starts in (
         ("the map with its flipped triangles embedded again", embed_patches(mesh.topology, z, solvers)),
-        ("an embedding in a circle", on_circle(mesh.topology, solvers)),
+        ("an embedding in a circle", embed_in_circle(mesh.topology, solvers)),
     ):
         for start in starts:
             at = place(start)
@@ -86,16 +86,16 @@ def embed_in_boundary(
 ) -> tuple[ComplexArray, str] | None:
     """Make a map without flipped triangles that keeps the boundary of a map with flips.
 
-    Returns the map and a description, or None. Patches are embedded again, as at the start of `injective`.
-    The widest patch is valid in exact arithmetic if the boundary is convex and no chord joins two vertices on
-    the same straight side (Tutte 1963). If the boundary is a circle on which vertices are too close for
-    double precision, all vertices of the circle are spaced evenly.
+    Returns the map and a description, or None. Patches are embedded again, as in `make_injective`. The widest
+    patch is valid in exact arithmetic if the boundary is convex and no chord joins two vertices on the same
+    straight side (Tutte 1963). If the boundary is a circle on which vertices are too close for double
+    precision, all vertices of the circle are spaced evenly.
     """
     hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
     for made in () if hopeless else embed_patches(mesh.topology, z, solvers):
         if is_upright(made, mesh.topology.corner):
             return made, "convex combinations around the flipped triangles"
-    for made in on_circle(mesh.topology, solvers) if circle else ():
+    for made in embed_in_circle(mesh.topology, solvers) if circle else ():
         if is_upright(at := place(made), mesh.topology.corner):
             return at, "an embedding in a circle, its vertices spaced evenly"
     return None

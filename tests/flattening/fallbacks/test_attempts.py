@@ -16,7 +16,7 @@ from igl_linabf import ABF, LinABF, OutcomeWarning, abf, flatten, linabf, qualit
 from igl_linabf.errors import SingularSystemError
 from igl_linabf.flattening import Outcome, methods
 from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, initial_problem, select_best
-from igl_linabf.layouts import GAP, Layout, injective, on_circle
+from igl_linabf.layouts import MAX_BOUNDARY_GAP, Layout, embed_in_circle, make_injective
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import normalize_placement, planar_mesh, signed_double_areas
 
@@ -122,7 +122,7 @@ def test_an_open_boundary_after_step_and_chord_requires_more_steps() -> None:
     first, second = result.report.attempts
     assert "a boundary loop fails to close by" in first.failed and first.flips is None
     assert (second.name, second.failed, result.outcome) == ("active set", "", Outcome.CONVERGED)
-    assert result.report.gap < GAP
+    assert result.report.gap < MAX_BOUNDARY_GAP
 
 
 @pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
@@ -170,7 +170,9 @@ def test_the_guarantee_removes_flips_from_any_start_with_or_without_holes(name: 
     mesh = planar_mesh(*load(name))
     rng = np.random.default_rng(0)
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
-    made = injective(mesh, nonsense, lambda z: normalize_placement(mesh.topology, z, mesh.area), Solvers())
+    made = make_injective(
+        mesh, nonsense, lambda z: normalize_placement(mesh.topology, z, mesh.area), Solvers()
+    )
     assert (signed_double_areas(made.z, mesh.topology.corner) > 0).all()
     # the map depends on the starting map (see benchmarks/claims.py starts), but is close to the best map
     assert made.distortion < 30 * quality(mesh.V, mesh.faces, flatten(mesh.V, mesh.faces).uv).angle_distortion
@@ -179,7 +181,7 @@ def test_the_guarantee_removes_flips_from_any_start_with_or_without_holes(name: 
 @pytest.mark.parametrize("name", ["bumps", "limb", *CARRIED_HOLES, DEER, *HOLES])
 def test_embeddings_in_a_circle_are_valid(name: str) -> None:
     topology = planar_mesh(*load(name)).topology
-    for z in on_circle(topology, Solvers()):
+    for z in embed_in_circle(topology, Solvers()):
         assert np.allclose(np.abs(z[topology.loops[0]]), 1)
         assert (signed_double_areas(z, topology.corner) > 0).all()
 

@@ -10,7 +10,7 @@ from own_measures import count_flipped_exactly
 
 from igl_linabf import ChartOptions, Isometric, flatten, flatten_many, isometric, quality, unwrap
 from igl_linabf.cli import main
-from igl_linabf.layouts import make_isometric, on_circle
+from igl_linabf.layouts import embed_in_circle, make_isometric
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Mesh, complex_positions, coordinates, planar_mesh
 
@@ -43,7 +43,7 @@ def edge_lengths(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 def embed_in_circle(mesh: Mesh) -> np.ndarray:
     """Return an embedding in a circle, a valid start far from an isometry."""
-    return next(on_circle(mesh.topology, Solvers()))
+    return next(embed_in_circle(mesh.topology, Solvers()))
 
 
 @pytest.mark.parametrize("name", DISKS + UNCUT)

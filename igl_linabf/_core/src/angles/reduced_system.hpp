@@ -25,7 +25,7 @@ inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
 
 // Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0, the
 // product with the pseudoinverse K+ has tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
-inline Array<double> disparity(Values w, Numbers d, Values cot) {
+inline Array<double> eigenvalue_disparity(Values w, Numbers d, Values cot) {
     return tabulate(d.size, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
         const auto [x, y, z] = cot[t];

@@ -44,8 +44,8 @@ inline Array<double> cg_step(View<const Index> start, View<const double> rho, Vi
 
 // In each block, update the conjugate gradient direction p to z + (rho / last) p, where `last` is the previous rho. If
 // rho or last is 0, the new direction is z.
-inline void cg_direction(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
-                         View<double> p) {
+inline void update_cg_direction(View<const Index> start, View<const double> rho, View<const double> last,
+                                View<const double> z, View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
         const double kept = rho[k] == 0 || last[k] == 0 ? 0.0 : rho[k] / last[k], *from = z.data + start[k];
         double* to = p.data + start[k];

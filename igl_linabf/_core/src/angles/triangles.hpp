@@ -64,10 +64,11 @@ Made zeros(Shape... shape) {
 }
 
 // Sum the values that have the same index, for each index 0 .. n - 1.
-inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
+inline Array<double> sum_by_index(View<const Index> index, Numbers values, Index n) {
     Array<double> result = zeros(n);
     for (Index i = 0; i < index.size; ++i) {
-        if (std::uint64_t(index[i]) >= std::uint64_t(n)) throw std::invalid_argument("sum_by: an index is not below n");
+        if (std::uint64_t(index[i]) >= std::uint64_t(n))
+            throw std::invalid_argument("sum_by_index: an index is not below n");
         result[index[i]] += values[i];
     }
     return result;
@@ -204,8 +205,8 @@ inline FlaggedAngles rescaled_angles(Corners corner, Values length, Numbers fact
             const double p = (b + c - a) / 2, q = (c + a - b) / 2, r = (a + b - c) / 2;
             bad[t] = !((p > 0) & (q > 0) & (r > 0));
             const double x = std::max(p, 0.0), y = std::max(q, 0.0), z = std::max(r, 0.0);
-            const double radius = std::sqrt(x * y * z / ((a + b + c) / 2));  // inradius
-            to.set(t, {2 * arctangent(radius, x), 2 * arctangent(radius, y), 2 * arctangent(radius, z)});
+            const double inradius = std::sqrt(x * y * z / ((a + b + c) / 2));
+            to.set(t, {2 * arctangent(inradius, x), 2 * arctangent(inradius, y), 2 * arctangent(inradius, z)});
         }
     });
     return {std::move(alpha), std::move(impossible)};
@@ -229,14 +230,15 @@ inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index
             ratio[v] = 1;
         }
     };
-    const auto cosecant = [](double cot) {  // squared
+    const auto squared_cosecant = [](double cot) {
         const double c = std::min(std::abs(cot), LARGEST_COT);
         return 1 + c * c;
     };
     for (Index t = 0; t < corner.columns; ++t) {
         const auto [i, j, k] = at[t];
         const auto [a, b, c] = angle[t];
-        const double p = cosecant(cotangent.a[t]), q = cosecant(cotangent.b[t]), r = cosecant(cotangent.c[t]);
+        const double p = squared_cosecant(cotangent.a[t]), q = squared_cosecant(cotangent.b[t]);
+        const double r = squared_cosecant(cotangent.c[t]);
         add(i, a, q, r);
         add(j, b, r, p);
         add(k, c, p, q);
@@ -246,7 +248,7 @@ inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index
 }
 
 // Return M e: the change of the vertex and the wheel constraint of each vertex by the errors e (eq. 5 and 8 to 10).
-inline ConstraintSums row_sums(Corners corner, Values cot, Values e, Index n) {
+inline ConstraintSums constraint_changes(Corners corner, Values cot, Values e, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n);
     const CornerRows at(corner);
     const CornerRows cotangent(cot), error(e);

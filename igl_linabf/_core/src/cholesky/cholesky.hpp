@@ -80,7 +80,7 @@ class Factor {
     std::shared_ptr<const Symbolic> of;
     Array<double> values;
 
-    Array<double> take_spare() const {
+    Array<double> reuse_memory() const {
         const std::lock_guard held(of->spare_mutex);
         return of->spare.data() ? std::move(of->spare) : Array<double>(of->a.value_start.back());
     }
@@ -114,7 +114,7 @@ class Factor {
     Index bad_row = -1;  // row of the first pivot that is not positive and finite
 
     Factor(std::shared_ptr<const Symbolic> symbolic, View<const double> data)
-        : of(std::move(symbolic)), values(take_spare()) {
+        : of(std::move(symbolic)), values(reuse_memory()) {
         Array<double> left(of->parts.left.back());
         std::vector<Index> bad(of->parts.subtrees.size() + 1, -1);
         const auto work = [&](const std::vector<Index>& which, Index root) {

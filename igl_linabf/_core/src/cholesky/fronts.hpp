@@ -11,12 +11,12 @@ namespace cholesky {
 
 using FrontIndex = std::uint32_t;  // a position within a front
 
-constexpr Index WIDTH = 4;    // columns that are eliminated together
-constexpr Index PANEL = 64;   // columns that are eliminated before the rest of the front is updated
-constexpr Index PIECE = 128;  // columns of a front per task
+constexpr Index GROUP_COLUMNS = 4;    // columns that are eliminated together
+constexpr Index PANEL_COLUMNS = 64;   // columns that are eliminated before the rest of the front is updated
+constexpr Index TASK_COLUMNS = 128;  // columns of a front per task
 
-// Return the number of rows of an update matrix, rounded up to a multiple of WIDTH.
-inline Index pad_rows(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
+// Return the number of rows of an update matrix, rounded up to a multiple of GROUP_COLUMNS.
+inline Index pad_rows(Index rows) { return (rows + GROUP_COLUMNS - 1) & -GROUP_COLUMNS; }
 
 // Return the number of entries of a lower triangle.
 inline Index triangle_size(Index rows) { return rows * (rows + 1) / 2; }
@@ -122,16 +122,17 @@ inline Index factor_panel(double* L, Index size, Index first, Index last) {
 // The update matrix U has `rest` rows and columns. A pivot is bad if it is not positive and finite. The diagonal of L
 // is stored inverted, because solves multiply by it. If `shared` is true, threads share the work.
 inline Index factor_front(double* L, Index width, Index size, double* U, Index rest, bool shared) {
-    for (Index first = 0; first < width; first += PANEL) {
-        const Index last = std::min(first + PANEL, width), bad = factor_panel(L, size, first, last);
+    for (Index first = 0; first < width; first += PANEL_COLUMNS) {
+        const Index last = std::min(first + PANEL_COLUMNS, width), bad = factor_panel(L, size, first, last);
         if (bad >= 0) return bad;
-        const Index own = (width - last + PIECE - 1) / PIECE, all = own + (rest + PIECE - 1) / PIECE;
+        const Index own = (width - last + TASK_COLUMNS - 1) / TASK_COLUMNS;
+        const Index all = own + (rest + TASK_COLUMNS - 1) / TASK_COLUMNS;
         const auto piece = [&](Index k) {
-            const Index j = k < own ? last + k * PIECE : (k - own) * PIECE;
+            const Index j = k < own ? last + k * TASK_COLUMNS : (k - own) * TASK_COLUMNS;
             if (k < own)
-                rank_k_update(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
+                rank_k_update(L, size, first, last, L, size, 0, j, std::min(j + TASK_COLUMNS, width));
             else
-                rank_k_update(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
+                rank_k_update(L, size, first, last, U, rest, width, j, std::min(j + TASK_COLUMNS, rest));
         };
         if (shared) {
             parallel_for(all, piece);

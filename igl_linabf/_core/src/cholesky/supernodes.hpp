@@ -10,9 +10,10 @@
 
 namespace cholesky {
 
-// Relaxed supernodes: largest share of explicit zeros in a supernode of up to SMALL, up to MEDIUM, and more columns.
-constexpr Index SMALL = 16, MEDIUM = 48;
-constexpr double ZEROS_OF_SMALL = 0.5, ZEROS_OF_MEDIUM = 0.1, ZEROS = 0.05;
+// Relaxed supernodes: largest share of explicit zeros in a supernode of up to SMALL_COLUMNS, up to MEDIUM_COLUMNS, and
+// more columns.
+constexpr Index SMALL_COLUMNS = 16, MEDIUM_COLUMNS = 48;
+constexpr double MAX_ZEROS_SMALL = 0.5, MAX_ZEROS_MEDIUM = 0.1, MAX_ZEROS_LARGE = 0.05;
 
 // The supernodal analysis of a sparsity pattern, with P A P^T = L L^T.
 struct Supernodes {
@@ -81,8 +82,10 @@ inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const s
         if (s == number - 1 || parent[start[s + 1] - 1] != start[s + 1]) continue;
         const Index own = end[s] - start[s], width = end[s + 1] - start[s], rows = own + size[s + 1];
         const Index missing = zeros[s + 1] + own * (rows - size[s]);
-        const double share = width <= SMALL ? ZEROS_OF_SMALL : width <= MEDIUM ? ZEROS_OF_MEDIUM : ZEROS;
-        if (width <= WIDTH || double(missing) < share * double(width * rows - width * (width - 1) / 2)) {
+        const double share = width <= SMALL_COLUMNS    ? MAX_ZEROS_SMALL
+                             : width <= MEDIUM_COLUMNS ? MAX_ZEROS_MEDIUM
+                                                       : MAX_ZEROS_LARGE;
+        if (width <= GROUP_COLUMNS || double(missing) < share * double(width * rows - width * (width - 1) / 2)) {
             first[s + 1] = false;
             end[s] = end[s + 1], size[s] = rows, zeros[s] = missing;
         }
@@ -113,7 +116,7 @@ inline void find_rows_below(Supernodes& a, const RowPattern& rows, const std::ve
 }
 
 // Fill in the position of each entry of A in its front, and of each row below a supernode in the front of the parent.
-inline void find_places(Supernodes& a, const ColumnPattern& columns) {
+inline void find_positions(Supernodes& a, const ColumnPattern& columns) {
     std::vector<FrontIndex> place(a.n);
     std::vector<Index> waiting;
     a.target.resize(columns.row.size()), a.local.resize(a.below.size());
@@ -159,7 +162,7 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
     for (Index s = 0; s < number; ++s)
         if (const RowIndex next = parent[a.start[s + 1] - 1]; next >= 0) ++a.children[above[s] = of[next]];
     find_rows_below(a, rows, of, above);
-    find_places(a, columns);
+    find_positions(a, columns);
     a.order = std::move(order), a.source.assign(columns.source.begin(), columns.source.end());
     return a;
 }

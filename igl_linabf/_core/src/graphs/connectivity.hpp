@@ -165,7 +165,7 @@ struct Neighbours {
 
 // Return the neighbours of each node in CSR, in ascending order, and the shortest edge to each neighbour. The first of
 // equally short edges is returned.
-inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> length, Index n) {
+inline Neighbours shortest_edges(Matrix<const Index> ends, View<const double> length, Index n) {
     const Lists at = build_pair_lists(n, ends.rows, [&](const auto& put) {
         for (Index e = 0; e < ends.rows; ++e) {
             const Index i = ends[e][0], j = ends[e][1];

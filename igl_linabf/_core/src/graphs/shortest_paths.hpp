@@ -68,14 +68,14 @@ struct Search {
         waiting.clear(first, last);
     }
 
-    void reach(Index node, double way, Index from) {
+    void set_distance(Index node, double way, Index from) {
         distance[node] = way;
         before[node] = from;
         waiting.decrease_key(node);
     }
 
     // Return the smallest distance of an open node, or infinity if no node is open.
-    double least() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
+    double smallest_distance() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
     // Relax the edges of `node`, which are in row `row` of the graph. accept(edge, way) returns the node whose distance
     // is to be updated to `way`, or -1.
@@ -83,7 +83,7 @@ struct Search {
     void relax(const Graph<Int>& graph, Index row, Index node, const Goes& accept) {
         for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
             const double way = distance[node] + graph.length[edge];
-            if (const Index there = accept(edge, way); there >= 0) reach(there, way, node);
+            if (const Index there = accept(edge, way); there >= 0) set_distance(there, way, node);
         }
     }
 
@@ -114,7 +114,7 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
     Array<Index> source = full<Index>(graph.nodes(), -1);
     for (const Index node : sources)
         if (open[node] && !search.waiting.has_seen(node)) {
-            search.reach(node, 0, -1);
+            search.set_distance(node, 0, -1);
             source[node] = node;
         }
     limit = std::max(limit, 0.0);
@@ -150,7 +150,7 @@ std::tuple<Array<double>, Array<Index>> goal_directed_search(View<const Int> ind
     };
     Search search(graph.nodes(), graph.nodes());
     std::vector<double> ahead(graph.nodes());
-    search.reach(source, 0, -1);
+    search.set_distance(source, 0, -1);
     while (!search.waiting.empty())
         search.step(graph, [&](Index, Index there, double way) {
             if (!open[there]) return false;
@@ -177,15 +177,15 @@ SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View
     const Index n = graph.nodes();
     Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
     double apart[3] = {INFINITY, INFINITY, INFINITY};  // smallest sum of a node's distances to the sets other than k
-    const auto note = [&](int k, Index node, double way) {
+    const auto update_bounds = [&](int k, Index node, double way) {
         for (int j = 0; j < 3; ++j)
             if (j != k) apart[3 - k - j] = std::min(apart[3 - k - j], way + search[j].distance[node]);
     };
     for (int k = 0; k < 3; ++k)
         for (const Index node : sources[k])
             if (!search[k].waiting.has_seen(node)) {
-                search[k].reach(node, 0, -1);
-                note(k, node, 0);
+                search[k].set_distance(node, 0, -1);
+                update_bounds(k, node, 0);
             }
     std::vector<char> done(n);
     Index centre = -1;
@@ -203,10 +203,10 @@ SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View
         }
         search[next].step(graph, [&](Index, Index there, double way) {
             if (!open[there] || !(way <= reach[next])) return false;
-            note(next, there, way);
+            update_bounds(next, there, way);
             return true;
         });
-        top[next] = search[next].least();
+        top[next] = search[next].smallest_distance();
     }
     SteinerPaths result{{}, {0}};
     for (const Search& one : search) {
@@ -260,10 +260,10 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     std::vector<std::array<Index, 2>> ends(copies);
     cost[0] = 0;
     begun[0] = true;
-    search.reach(start, 0, -1);
+    search.set_distance(start, 0, -1);
     first[start] = start;
     other_label[start] = -1;
-    while (!search.waiting.empty() && 2 * search.least() < cost[all]) {
+    while (!search.waiting.empty() && 2 * search.smallest_distance() < cost[all]) {
         const Index node = search.waiting.pop(), copy = node / n;
         Index label = first[node % n];
         while (label >= 0 && (label == node || distance[label] + cost[copy ^ (label / n)] > distance[node]))

@@ -68,8 +68,8 @@ struct EnergyDerivatives {
 //
 // Because E is a function of |p| and |q|, its Hessian with respect to p and q has the eigenvectors i p, i q, and two
 // eigenvectors in the plane of p and q. Negative eigenvalues are clamped to 0 (Smith, De Goes, Kim 2019).
-inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gradients gradient, Numbers share, Map z,
-                                                             double weight) {
+inline std::tuple<Grid<double>, Grid<double>> isometric_derivatives(Corners corner, Gradients gradient, Numbers share,
+                                                                    Map z, double weight) {
     const Index m = corner.columns;
     Grid<double> slopes(6, m), rows(24, m);
     parallel_for_pieces(m, [&](Index first, Index last) {
@@ -108,7 +108,7 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_rows(Corners corner, Gra
 // Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles. The six values of a row belong
 // to the x coordinates of the corners, then to the y coordinates. The block of corner k is added to entry own[k], and
 // the block of the side opposite to corner k to entry across[k], or transposed to entry ~across[k].
-inline Grid<double> outer_products(Values rows, Corners own, Corners across, Index entries) {
+inline Grid<double> sum_outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
     Grid<double> result = angles::zeros<Grid<double>>(entries, 4);
     for (Index t = 0; t < m; ++t) {

@@ -9,8 +9,8 @@ namespace overlaps {
 // Return the area of the intersection of the triangles a and b, by clipping b at each side of a (Sutherland and Hodgman
 // 1974). Coordinates are relative to the first corner of a.
 inline double common_area(const Complex* a, const Complex* b) {
-    constexpr int MOST = 6;  // largest number of corners of the intersection of two triangles
-    std::array<Complex, MOST + 1> part{b[0] - a[0], b[1] - a[0], b[2] - a[0]}, clipped;
+    constexpr int MAX_CORNERS = 6;  // largest number of corners of the intersection of two triangles
+    std::array<Complex, MAX_CORNERS + 1> part{b[0] - a[0], b[1] - a[0], b[2] - a[0]}, clipped;
     const Complex corner[3] = {{0, 0}, a[1] - a[0], a[2] - a[0]};
     const double turn = cross(corner[1], corner[2]) < 0 ? -1 : 1;
     int number = 3;
@@ -20,9 +20,9 @@ inline double common_area(const Complex* a, const Complex* b) {
         for (int i = 0; i < number; ++i) {
             const Complex here = part[i], next = part[(i + 1) % number];
             const double depth = turn * cross(side, here - from), after = turn * cross(side, next - from);
-            if (depth >= 0 && kept < MOST) clipped[kept++] = here;
+            if (depth >= 0 && kept < MAX_CORNERS) clipped[kept++] = here;
             if ((depth > 0 && after < 0) || (depth < 0 && after > 0))
-                if (kept < MOST) clipped[kept++] = here + depth / (depth - after) * (next - here);
+                if (kept < MAX_CORNERS) clipped[kept++] = here + depth / (depth - after) * (next - here);
         }
         part = clipped, number = kept;
     }

@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double ROOM = 0.8;  // sheets grow over this share of the pairs before the first pair at which they would meet
+constexpr double GROWTH_SHARE = 0.8;  // sheets grow over this share of the pairs before they would meet
 
 struct Sheets {
     std::vector<Index> faces, start{0};
@@ -15,7 +15,7 @@ struct Sheets {
 // The overlapping pairs of faces, in both orders and sorted lexicographically, and the adjacent faces of each face in
 // CSR. Two pairs are neighbours if they have one face in common and their other faces are adjacent. An overlap is a
 // connected component of pairs together with the mirrored component.
-class Layers {
+class OverlapLayers {
     View<const Index> upper, lower, begin, neighbour;
     std::vector<Index> row;              // first pair of each upper face
     std::vector<Index> component;        // component of each pair
@@ -47,7 +47,7 @@ class Layers {
     }
 
     // Append the faces that are connected to `face` within its sheet, ascending, and remove them from the sheet.
-    void take_component(Index face, Sheets& result) {
+    void extract_component(Index face, Sheets& result) {
         const std::size_t before = result.faces.size();
         const Index own = sheet[face];
         result.faces.push_back(face), sheet[face] = 0;
@@ -67,16 +67,17 @@ class Layers {
         for (Index at = size; at-- > 0;) when[0][upper[pairs[at]]] = at, when[1][lower[pairs[at]]] = at;
         Index met = size;
         each_face([&](Index f) { met = std::min(met, std::max(when[0][f], when[1][f])); });
-        const double limit = met == size ? double(met) : ROOM * double(met);
+        const double limit = met == size ? double(met) : GROWTH_SHARE * double(met);
         each_face([&](Index f) { sheet[f] = when[0][f] < limit ? 1 : when[1][f] < limit ? 2 : 0; });
         const Index one = upper[pairs[0]], other = lower[pairs[0]];
         sheet[one] = 1, sheet[other] = 2;
-        take_component(one, result), take_component(other, result);
+        extract_component(one, result), extract_component(other, result);
         each_face([&](Index f) { sheet[f] = 0, when[0][f] = when[1][f] = upper.size; });
     }
 
   public:
-    Layers(View<const Index> upper, View<const Index> lower, View<const Index> begin, View<const Index> neighbour)
+    OverlapLayers(View<const Index> upper, View<const Index> lower, View<const Index> begin,
+                  View<const Index> neighbour)
         : upper(upper), lower(lower), begin(begin), neighbour(neighbour), row(begin.size), component(upper.size, -1),
           sheet(begin.size - 1) {
         when[0] = when[1] = std::vector<Index>(sheet.size(), upper.size);
@@ -85,7 +86,7 @@ class Layers {
     }
 
     // Return the two sheets of each of the `most` largest overlaps.
-    Sheets largest(Index most) {
+    Sheets largest_overlaps(Index most) {
         std::vector<Index> size;  // number of pairs of each component and its mirrored component
         for (Index k = 0; k < upper.size; ++k) {
             if (component[k] >= 0) continue;
@@ -106,10 +107,10 @@ class Layers {
     }
 };
 
-// Return the two sheets of each of the `most` largest overlaps. For all other parameters, see `Layers`.
+// Return the two sheets of each of the `most` largest overlaps. For all other parameters, see `OverlapLayers`.
 inline Sheets overlap_sheets(View<const Index> upper, View<const Index> lower, View<const Index> begin,
                              View<const Index> neighbour, Index most) {
-    return Layers(upper, lower, begin, neighbour).largest(most);
+    return OverlapLayers(upper, lower, begin, neighbour).largest_overlaps(most);
 }
 
 }  // namespace overlaps

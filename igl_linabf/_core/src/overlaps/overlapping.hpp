@@ -82,7 +82,7 @@ class BoxTree {
 
     // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order, or only `limit` + 1
     // pairs if there are more than `limit`.
-    std::vector<std::array<Index, 2>> pairs(Index limit) const {
+    std::vector<std::array<Index, 2>> find_pairs(Index limit) const {
         std::vector<std::array<Index, 2>> found;
         for (Index first = 0; first < Index(triangle.size()); first += LEAF_SIZE)
             search(leaves + first / LEAF_SIZE, 1, 0, leaves * LEAF_SIZE, limit, found);
@@ -97,7 +97,7 @@ class BoxTree {
 // #F^2 / 2 overlapping pairs.
 inline std::vector<std::array<Index, 2>> find_overlaps(View<const Complex> z, Matrix<const Index> F,
                                                        View<const Index> chart, Index limit) {
-    return BoxTree(z, F, chart).pairs(limit);
+    return BoxTree(z, F, chart).find_pairs(limit);
 }
 
 // Return true if a triangle of `some`, (#S, 3), overlaps another triangle of `some` or a triangle of `others`, (#O, 3).

@@ -9,7 +9,7 @@ namespace overlaps {
 
 constexpr double DEPTH = 0.5e-6;        // tolerated depth of an overlap, relative to the height of the smaller triangle
 constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that a chart wastes if it is too long
-constexpr int SIDES = 24;               // number of directions in which the extent of a chart is measured
+constexpr int EXTENT_DIRECTIONS = 24;               // number of directions in which the extent of a chart is measured
 constexpr Index MAX_GRID_SIDE = 128;    // largest number of cells along a side of a grid
 constexpr double CELL_MARGIN = 1e-6;    // margin for rounding errors, relative to a cell
 constexpr double MIN_EXTENT = 1e-300;   // smallest width or height, to avoid divisions by zero
@@ -39,17 +39,17 @@ struct Motion {
     }
 };
 
-// The extent of a chart in each of SIDES directions.
+// The extent of a chart in each of EXTENT_DIRECTIONS directions.
 struct ChartExtent {
-    std::array<double, SIDES / 2> along, back;  // in each direction, and in its opposite
+    std::array<double, EXTENT_DIRECTIONS / 2> along, back;  // in each direction, and in its opposite
 
     ChartExtent() { along.fill(-INFINITY), back = along; }
 
     // Enlarge the extent to contain a moved box.
-    void add(const Box& b, const Motion& by, const std::array<Complex, SIDES / 2>& axis) {
+    void add(const Box& b, const Motion& by, const std::array<Complex, EXTENT_DIRECTIONS / 2>& axis) {
         const Complex centre = by(b.centre());
         const Complex right = b.width() / 2 * by.turn, up = times(by.turn, {0, b.height() / 2});
-        for (int k = 0; k < SIDES / 2; ++k) {
+        for (int k = 0; k < EXTENT_DIRECTIONS / 2; ++k) {
             const double middle = dot(centre, axis[k]);
             const double reach = std::abs(dot(right, axis[k])) + std::abs(dot(up, axis[k]));
             along[k] = std::max(along[k], middle + reach);
@@ -59,7 +59,7 @@ struct ChartExtent {
     // Return the area of the smallest bounding rectangle along one of the directions, with a penalty if it is overlong.
     double used_area(double page) const {
         double least = INFINITY;
-        for (int k = 0, other = SIDES / 4; other < SIDES / 2; ++k, ++other) {
+        for (int k = 0, other = EXTENT_DIRECTIONS / 4; other < EXTENT_DIRECTIONS / 2; ++k, ++other) {
             const double wide = along[k] + back[k], high = along[other] + back[other], longer = std::max(wide, high);
             least = std::min(least, std::max(wide * high, OVERLONG_WEIGHT * (longer * longer / 2 - page)));
         }
@@ -81,7 +81,7 @@ class Regions {
 
     // Call found(cell) for the cells that a triangle touches, until a call returns true. Return true if a call did.
     template <class Found>
-    static bool any_cell(const Triangle& t, const Cells& g, const Found& found) {
+    static bool visit_cells(const Triangle& t, const Cells& g, const Found& found) {
         const Box box = bounding_box(t.corner);
         const double high = g.box.height() / double(g.rows);
         const double per_row = double(g.rows) / std::max(g.box.height(), MIN_EXTENT);
@@ -116,7 +116,7 @@ class Regions {
         for (Index r = 0; r < size(); ++r)
             for (Index t = start[r]; t < start[r + 1]; ++t)
                 if (triangle[t].is_solid())
-                    any_cell(triangle[t], grid[r], [&](Index cell) { return put(cell, t), false; });
+                    visit_cells(triangle[t], grid[r], [&](Index cell) { return put(cell, t), false; });
     }
 
   public:
@@ -144,13 +144,13 @@ class Regions {
     const Box& box(Index r) const { return grid[r].box; }
 
     // Return true if a triangle of region s, moved to the frame of region r, overlaps a triangle of region r.
-    bool collide(Index r, Index s, const Motion& motion) const {
-        if (start[s + 1] - start[s] > start[r + 1] - start[r]) return collide_moved(s, r, motion.inverse());
-        return collide_moved(r, s, motion);
+    bool does_collide(Index r, Index s, const Motion& motion) const {
+        if (start[s + 1] - start[s] > start[r + 1] - start[r]) return does_moved_collide(s, r, motion.inverse());
+        return does_moved_collide(r, s, motion);
     }
 
   private:
-    bool collide_moved(Index r, Index s, const Motion& motion) const {
+    bool does_moved_collide(Index r, Index s, const Motion& motion) const {
         for (Index t = start[s]; t < start[s + 1]; ++t) {
             if (!triangle[t].is_solid()) continue;
             const Triangle moved = motion(triangle[t]);
@@ -160,7 +160,7 @@ class Regions {
                     if (do_overlap(triangle[i], moved)) return true;
                 return false;
             };
-            if (any_cell(moved, grid[r], found)) return true;
+            if (visit_cells(moved, grid[r], found)) return true;
         }
         return false;
     }
@@ -180,19 +180,19 @@ struct Hinge {
 // the grids of triangles are built only once.
 class Assembly {
     const Regions& regions;
-    std::array<Complex, SIDES / 2> axis;
+    std::array<Complex, EXTENT_DIRECTIONS / 2> axis;
     std::vector<std::vector<Index>> members;  // regions of each chart
     std::vector<ChartExtent> extent;          // extent of each chart
     std::vector<Box> box, around;             // box of each region in the plane of its chart, and box of each chart
 
     // Return true if the chart `there`, after the motion `by`, overlaps the chart `here`.
-    bool collide(Index here, Index there, const Motion& by) const {
+    bool does_collide(Index here, Index there, const Motion& by) const {
         for (const Index s : members[there]) {
             const Motion own = by * motion[s];
             const Box near = own(regions.box(s));
             if (!near.intersects(around[here])) continue;
             for (const Index r : members[here])
-                if (near.intersects(box[r]) && regions.collide(r, s, motion[r].inverse() * own)) return true;
+                if (near.intersects(box[r]) && regions.does_collide(r, s, motion[r].inverse() * own)) return true;
         }
         return false;
     }
@@ -204,7 +204,7 @@ class Assembly {
     explicit Assembly(const Regions& regions)
         : regions(regions), members(regions.size()), extent(regions.size()), box(regions.size()), around(box),
           chart(regions.size()), motion(regions.size()) {
-        for (int k = 0; k < SIDES / 2; ++k) axis[k] = direction(2 * PI * k / SIDES);
+        for (int k = 0; k < EXTENT_DIRECTIONS / 2; ++k) axis[k] = direction(2 * PI * k / EXTENT_DIRECTIONS);
         for (Index r = 0; r < regions.size(); ++r) {
             members[r] = {r}, chart[r] = r, box[r] = around[r] = regions.box(r);
             extent[r].add(box[r], {}, axis);
@@ -221,7 +221,7 @@ class Assembly {
         for (const Index s : members[there]) both.add(regions.box(s), by * motion[s], axis);
         const double more =
             both.used_area(hinge.page) - extent[here].used_area(hinge.page) - extent[there].used_area(hinge.page);
-        if (!(more <= hinge.worth) || collide(here, there, by)) return;
+        if (!(more <= hinge.worth) || does_collide(here, there, by)) return;
         extent[here] = both;
         for (const Index s : members[there]) {
             motion[s] = by * motion[s];

@@ -42,7 +42,7 @@ struct Page {
     Index width = 0, height = 0;  // extents of the occupied part, in cells
 
     Page(Index side, Index levels)
-        : words(side / WORD + 2), high(side + ROWS_AT_ONCE), levels(levels), busy(levels * words * high) {}
+        : words(side / WORD_BITS + 2), high(side + ROWS_AT_ONCE), levels(levels), busy(levels * words * high) {}
 };
 
 // Columns of a word, one per bit: those with a collision in every row, and those with a new collision in some row.
@@ -54,11 +54,11 @@ struct Collisions {
 // which the mask may be shifted.
 inline Collisions find_collisions(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
     const Index behind = column + more;
-    const Word* const one = page.busy.data() + at + column / WORD * page.high;
-    const Word* const other = page.busy.data() + at + behind / WORD * page.high;
+    const Word* const one = page.busy.data() + at + column / WORD_BITS * page.high;
+    const Word* const other = page.busy.data() + at + behind / WORD_BITS * page.high;
     const Word *const one_next = one + page.high, *const other_next = other + page.high;
-    const int by = int(column % WORD), farther = int(behind % WORD);
-    Word every = EVERY, fresh = NONE;
+    const int by = int(column % WORD_BITS), farther = int(behind % WORD_BITS);
+    Word every = ALL_BITS, fresh = NO_BITS;
     INDEPENDENT
     for (Index r = 0; r < ROWS_AT_ONCE; ++r) {
         const Word before = met[r];
@@ -76,24 +76,24 @@ inline Collisions find_collisions(const Page& page, Index at, Index column, Inde
 inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
     std::fill_n(free, ROWS_AT_ONCE, -1);
-    for (Index x = 0; x <= last; x += WORD) {
-        const Word beyond = last - x >= WORD - 1 ? NONE : EVERY << (last - x + 1);
-        Word met[ROWS_AT_ONCE], every = EVERY;
-        for (Index r = 0; r < ROWS_AT_ONCE; ++r) every &= met[r] = r < number && free[r] < 0 ? beyond : EVERY;
-        if (every == EVERY) break;
+    for (Index x = 0; x <= last; x += WORD_BITS) {
+        const Word beyond = last - x >= WORD_BITS - 1 ? NO_BITS : ALL_BITS << (last - x + 1);
+        Word met[ROWS_AT_ONCE], every = ALL_BITS;
+        for (Index r = 0; r < ROWS_AT_ONCE; ++r) every &= met[r] = r < number && free[r] < 0 ? beyond : ALL_BITS;
+        if (every == ALL_BITS) break;
         Index useful = 0;
-        for (Index i = 0; i < runs.size && every != EVERY; ++i) {
+        for (Index i = 0; i < runs.size && every != ALL_BITS; ++i) {
             const Index column = x + runs[i].column;
             if (column >= page.width || y + runs[i].row >= page.height) continue;
             const Collisions now = find_collisions(page, runs[i].at + y, column, runs[i].more, met);
-            if (now.fresh == NONE) continue;
+            if (now.fresh == NO_BITS) continue;
             every = now.every;
             std::swap(runs[i], runs[useful++]);
         }
-        if (every == EVERY) continue;
+        if (every == ALL_BITS) continue;
         found = true;
         for (Index r = 0; r < number; ++r)
-            if (met[r] != EVERY) free[r] = x + lowest_bit(~met[r]);
+            if (met[r] != ALL_BITS) free[r] = x + lowest_bit(~met[r]);
     }
     return found;
 }
@@ -147,17 +147,17 @@ inline void occupy(Page& page, Shape shape, View<const CellBlock> blocks, Index 
     const Index high = page.high, words = page.words;
     for (const CellBlock& block : blocks) {
         const Index begin = x + block.column, end = begin + block.length;
-        for (Index word = begin / WORD; word * WORD < end; ++word) {
-            Word bits = EVERY;
-            if (word * WORD < begin) bits <<= begin - word * WORD;
-            if ((word + 1) * WORD > end) bits &= EVERY >> ((word + 1) * WORD - end);
+        for (Index word = begin / WORD_BITS; word * WORD_BITS < end; ++word) {
+            Word bits = ALL_BITS;
+            if (word * WORD_BITS < begin) bits <<= begin - word * WORD_BITS;
+            if ((word + 1) * WORD_BITS > end) bits &= ALL_BITS >> ((word + 1) * WORD_BITS - end);
             Word* const to = page.busy.data() + word * high + y + block.row;
             for (Index row = 0; row < block.height; ++row) to[row] |= bits;
         }
     }
     for (Index j = 1; j < page.levels; ++j) {
-        const Index far = (Index(1) << (j - 1)) / WORD;
-        const int by = int((Index(1) << (j - 1)) % WORD);
+        const Index far = (Index(1) << (j - 1)) / WORD_BITS;
+        const int by = int((Index(1) << (j - 1)) % WORD_BITS);
         for (Index word = 0; word < words - 1; ++word) {
             const Word* const from = page.busy.data() + ((j - 1) * words + word) * high + y;
             const Word* const behind = from + std::min(far, words - 2 - word) * high;

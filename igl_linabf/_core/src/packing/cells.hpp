@@ -10,8 +10,8 @@ namespace packing {
 
 using Word = std::uint64_t;
 
-constexpr Index WORD = 64;  // number of bits in a word
-constexpr Word NONE = 0, EVERY = ~Word(0);
+constexpr Index WORD_BITS = 64;  // number of bits in a word
+constexpr Word NO_BITS = 0, ALL_BITS = ~Word(0);
 
 // Return the position of the lowest set bit of a word that is not 0.
 inline Index lowest_bit(Word word) {

@@ -4,7 +4,7 @@
 
 namespace packing {
 
-struct Divisions {
+struct CutLineValues {
     Array<double> hulls, widest, cut;
 };
 
@@ -15,11 +15,12 @@ struct Divisions {
 // The points beyond line k are those whose scalar product with its normal exceeds its offset. Only the `outer` points
 // and the ends of cut edges can be on a hull. The vertices of an approximate hull are the extreme points in the
 // directions `outwards`, (2, 4 n): unit vectors at equal angles, beginning with (1, 0).
-inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends, View<const double> length,
-                           View<const bool> outer, Matrix<const double> normal, View<const double> offset,
-                           Matrix<const double> outwards) {
+inline CutLineValues evaluate_cut_lines(Matrix<const double> points, Matrix<const Index> ends,
+                                        View<const double> length, View<const bool> outer,
+                                        Matrix<const double> normal, View<const double> offset,
+                                        Matrix<const double> outwards) {
     const Index n = points.rows, lines = offset.size, fan = outwards.columns;
-    Divisions result{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
+    CutLineValues result{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
     std::vector<char> beyond(n), near(n);
     std::vector<Index> part(n), at;
     std::vector<double> most;

@@ -46,9 +46,9 @@ struct CellChanges {
 };
 
 // Return the floor or the ceiling of a number, clamped to 0 .. most.
-inline Index floor_of(double x, Index most) { return Index(std::min(double(most), std::max(0.0, x))); }
-inline Index ceil_of(double x, Index most) {
-    const Index below = floor_of(x, most);
+inline Index clamped_floor(double x, Index most) { return Index(std::min(double(most), std::max(0.0, x))); }
+inline Index clamped_ceiling(double x, Index most) {
+    const Index below = clamped_floor(x, most);
     return below + (double(below) < x && below < most);
 }
 
@@ -62,12 +62,13 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
         const double across = b[s].x - x, rise = b[s].y - y;
         const double low = std::min(y, b[s].y), high = std::max(y, b[s].y);
         const std::uint32_t by = WINDING_UNIT * std::uint32_t(rise > 0 ? weight[s] : -weight[s]);
-        const Index above = ceil_of(high - 0.5, cells.rows);
-        for (Index row = ceil_of(low - 0.5, cells.rows); row < above; ++row) {
+        const Index above = clamped_ceiling(high - 0.5, cells.rows);
+        for (Index row = clamped_ceiling(low - 0.5, cells.rows); row < above; ++row) {
             const double at = x + (double(row) + 0.5 - y) / rise * across;
-            cells.add(row, ceil_of(at - 0.5, cells.columns), by);
+            cells.add(row, clamped_ceiling(at - 0.5, cells.columns), by);
         }
-        const Index bottom = floor_of(low - half, cells.rows), top = floor_of(high + half, cells.rows - 1) + 1;
+        const Index bottom = clamped_floor(low - half, cells.rows);
+        const Index top = clamped_floor(high + half, cells.rows - 1) + 1;
         for (Index row = bottom; row < top; ++row) {
             double first = 0, last = 1;
             if (bottom + 1 < top && rise != 0) {
@@ -75,8 +76,8 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
                 last = std::min(1.0, std::max(0.0, (double(row + 1) + half - y) / rise));
             }
             const double one = x + first * across, other = x + last * across;
-            cells.add(row, floor_of(std::min(one, other) - half, cells.columns), 1);
-            cells.add(row, floor_of(std::max(one, other) + half, cells.columns - 1) + 1, std::uint32_t(-1));
+            cells.add(row, clamped_floor(std::min(one, other) - half, cells.columns), 1);
+            cells.add(row, clamped_floor(std::max(one, other) + half, cells.columns - 1) + 1, std::uint32_t(-1));
         }
     }
 }
@@ -92,8 +93,8 @@ inline void append_blocks(CellChanges cells, View<Index> last, std::vector<CellB
         bool inside = false;
         Index begin = 0;
         for (Index word = 0; word < cells.words; ++word) {
-            for (Word bits = std::exchange(marks[word], NONE); bits != NONE; bits &= bits - 1) {
-                const Index column = word * WORD + lowest_bit(bits);
+            for (Word bits = std::exchange(marks[word], NO_BITS); bits != NO_BITS; bits &= bits - 1) {
+                const Index column = word * WORD_BITS + lowest_bit(bits);
                 now += std::exchange(change[column], 0);
                 if ((now != 0) == inside) continue;
                 inside = !inside;
@@ -161,7 +162,8 @@ inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<
         if (!finite || !(wide >= 0 && high >= 0))
             throw std::invalid_argument("an outline has no sides, or is not finite");
         if (!((wide + 2) * (high + 1) < MAX_MASK_CELLS)) throw std::bad_alloc();
-        const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
+        const Index columns = Index(wide) + 1, rows = Index(high) + 1;
+        const Index stride = columns + 1, words = columns / WORD_BITS + 1;
         const CellChanges cells{change.reserve(rows * stride), marks.reserve(rows * words), rows, columns, words};
         for (Index s = 0; s < number; ++s) a[s] = a[s] - corner, b[s] = b[s] - corner;
         add_sides(a, b, weight.part(first, first + number), half, cells);

@@ -9,10 +9,10 @@ namespace packing {
 constexpr double EQUAL_AREA_FACTOR = 1 + 1e-12;  // areas within this factor count as equal
 constexpr double COLLINEAR_SHARE = 1e-14;        // relative area below which three points are collinear
 
-constexpr std::size_t FAN = 16;  // number of directions in which the extreme points are found
+constexpr std::size_t HULL_DIRECTIONS = 16;  // number of directions in which the extreme points are found
 
 struct Directions {
-    std::array<double, FAN> x, y;
+    std::array<double, HULL_DIRECTIONS> x, y;
 };
 
 // Return the distance of z to the left of the line from p to q, times |q - p|. It is 0 if the points are collinear.
@@ -24,11 +24,11 @@ inline double signed_offset(Complex p, Complex q, Complex z) {
 
 // Fill `kept` with the points that may be on the convex hull, which are not inside the polygon of the extreme points.
 inline void select_outer_points(View<const Complex> z, const Directions& outwards, std::vector<Complex>& kept) {
-    std::array<double, FAN> most;
-    std::array<Index, FAN> far{};
+    std::array<double, HULL_DIRECTIONS> most;
+    std::array<Index, HULL_DIRECTIONS> far{};
     most.fill(-INFINITY);
     for (Index i = 0; i < z.size; ++i)
-        for (std::size_t d = 0; d < FAN; ++d) {
+        for (std::size_t d = 0; d < HULL_DIRECTIONS; ++d) {
             const double along = z[i].x * outwards.x[d] + z[i].y * outwards.y[d];
             const bool farther = along > most[d];
             most[d] = farther ? along : most[d], far[d] = farther ? i : far[d];
@@ -36,8 +36,8 @@ inline void select_outer_points(View<const Complex> z, const Directions& outward
     kept.clear();
     for (const Complex p : z) {
         bool inside = true;
-        for (std::size_t d = 0; d < FAN && inside; ++d) {
-            const Complex from = z[far[d]], to = z[far[(d + 1) % FAN]];
+        for (std::size_t d = 0; d < HULL_DIRECTIONS && inside; ++d) {
+            const Complex from = z[far[d]], to = z[far[(d + 1) % HULL_DIRECTIONS]];
             inside = from == to || signed_offset(from, to, p) > 0;
         }
         if (!inside && p == p) kept.push_back(p);  // skip NaN
@@ -63,10 +63,10 @@ inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
 
 // Return, for each group of points, the rotation that minimizes the area of its axis-aligned bounding rectangle, as a
 // unit complex number. The result for collinear points is 1.
-inline std::vector<Complex> narrowest_turns(View<const Complex> z, View<const Index> start) {
+inline std::vector<Complex> min_rectangle_rotations(View<const Complex> z, View<const Index> start) {
     Directions outwards;
-    for (std::size_t d = 0; d < FAN; ++d) {
-        const Complex to = direction(2 * PI * double(d) / FAN);
+    for (std::size_t d = 0; d < HULL_DIRECTIONS; ++d) {
+        const Complex to = direction(2 * PI * double(d) / HULL_DIRECTIONS);
         outwards.x[d] = to.x, outwards.y[d] = to.y;
     }
     std::vector<Complex> turns(start.size - 1, Complex{1, 0});
