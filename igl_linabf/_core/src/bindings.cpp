@@ -114,7 +114,7 @@ static void bind_angles(nb::module_& m) {
     m.def("conformal_errors", wrap(&conformal_errors, "3,m 3,m n n"), "corner"_a, "cot"_a, "vertex"_a, "wheel"_a,
           "Return K M^T x for multipliers (n,) of vertices, where K is the cotangent matrix of each triangle.");
     m.def("limit_step", wrap(&limit_step, "3,m 3,m *"), "alpha"_a, "e"_a, "reach"_a,
-          "Scale the errors of each triangle down to at most the share `reach` of the step at which an angle vanishes.\n\n"
+          "Scale the errors of each triangle to at most the share `reach` of the step at which an angle vanishes.\n\n"
           "Also return a mask of the triangles in which the full step would make an angle vanish.");
     m.def("pair_weights", wrap(&pair_weights, "3,m m"), "w"_a, "d"_a,
           "Return the pair weight w_i w_j / d, (3, #F), at the corner opposite to corners i and j.\n\n"
@@ -137,8 +137,8 @@ static void bind_angles(nb::module_& m) {
           "vertex_start"_a, "face_start"_a,
           "Scale each of several concatenated maps to its area, center it, and align its principal axes.\n\n"
           "Map i has the vertices `vertex_start[i]` to `vertex_start[i + 1] - 1` and the faces `face_start[i]` to\n"
-          "`face_start[i + 1] - 1`. The longer principal axis becomes the x axis, in the direction for which the third\n"
-          "moment is positive. For symmetric maps, the axes are chosen by a rule that is robust to rounding.");
+          "`face_start[i + 1] - 1`. The longer principal axis becomes the x axis, in the direction for which the\n"
+          "third moment is positive. For symmetric maps, the axes are chosen by a rule that is robust to rounding.");
     m.def("triangle_changes", wrap(&triangle_changes, "v,3 v,2 3,m m 3,m"), "V"_a, "uv"_a, "corner"_a, "double_area"_a,
           "dot"_a,
           "Measure the change of each triangle by a flat map (#V, 2) of a `Mesh` with this `double_area` and `dot`.\n\n"
@@ -209,8 +209,8 @@ static void bind_graphs(nb::module_& m) {
 Ends and half-edges are those of a `Topology`; the edges are sorted by their lower and higher ends. They are sound if
 none has more than two half-edges, or two half-edges of the same direction.)");
     m.def("group_sides", wrap(&group_sides, "h h n"), "tail"_a, "head"_a, "n"_a,
-        "Sort half-edges by edge; return the sorted half-edges, and the first position and the number of half-edges of\n"
-        "each edge.");
+        "Sort half-edges by edge; return the sorted half-edges, and the first position and the number of half-edges\n"
+        "of each edge.");
     m.def("used_vertices", wrap(&used_vertices, "m,3 n"), "F"_a, "n"_a,
         "Mark the vertices that valid faces use, and check that all faces have three distinct indices below n.");
     m.def("symmetric_pattern", wrap(&symmetric_pattern, "2,e n"), "ends"_a, "n"_a,
