@@ -200,7 +200,9 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    for results in map_in_threads(partial(_flatten_group, meshes, method=method), _group_small_meshes(meshes)):
+    for results in map_in_threads(
+        partial(_flatten_group, meshes, method=method), _group_small_meshes(meshes)
+    ):
         for place, result in results:
             made[place] = result
         advance("layout", 0.1)
