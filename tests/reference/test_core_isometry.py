@@ -63,7 +63,7 @@ def test_the_energy_agrees_with_singular_values(weight, given):
 @pytest.mark.parametrize("weight", [0.0, 1.0, 1.5, 4.0])
 def test_gradients_and_convex_parts_agree_with_the_hessian_by_p_and_q(weight, given):
     args = select_unflipped(given, weight)
-    slope, rows = core.isometric_rows(*args)
+    slope, rows = core.isometric_derivatives(*args)
     rows = rows.reshape(4, 6, -1)
     expected, convex = reference.slope_and_hessian(*args)
     same(slope, expected)
@@ -86,7 +86,7 @@ def test_a_similarity_has_no_direction_of_q(weight):
 
 def test_the_gradient_is_the_derivative_of_the_energy(given):
     args = select_unflipped(given, 1.5)
-    slope, _ = core.isometric_rows(*args)
+    slope, _ = core.isometric_derivatives(*args)
     step = 1e-6 * given.direction
     along = (slope * np.concatenate((step.real[args[0]], step.imag[args[0]]))).sum(axis=0)
     after, before = (core.isometric_energy(*args[:3], given.z + h, 1.5) for h in (step, -step))

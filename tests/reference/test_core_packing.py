@@ -135,7 +135,7 @@ def make_point_groups():
 
 def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
     groups = make_point_groups()
-    turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
+    turns = _core.min_rectangle_rotations(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     np.testing.assert_allclose(np.abs(turns), 1, rtol=1e-11)
     for z, turn in zip(groups, turns, strict=True):
         assert reference.rectangle(z * turn) == pytest.approx(reference.least_rectangle(z), rel=1e-9)
@@ -143,7 +143,8 @@ def test_bounding_rectangles_are_the_smallest_along_a_side_of_the_hull():
 
 def test_the_first_of_equivalent_sides_is_chosen():
     grid, five = make_point_groups()[:2]
-    turns = _core.narrowest_turns(np.concatenate((grid, five)), np.array([0, len(grid), len(grid) + 5]))
+    start = np.array([0, len(grid), len(grid) + 5])
+    turns = _core.min_rectangle_rotations(np.concatenate((grid, five)), start)
     # the first of equivalent sides, clockwise from the lowest corner
     for z, turn in zip((grid, five), turns, strict=True):
         lowest = z[z.imag.argmin()] * turn

@@ -41,7 +41,7 @@ def edge_lengths(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     return np.linalg.norm(V[a] - V[b], axis=1)
 
 
-def embed_in_circle(mesh: Mesh) -> np.ndarray:
+def embed_mesh_in_circle(mesh: Mesh) -> np.ndarray:
     """Return an embedding in a circle, a valid start far from an isometry."""
     return next(embed_in_circle(mesh.topology, Solvers()))
 
@@ -78,7 +78,7 @@ def test_a_flat_mesh_is_reproduced_from_a_distant_start(weight: float) -> None:
     V = V * [1, 1, 0]
     assert best_fit_distance(flatten(V, F, method=Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
     mesh = planar_mesh(V, F)
-    made = make_isometric(mesh, embed_in_circle(mesh), weight, None, Solvers())
+    made = make_isometric(mesh, embed_mesh_in_circle(mesh), weight, None, Solvers())
     assert best_fit_distance(coordinates(made.z), V[:, :2]) < 1e-4
 
 
@@ -87,7 +87,7 @@ def test_a_developable_surface_is_mapped_isometrically_from_a_distant_start() ->
     _, F = igl.triangulated_grid(41, 11)
     V = np.column_stack((np.cos(x.ravel()), np.sin(x.ravel()), y.ravel()))
     mesh = planar_mesh(V, F)
-    made = make_isometric(mesh, embed_in_circle(mesh), 1.0, None, Solvers())
+    made = make_isometric(mesh, embed_mesh_in_circle(mesh), 1.0, None, Solvers())
     assert np.allclose(edge_lengths(coordinates(made.z), F), edge_lengths(V, F), rtol=1e-4)
 
 
@@ -161,7 +161,7 @@ def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
 def test_the_energy_is_within_the_tolerance_of_its_minimum(name: str, weight: float) -> None:
     V, F = load(name)
     mesh = planar_mesh(V, F)
-    for start in (complex_positions(flatten(V, F).uv), embed_in_circle(mesh)):
+    for start in (complex_positions(flatten(V, F).uv), embed_mesh_in_circle(mesh)):
         least = make_isometric(mesh, start, weight, None, Solvers()).energy
         for tol in (0.02, 0.005, 0.001):
             made = make_isometric(mesh, start, weight, None, Solvers(), tol)
