@@ -174,7 +174,7 @@ def test_initial_multipliers_change_only_the_number_of_inner_steps(kind: str) ->
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_preconditioner_is_symmetric_and_positive_with_slivers_and_paths(kind: str, monkeypatch) -> None:
-    monkeypatch.setattr(preconditioner, "SLIVER_OF_SMALL_SYSTEM", 1.1)
+    monkeypatch.setattr(preconditioner, "MIN_SLIVER_RATIO_OF_SMALL_SYSTEM", 1.1)
     state = linear_step(make_state(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at)
     assert lin.slivers.rows is not None and lin.precondition is not None
