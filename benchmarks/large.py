@@ -23,7 +23,7 @@ from time import perf_counter
 
 import igl
 import numpy as np
-from generate_mesh import NOISES, SIZES, generate_mesh
+from generated import NOISES, SIZES, generate_mesh
 from scipy.ndimage import zoom
 
 from igl_linabf import flatten, quality, unwrap

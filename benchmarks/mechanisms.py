@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import igl
 import numpy as np
-from generate_mesh import generate_mesh
+from generated import generate_mesh
 from meshes import Mesh, load_shared_meshes
 from parts import parts
 from peers import relative_seams

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from generate_mesh import generate_mesh, unmirror
+from generated import generate_mesh, unmirror
 from meshes import Mesh, load_shared_meshes, stanford
 from peers import peers, relative_seams
 
