@@ -87,6 +87,7 @@ PROMISED = {
     "slow steps solved further": "angles held at their bounds",
     "converged ABF after linear ABF": "random disks with angles near pi flip",
     "linear ABF after converged ABF": "a circle of converged ABF",
+    "exchanges of quarter turns for closed paths": "F/3nt of a nut and of a double torus, x 6 and x 30",
 }
 
 
