@@ -1,16 +1,19 @@
 """Collect the colours, normals and images of a mesh file at the corners of its faces."""
 
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray
+from ..errors import MeshWarning, some, stack_level
 from ..surface import connected_labels, unit_vectors
 from ..textures import Picture
 from .materials import WHITE, decode_srgb, encode_srgb
-from .mesh_file import MeshFile
+from .mesh_file import Extras, MeshFile
 from .pictures import decode_image
 
 GLTF_SUFFIXES = (".glb", ".gltf")
@@ -122,6 +125,27 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
                 decoded[data], image_map.wrap, image_map.matrix, image_map.nearest
             )
     return images
+
+
+def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
+    """Replace colours that are NaN or infinite by white, and warn; `name` is the name of the file."""
+
+    def whiten(colours: FloatArray | None, of: str) -> FloatArray | None:
+        if colours is None:
+            return None
+        finite = np.asarray(np.isfinite(colours).all(axis=1))
+        if not finite.all():
+            bad = some(np.flatnonzero(~finite))
+            said = f"the colours of {of} {bad} of {name} are not finite: they are read as white"
+            warnings.warn(said, MeshWarning, stacklevel=stack_level())
+        return np.where(finite[:, None], colours, 1.0)
+
+    return replace(
+        extras,
+        colours=whiten(extras.colours, "vertices"),
+        corner_colours=whiten(extras.corner_colours, "corners"),
+        face_colours=whiten(extras.face_colours, "faces"),
+    )
 
 
 def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:

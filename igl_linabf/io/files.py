@@ -14,6 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
+from .colours import replace_colours_that_are_not_finite
 from .formats import ImageArgument, parse_file, write_atomically
 from .mesh_file import MeshFile, check_corners, gather_at_triangles
 from .obj import load_looks, save_obj
@@ -119,7 +120,8 @@ def read_file(
     Warns
     -----
     MeshWarning
-        A patch has several pieces, and only the largest one is read; or it has closed slits.
+        A patch has several pieces, and only the largest one is read; or it has closed slits. Or colours are
+        NaN or infinite; they are read as white.
 
     Examples
     --------
@@ -136,7 +138,8 @@ def read_file(
     if not len(found.V) or not len(found.polygons):
         raise _make_no_faces_error(path, found)
     looks = load_looks(found.extras, Folder(path.parent, allow_outside))
-    mesh = replace(found, V=vertex_array(found.V), extras=looks, path=path, allow_outside=allow_outside)
+    extras = replace_colours_that_are_not_finite(looks, path.name)
+    mesh = replace(found, V=vertex_array(found.V), extras=extras, path=path, allow_outside=allow_outside)
     if found.TC is None or found.texture is None or not len(found.TC):
         return replace(mesh, TC=None, texture=None)
     is_partial = (found.texture < 0).any()

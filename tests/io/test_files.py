@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import struct
+import warnings
 from pathlib import Path
 
 import igl
 import numpy as np
 import pytest
 
-from igl_linabf import MeshError, unwrap
-from igl_linabf.io import read_texture, write_image, write_mesh
+from igl_linabf import MeshError, MeshWarning, unwrap
+from igl_linabf.io import read_file, read_texture, write_file, write_image, write_mesh
 from igl_linabf.patterns import write_pattern
 
 V, F = igl.icosahedron()
@@ -107,6 +108,19 @@ def test_glb_follows_its_specification(tmp_path: Path) -> None:
     positions, uv, faces = rows
     assert text["accessors"][0]["min"] == positions.min(axis=0).tolist()
     assert np.allclose(stack_corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["ply", "glb"])  # an OBJ keeps its lines
+def test_colours_that_are_not_finite_are_read_as_white_with_a_warning(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0 inf 0 0\nv 1 0 0 1 nan 0\nv 0 1 0 0 0 1\nf 1 2 3\n")
+    with pytest.warns(MeshWarning, match=r"colours of vertices 0, 1 of a\.obj are not finite"):
+        mesh = read_file(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        write_file(tmp_path / f"b.{suffix}", mesh, mesh.V[:, :2])
+    colours = read_file(tmp_path / f"b.{suffix}").extras.colours
+    assert colours is not None and colours[:, :3].tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 1]]
 
 
 # FreeSurfer and GIFTI surfaces lose vertex numbers at seams

@@ -255,7 +255,7 @@ def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, Flo
     """
     table = _parse_statement_numbers(lines, rows, (7, 6, 4, 3), INVALID_VERTEX, 1.0)
     colours = table[:, 3:7] if table.shape[1] in (6, 7) else None
-    if colours is not None and colours.max(initial=0) > 1 and not (colours % 1).any():
+    if colours is not None and 1 < colours.max(initial=0) <= 255 and (colours == np.rint(colours)).all():
         colours = colours / 255
     extra = table[:, 3:] if colours is None else table[:, 7:]
     return np.ascontiguousarray(table[:, :3]), colours, bool((extra != 1).any())
