@@ -142,7 +142,7 @@ class MeshFile:
         """
         if self.TC is None or self.texture is None or (self.texture < 0).any():
             raise MeshError(
-                "second texture coordinates need first ones at all corners, which the mesh lacks: "
+                "second texture coordinates need first texture coordinates at all corners, which the mesh lacks: "
                 "unwrap it without texcoord=1 (--texcoord 1)"
             )
         return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
