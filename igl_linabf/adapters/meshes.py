@@ -132,7 +132,7 @@ def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
     Examples
     --------
     >>> import pyvista, igl_linabf
-    >>> mesh = pyvista.Cylinder(resolution=20)
+    >>> mesh = pyvista.Icosphere(nsub=2)
     >>> V, F = from_pyvista(mesh)
     >>> atlas = igl_linabf.unwrap(V, F)
     >>> textured = to_pyvista(V, F, atlas.TC, atlas.FTC)

@@ -111,7 +111,7 @@ def test_a_failed_write_leaves_no_files(made: tuple, tmp_path: Path, monkeypatch
     def broken(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("igl_linabf.cortex.writing.draw", broken)
+    monkeypatch.setattr("igl_linabf.cortex.writing.draw_panels", broken)
     with pytest.raises(OSError, match="No space"):
         write_hemisphere(tmp_path / "flat", made[0])
     assert list((tmp_path / "flat").iterdir()) == []
