@@ -142,8 +142,8 @@ class MeshFile:
         """
         if self.TC is None or self.texture is None or (self.texture < 0).any():
             raise MeshError(
-                "second texture coordinates need first texture coordinates at all corners, and the mesh lacks "
-                "them: unwrap it without texcoord=1 (--texcoord 1)"
+                "second texture coordinates need first texture coordinates at all corners: "
+                "unwrap the mesh without texcoord=1 (--texcoord 1)"
             )
         return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
 
