@@ -12,7 +12,9 @@ import numpy as np
 from nilearn.datasets import fetch_surf_fsaverage
 from nilearn.surface import load_surf_mesh
 
-from igl_linabf.io import read_mesh
+from igl_linabf import cut
+from igl_linabf.charts import texture_seams
+from igl_linabf.io import read_file, read_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "demos"))
 from cortex import cortex
@@ -31,6 +33,13 @@ def load_shared_meshes(*kinds: str) -> Iterator[Mesh]:
     for kind in kinds:
         for path in sorted(Path(folder).glob(f"{kind}__*")):
             yield path.stem.split("__")[1], *read_mesh(path)
+
+
+def load_texture_cuts() -> Iterator[Mesh]:
+    """Yield the meshes of the kind `uv` in the folder, cut along the seams of their texture coordinates."""
+    for path in sorted(Path(os.environ.get("IGL_LINABF_MESHES", ".")).glob("uv__*")):
+        mesh = read_file(path)
+        yield path.stem.split("__")[1], *cut(mesh.V, mesh.F, texture_seams(mesh.F, mesh.FTC))[:2]
 
 
 def brain() -> Mesh:

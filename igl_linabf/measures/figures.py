@@ -25,7 +25,7 @@ class QualityReport:
     Attributes
     ----------
     angle_error : float
-        Mean of (angle in uv - angle in 3-D)^2, in square radians.
+        Mean of (angle in uv - angle in 3-D)^2, in squared radians.
     conformal_distortion_max : float
         The largest sigma1 / sigma2.
     edge_change_99 : float
